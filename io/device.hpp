@@ -1,0 +1,1 @@
+/work/main/io/device.hpp

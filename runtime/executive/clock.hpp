@@ -1,0 +1,39 @@
+#pragma once
+// The executive's clock port and its two twins. Times are nanoseconds of one monotonic clock whose zero means nothing.
+
+#include <cstdint>
+
+namespace hil::executive {
+
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual std::int64_t now_ns() const noexcept = 0;
+  /// Returns at or after `wake_ns`. Returns early when interrupted by a signal; callers look at the clock again.
+  virtual void sleep_until(std::int64_t wake_ns) noexcept = 0;
+  virtual bool is_virtual() const noexcept = 0;
+};
+
+/// CLOCK_MONOTONIC with clock_nanosleep(TIMER_ABSTIME).
+class MonotonicClock final : public Clock {
+ public:
+  std::int64_t now_ns() const noexcept override;
+  void sleep_until(std::int64_t wake_ns) noexcept override;
+  bool is_virtual() const noexcept override { return false; }
+};
+
+/// Stands still except when slept on: a run under it goes as fast as the machine can and every instant in it is a
+/// function of its inputs. One thread.
+class VirtualClock final : public Clock {
+ public:
+  std::int64_t now_ns() const noexcept override { return now_ns_; }
+  void sleep_until(std::int64_t wake_ns) noexcept override {
+    if (wake_ns > now_ns_) now_ns_ = wake_ns;
+  }
+  bool is_virtual() const noexcept override { return true; }
+
+ private:
+  std::int64_t now_ns_ = 0;
+};
+
+}  // namespace hil::executive

@@ -1,0 +1,67 @@
+#pragma once
+// The signals of a run: named scalars with one writer each. The table is filled while the run is configured and its
+// shape is fixed before the first tick; after that only values change.
+//
+// Threads: configuration from one thread. Values are read and written by the base thread alone; tasks on other threads
+// work on copies that the executive latches and publishes for them (executive/task.hpp).
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace hil::signals {
+
+struct SignalId {
+  std::uint32_t index = std::numeric_limits<std::uint32_t>::max();
+  bool valid() const noexcept { return index != std::numeric_limits<std::uint32_t>::max(); }
+  bool operator==(const SignalId&) const = default;
+};
+
+struct SignalInfo {
+  std::string name;    ///< dotted, unique in the run: "ego.speed", "can.car.BrakeCommand.Deceleration"
+  std::string unit;    ///< SI symbol, "" when dimensionless
+  std::string writer;  ///< who writes it: a module's or a device's name
+  double initial = 0.0;
+};
+
+/// A value and when it came to be, in run time. For a device's input that is the instant the bytes arrived; for a
+/// module's output the tick that computed it. `fresh` is false until the first write and while the writer is lost.
+struct SignalValue {
+  double value = 0.0;
+  std::int64_t time_ns = std::numeric_limits<std::int64_t>::min();
+  bool fresh = false;
+};
+
+class SignalTable {
+ public:
+  /// Adds a signal. Misuse (asserts): a second signal of the same name; callers check with find first, since two
+  /// writers of one signal are a mistake of the user's that has to be reported with its place.
+  SignalId add(SignalInfo info);
+
+  std::optional<SignalId> find(std::string_view name) const;
+  /// The known name with the smallest edit distance, or empty when none is near. For error messages.
+  std::string nearest_name(std::string_view name) const;
+
+  std::size_t size() const noexcept { return infos_.size(); }
+  const SignalInfo& info(SignalId id) const noexcept { return infos_[id.index]; }
+
+  const SignalValue& read(SignalId id) const noexcept { return values_[id.index]; }
+  double value(SignalId id) const noexcept { return values_[id.index].value; }
+  void write(SignalId id, double value, std::int64_t time_ns) noexcept { values_[id.index] = {value, time_ns, true}; }
+  void write(SignalId id, const SignalValue& value) noexcept { values_[id.index] = value; }
+
+  /// All values, in the order the signals were added: for recording and comparing.
+  std::span<const SignalValue> values() const noexcept { return values_; }
+
+ private:
+  std::vector<SignalInfo> infos_;
+  std::vector<SignalValue> values_;
+  std::unordered_map<std::string, std::uint32_t> by_name_;
+};
+
+}  // namespace hil::signals
