@@ -6,6 +6,7 @@ function(hil_room name)
   cmake_parse_arguments(ROOM "" "PATH" "SOURCES;USES;LIBS" ${ARGN})
   set(root ${PROJECT_BINARY_DIR}/rooms/${name})
   get_filename_component(parent ${ROOM_PATH} DIRECTORY)
+  file(REMOVE_RECURSE ${root})  # a stale link would be written through
   file(MAKE_DIRECTORY ${root}/${parent})
   file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${ROOM_PATH} ${root}/${ROOM_PATH} SYMBOLIC)
   if(ROOM_SOURCES)

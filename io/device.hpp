@@ -1,1 +1,97 @@
-/work/main/io/device.hpp
+#pragma once
+// The port between the executive and anything outside the process: a CAN bus, a Modbus unit, a simulated twin.
+//
+// A device turns bytes into timestamped values and values into bytes, in threads of its own. The executive never waits
+// for it: once per tick it latches the newest samples and releases new outputs, both wait-free.
+//
+// Threads: configure-time calls (channels, start, stop) come from one ordinary thread. latch_inputs and release_outputs
+// come from one tick thread and must not allocate, block or do I/O. exchange is called only under the virtual clock, from
+// the tick thread, and may block.
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+namespace hil::io {
+
+/// Nanoseconds since the run's first tick. Negative before it.
+using RunTimeNs = std::int64_t;
+
+/// The time base that devices stamp their samples with.
+class RunClock {
+ public:
+  virtual ~RunClock() = default;
+  virtual RunTimeNs now_ns() const noexcept = 0;
+};
+
+enum class Pacing : std::uint8_t {
+  realtime,  ///< the device runs beside the tick; exchange is never called
+  lockstep,  ///< virtual clock: nothing moves between two calls of exchange
+};
+
+/// One scalar that crosses the port.
+struct ChannelInfo {
+  std::string name;  ///< unique within its device, e.g. "BrakeCommand.Deceleration"
+  std::string unit;  ///< as written by the device's description; empty: dimensionless
+  double minimum = -std::numeric_limits<double>::infinity();
+  double maximum = std::numeric_limits<double>::infinity();
+  double safe_value = 0.0;  ///< what an input reads before its first sample and after the device is lost;
+                            ///< what an output is set to by enter_safe_state
+};
+
+/// The newest value of an input. `time_ns` is when the bytes arrived (kernel timestamp where there is one).
+struct Sample {
+  double value = 0.0;
+  RunTimeNs time_ns = std::numeric_limits<RunTimeNs>::min();
+  bool fresh = false;  ///< false: nothing received yet, or the device is lost; `value` is then the safe value
+};
+
+/// What is wrong with a device, in words for the user. Empty `fault`: nothing.
+struct DeviceHealth {
+  bool connected = false;
+  std::string fault;
+};
+
+/// Thrown by start: the device can not be had (interface missing, port in use, permission). The message is a sentence
+/// that names the device, what was tried, the system's answer and what the user can do.
+class DeviceError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+class Device {
+ public:
+  virtual ~Device() = default;
+
+  virtual const std::string& name() const noexcept = 0;
+  /// Device -> run. Order is fixed from construction on; latch_inputs follows it.
+  virtual std::span<const ChannelInfo> inputs() const noexcept = 0;
+  /// Run -> device. Order is fixed from construction on; release_outputs follows it.
+  virtual std::span<const ChannelInfo> outputs() const noexcept = 0;
+
+  /// Opens the device and starts its threads. Throws DeviceError. `clock` outlives the device.
+  virtual void start(const RunClock& clock, Pacing pacing) = 0;
+
+  /// Copies the newest sample of every input. `samples.size() == inputs().size()`.
+  virtual void latch_inputs(std::span<Sample> samples) noexcept = 0;
+
+  /// Hands the outputs of this tick to the device's thread. `values.size() == outputs().size()`. A full hand-over queue
+  /// drops the newest and counts it.
+  virtual void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept = 0;
+
+  /// Virtual clock only: returns when everything released so far has been sent, every answer to it has arrived, and the
+  /// other side waits. False: the other side did not answer within its wall-clock limit (health() says which).
+  virtual bool exchange(RunTimeNs tick_ns) = 0;
+
+  /// Sends every output's safe value once, as soon as the device's thread can. Any thread.
+  virtual void enter_safe_state() noexcept = 0;
+
+  /// Stops the threads and closes the device. Idempotent. What was released before is sent first (bounded wait).
+  virtual void stop() noexcept = 0;
+
+  virtual DeviceHealth health() const = 0;
+};
+
+}  // namespace hil::io
