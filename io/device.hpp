@@ -1,12 +1,13 @@
 #pragma once
-// The port between the executive and anything outside the process: a CAN bus, a Modbus unit, a simulated twin.
+// The port between the executive and anything outside the process: a CAN bus, a Modbus unit, a simulated
+// twin.
 //
-// A device turns bytes into timestamped values and values into bytes, in threads of its own. The executive never waits
-// for it: once per tick it latches the newest samples and releases new outputs, both wait-free.
+// A device turns bytes into timestamped values and values into bytes, in threads of its own. The executive
+// never waits for it: once per tick it latches the newest samples and releases new outputs, both wait-free.
 //
-// Threads: configure-time calls (channels, start, stop) come from one ordinary thread. latch_inputs and release_outputs
-// come from one tick thread and must not allocate, block or do I/O. exchange is called only under the virtual clock, from
-// the tick thread, and may block.
+// Threads: configure-time calls (channels, start, stop) come from one ordinary thread. latch_inputs and
+// release_outputs come from one tick thread and must not allocate, block or do I/O. exchange is called only
+// under the virtual clock, from the tick thread, and may block.
 
 #include <cstdint>
 #include <limits>
@@ -54,8 +55,8 @@ struct DeviceHealth {
   std::string fault;
 };
 
-/// Thrown by start: the device can not be had (interface missing, port in use, permission). The message is a sentence
-/// that names the device, what was tried, the system's answer and what the user can do.
+/// Thrown by start: the device can not be had (interface missing, port in use, permission). The message is a
+/// sentence that names the device, what was tried, the system's answer and what the user can do.
 class DeviceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -77,18 +78,20 @@ class Device {
   /// Copies the newest sample of every input. `samples.size() == inputs().size()`.
   virtual void latch_inputs(std::span<Sample> samples) noexcept = 0;
 
-  /// Hands the outputs of this tick to the device's thread. `values.size() == outputs().size()`. A full hand-over queue
-  /// drops the newest and counts it.
+  /// Hands the outputs of this tick to the device's thread. `values.size() == outputs().size()`. A full
+  /// hand-over queue drops the newest and counts it.
   virtual void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept = 0;
 
-  /// Virtual clock only: returns when everything released so far has been sent, every answer to it has arrived, and the
-  /// other side waits. False: the other side did not answer within its wall-clock limit (health() says which).
+  /// Virtual clock only: returns when everything released so far has been sent, every answer to it has
+  /// arrived, and the other side waits. False: the other side did not answer within its wall-clock limit
+  /// (health() says which).
   virtual bool exchange(RunTimeNs tick_ns) = 0;
 
   /// Sends every output's safe value once, as soon as the device's thread can. Any thread.
   virtual void enter_safe_state() noexcept = 0;
 
-  /// Stops the threads and closes the device. Idempotent. What was released before is sent first (bounded wait).
+  /// Stops the threads and closes the device. Idempotent. What was released before is sent first (bounded
+  /// wait).
   virtual void stop() noexcept = 0;
 
   virtual DeviceHealth health() const = 0;

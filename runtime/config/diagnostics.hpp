@@ -31,7 +31,8 @@ class Diagnostics {
   std::vector<Mistake> mistakes_;
 };
 
-/// The candidate nearest to `word` (Damerau-Levenshtein, case ignored), or empty when none is near enough to be meant.
+/// The candidate nearest to `word` (Damerau-Levenshtein, case ignored), or empty when none is near enough to
+/// be meant.
 std::string nearest(const std::string& word, const std::vector<std::string>& candidates);
 
 }  // namespace hil::config

@@ -1,5 +1,6 @@
 #pragma once
-// The executive's clock port and its two twins. Times are nanoseconds of one monotonic clock whose zero means nothing.
+// The executive's clock port and its two twins. Times are nanoseconds of one monotonic clock whose zero means
+// nothing.
 
 #include <cstdint>
 
@@ -9,7 +10,8 @@ class Clock {
  public:
   virtual ~Clock() = default;
   virtual std::int64_t now_ns() const noexcept = 0;
-  /// Returns at or after `wake_ns`. Returns early when interrupted by a signal; callers look at the clock again.
+  /// Returns at or after `wake_ns`. Returns early when interrupted by a signal; callers look at the clock
+  /// again.
   virtual void sleep_until(std::int64_t wake_ns) noexcept = 0;
   virtual bool is_virtual() const noexcept = 0;
 };
@@ -22,8 +24,8 @@ class MonotonicClock final : public Clock {
   bool is_virtual() const noexcept override { return false; }
 };
 
-/// Stands still except when slept on: a run under it goes as fast as the machine can and every instant in it is a
-/// function of its inputs. One thread.
+/// Stands still except when slept on: a run under it goes as fast as the machine can and every instant in it
+/// is a function of its inputs. One thread.
 class VirtualClock final : public Clock {
  public:
   std::int64_t now_ns() const noexcept override { return now_ns_; }

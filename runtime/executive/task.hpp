@@ -1,11 +1,12 @@
 #pragma once
 // What the executive runs. A task is released every `every_ticks` ticks of the base rate, at `offset_ticks`.
 //
-// On the base thread, tasks of one tick run in the order they were added, and what one publishes the next one sees. A task
-// on a thread of its own follows logical execution time: the base thread calls latch() at its release, the task's thread
-// runs step() meanwhile, and the base thread calls publish() at the tick where the deadline falls, neither earlier nor
-// (unless it missed) later. So what others see does not depend on how long step() took, and a run under the virtual
-// clock, where step() runs inline at the release, gives the same values.
+// On the base thread, tasks of one tick run in the order they were added, and what one publishes the next one
+// sees. A task on a thread of its own follows logical execution time: the base thread calls latch() at its
+// release, the task's thread runs step() meanwhile, and the base thread calls publish() at the tick where the
+// deadline falls, neither earlier nor (unless it missed) later. So what others see does not depend on how
+// long step() took, and a run under the virtual clock, where step() runs inline at the release, gives the
+// same values.
 
 #include <cstdint>
 #include <string>
@@ -22,19 +23,21 @@ struct TaskSpec {
   std::string name;
   std::uint32_t every_ticks = 1;   ///< base rate / task rate, at least 1
   std::uint32_t offset_ticks = 0;  ///< less than every_ticks
-  std::int64_t deadline_ns = 0;    ///< from the release; 0: one task period. On its own thread: a multiple of the base period
-  std::int64_t budget_ns = 0;      ///< CPU time one run may use; 0: no budget. More is counted, and names the cause of a miss
+  std::int64_t deadline_ns =
+      0;  ///< from the release; 0: one task period. On its own thread: a multiple of the base period
+  std::int64_t budget_ns =
+      0;  ///< CPU time one run may use; 0: no budget. More is counted, and names the cause of a miss
   OverrunPolicy overrun = OverrunPolicy::skip;
-  std::uint32_t warmup_runs = 0;   ///< first runs, counted apart: never a deadline miss
-  std::string thread;              ///< empty: the base thread
+  std::uint32_t warmup_runs = 0;  ///< first runs, counted apart: never a deadline miss
+  std::string thread;             ///< empty: the base thread
 };
 
 /// The tick a task was released at.
 struct TickInfo {
-  std::uint64_t tick = 0;       ///< index of the base tick, from 0
-  std::int64_t time_ns = 0;     ///< run time of the release: tick * base period
-  std::int64_t period_ns = 0;   ///< the task's own period
-  std::uint64_t run = 0;        ///< index of this run of the task, from 0
+  std::uint64_t tick = 0;      ///< index of the base tick, from 0
+  std::int64_t time_ns = 0;    ///< run time of the release: tick * base period
+  std::int64_t period_ns = 0;  ///< the task's own period
+  std::uint64_t run = 0;       ///< index of this run of the task, from 0
 };
 
 class Task {
@@ -48,7 +51,8 @@ class Task {
   virtual void publish(const TickInfo& tick) noexcept { (void)tick; }
   /// Any thread, OverrunPolicy::abort only: make a running step return soon.
   virtual void abort() noexcept {}
-  /// Time the last step spent waiting for the database, and the GPU's share of it. Read after step on the same thread.
+  /// Time the last step spent waiting for the database, and the GPU's share of it. Read after step on the
+  /// same thread.
   virtual std::int64_t last_blocked_ns() const noexcept { return 0; }
   virtual std::int64_t last_gpu_ns() const noexcept { return 0; }
 };

@@ -1,9 +1,9 @@
 #pragma once
-// The signals of a run: named scalars with one writer each. The table is filled while the run is configured and its
-// shape is fixed before the first tick; after that only values change.
+// The signals of a run: named scalars with one writer each. The table is filled while the run is configured
+// and its shape is fixed before the first tick; after that only values change.
 //
-// Threads: configuration from one thread. Values are read and written by the base thread alone; tasks on other threads
-// work on copies that the executive latches and publishes for them (executive/task.hpp).
+// Threads: configuration from one thread. Values are read and written by the base thread alone; tasks on
+// other threads work on copies that the executive latches and publishes for them (executive/task.hpp).
 
 #include <cstdint>
 #include <limits>
@@ -29,8 +29,9 @@ struct SignalInfo {
   double initial = 0.0;
 };
 
-/// A value and when it came to be, in run time. For a device's input that is the instant the bytes arrived; for a
-/// module's output the tick that computed it. `fresh` is false until the first write and while the writer is lost.
+/// A value and when it came to be, in run time. For a device's input that is the instant the bytes arrived;
+/// for a module's output the tick that computed it. `fresh` is false until the first write and while the
+/// writer is lost.
 struct SignalValue {
   double value = 0.0;
   std::int64_t time_ns = std::numeric_limits<std::int64_t>::min();
@@ -39,8 +40,8 @@ struct SignalValue {
 
 class SignalTable {
  public:
-  /// Adds a signal. Misuse (asserts): a second signal of the same name; callers check with find first, since two
-  /// writers of one signal are a mistake of the user's that has to be reported with its place.
+  /// Adds a signal. Misuse (asserts): a second signal of the same name; callers check with find first, since
+  /// two writers of one signal are a mistake of the user's that has to be reported with its place.
   SignalId add(SignalInfo info);
 
   std::optional<SignalId> find(std::string_view name) const;
@@ -52,7 +53,9 @@ class SignalTable {
 
   const SignalValue& read(SignalId id) const noexcept { return values_[id.index]; }
   double value(SignalId id) const noexcept { return values_[id.index].value; }
-  void write(SignalId id, double value, std::int64_t time_ns) noexcept { values_[id.index] = {value, time_ns, true}; }
+  void write(SignalId id, double value, std::int64_t time_ns) noexcept {
+    values_[id.index] = {value, time_ns, true};
+  }
   void write(SignalId id, const SignalValue& value) noexcept { values_[id.index] = value; }
 
   /// All values, in the order the signals were added: for recording and comparing.

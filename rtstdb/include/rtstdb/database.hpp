@@ -1,0 +1,122 @@
+#pragma once
+// The database: one world of entities on one GPU.
+//
+// Threads: open, add_geometry, prepare, make_transaction and warm_up are setup calls: they allocate and
+// block, and are not for the tick. submit, execute, wait and latest may be called from any number of threads
+// at once and are made for the tick. The database does its work on a thread of its own; the Vulkan driver's
+// threads are created inside open, so open must run before the caller raises its own priority or pins itself
+// (threads inherit both).
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <rtstdb/geometry.hpp>
+#include <rtstdb/limits.hpp>
+#include <rtstdb/query.hpp>
+#include <rtstdb/result.hpp>
+#include <rtstdb/time.hpp>
+#include <rtstdb/transaction.hpp>
+
+namespace rtstdb {
+
+enum class Validation : std::uint8_t {
+  build_default,  ///< on in dev builds, off in release builds
+  on,             ///< the Khronos validation layer; a message counts as a fault, see Health
+  off,
+};
+
+struct DatabaseOptions {
+  /// A device's index ("0"), a part of its name ("llvmpipe"), or "auto": discrete, then integrated, then
+  /// software.
+  std::string gpu = "auto";
+  Validation validation = Validation::build_default;
+  std::uint32_t max_entities = 4096;
+  std::uint32_t max_geometries = 1024;
+  /// How many row changes are kept for readers of older versions; one change is one written row.
+  std::uint32_t retained_changes = 1u << 16;
+  /// Transactions waiting at once; one more is cancelled (best effort first).
+  std::uint32_t queue_capacity = 256;
+  /// The deadline clock; null: CLOCK_MONOTONIC. Must outlive the database.
+  const Clock* clock = nullptr;
+  /// SCHED_FIFO priority of the database's thread, 0: ordinary. Where it is refused, Health says so.
+  int thread_priority = 0;
+};
+
+struct DeviceInfo {
+  std::string name;    ///< "llvmpipe (LLVM 15.0.6, 256 bits)"
+  std::string driver;  ///< "llvmpipe Mesa 22.3.6"
+  std::string api;     ///< "1.3.230"
+  bool software = false;
+};
+
+struct VersionInfo {
+  Version version = 0;
+  WorldTime time{};  ///< from when it holds
+};
+
+struct TransactionCounts {
+  std::uint64_t submitted = 0, committed = 0, late = 0, missed = 0, refused = 0, conflicts = 0, cancelled = 0,
+                bad_input = 0;
+  std::uint64_t firm_late_commits = 0;  ///< always 0, or the database broke its word
+  std::uint64_t hard_misses = 0;
+};
+
+struct Health {
+  std::vector<std::string> degraded;             ///< what the machine did not permit, in words
+  std::vector<std::string> validation_messages;  ///< of the validation layer, when it is on
+  bool device_lost = false;
+};
+
+/// One row as it stands in a version.
+struct EntityState {
+  EntityId id;
+  EntityRow row;
+  Version written_by = 0;
+};
+
+class Database {
+ public:
+  /// Errors: no_device with a sentence that says what was looked for, what was found and what to install.
+  static Result<std::unique_ptr<Database>> open(const DatabaseOptions& options);
+  /// The devices that open could choose from, in the order of their index. Empty: none, or no Vulkan at all.
+  static std::vector<DeviceInfo> devices();
+
+  virtual ~Database() = default;
+
+  virtual const DeviceInfo& device() const noexcept = 0;
+
+  // ---- setup ----
+  /// Copies the mesh to the device and builds its structure there. Errors: what validate says; capacity.
+  virtual Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) = 0;
+  virtual Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) = 0;
+  virtual Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) = 0;
+  virtual Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) = 0;
+  virtual std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) = 0;
+  /// Runs every pipeline that prepared queries need once, since drivers compile at the first dispatch.
+  virtual Result<void> warm_up() = 0;
+
+  // ---- tick ----
+  /// Hands the transaction over and returns at once. Its outcome is final when its status says so.
+  virtual void submit(Transaction& transaction) noexcept = 0;
+  /// Waits for the outcome of a submitted transaction.
+  virtual const Outcome& wait(Transaction& transaction) noexcept = 0;
+  const Outcome& execute(Transaction& transaction) noexcept {
+    submit(transaction);
+    return wait(transaction);
+  }
+  virtual VersionInfo latest() const noexcept = 0;
+
+  // ---- looking in from outside the tick ----
+  /// All entities of a version, by ascending index. Errors: bad_input when the version is unknown or no
+  /// longer kept.
+  virtual Result<std::vector<EntityState>> snapshot(const ReadAt& read_at) const = 0;
+  virtual std::optional<TriangleMesh> geometry(GeometryId id) const = 0;
+  virtual TransactionCounts counts() const noexcept = 0;
+  virtual Health health() const = 0;
+};
+
+}  // namespace rtstdb

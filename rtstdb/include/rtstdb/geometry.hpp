@@ -1,0 +1,52 @@
+#pragma once
+// Triangle geometry: from files, from procedural shapes, or from the caller. A geometry is static; entities
+// move.
+
+#include <glm/ext/vector_double3.hpp>
+#include <glm/ext/vector_float3.hpp>
+#include <glm/ext/vector_uint3.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include <rtstdb/result.hpp>
+
+namespace rtstdb {
+
+/// Entity frame, metres. A triangle's front is the side from which its corners run counter-clockwise.
+struct TriangleMesh {
+  std::vector<glm::vec3> positions_m;
+  std::vector<glm::uvec3> triangles;
+};
+
+struct Bounds {
+  glm::vec3 minimum_m{0.0f};
+  glm::vec3 maximum_m{0.0f};
+};
+
+/// Refuses: no triangle, an index past the positions, NaN or infinite coordinates, coordinates beyond
+/// limits.hpp, a mesh whose triangles are all degenerate. The error names the triangle and its values. Single
+/// degenerate triangles among good ones are allowed: nothing ever hits them.
+Result<void> validate(const TriangleMesh& mesh);
+
+/// Box of all positions used by triangles. The mesh has passed validate.
+Bounds bounds_of(const TriangleMesh& mesh);
+
+/// Reads OBJ, STL, PLY, glTF or GLB (by content, through assimp). All meshes of the file become one, node
+/// transforms applied, polygons triangulated, equal corners kept apart as the file has them. `scale`
+/// multiplies coordinates (files in millimetres: 0.001). Errors: ErrorCode::file with the path and the
+/// reader's words; then what validate says.
+Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0);
+
+/// Closed surfaces with outward fronts, centred on the origin. Sizes are full extents in metres and must be
+/// positive (misuse asserts).
+TriangleMesh make_box(const glm::dvec3& size_m);
+/// Axis along z. `segments` >= 3.
+TriangleMesh make_cylinder(double radius_m, double height_m, std::uint32_t segments = 32);
+/// A subdivided icosahedron, 20 * 4^subdivisions triangles; corners lie on the sphere.
+TriangleMesh make_sphere(double radius_m, std::uint32_t subdivisions = 3);
+/// An open rectangle in z = 0, front up.
+TriangleMesh make_rectangle(double size_x_m, double size_y_m);
+
+}  // namespace rtstdb

@@ -1,0 +1,27 @@
+#pragma once
+// Every fixed limit of the database in one place. Limits that a caller chooses are in DatabaseOptions.
+
+#include <cstddef>
+#include <cstdint>
+
+namespace rtstdb {
+
+inline constexpr std::uint32_t max_entities = 1u << 20;
+inline constexpr std::uint32_t max_geometries = 1u << 16;
+/// Leaf references hold 27 bits of triangle index.
+inline constexpr std::uint32_t max_triangles_total = 1u << 26;
+inline constexpr std::uint32_t max_rays_per_query = 1u << 22;
+inline constexpr std::uint32_t max_regions_per_query = 1u << 16;
+inline constexpr std::uint32_t max_ids_per_region = 1u << 16;
+/// Positions, extents and velocities beyond these are refused: single precision keeps better than 8 mm inside
+/// them.
+inline constexpr double max_coordinate_m = 1e5;
+inline constexpr double max_speed_mps = 1e5;
+inline constexpr double max_angular_rate_radps = 1e4;
+inline constexpr double max_scale = 1e5;
+inline constexpr double min_scale = 1e-6;
+/// The times of one batch may span this much: beyond it motion bounds grow useless.
+inline constexpr std::int64_t max_query_window_ns = 1'000'000'000;
+inline constexpr std::uint8_t max_importance = 7;
+
+}  // namespace rtstdb

@@ -1,0 +1,154 @@
+#pragma once
+// Prepared queries (paper, Section 4 and Table 2). A caller prepares a query once, with its capacity; in the
+// tick it fills the query's input span and adds the query to a transaction; after the transaction the answers
+// stand in the output span.
+//
+// Common rules
+//   frame      world, right-handed, metres, unless the query is carried by an entity
+//   time       every element asks at its own WorldTime; none may be before the version's own time, and those
+//   of one batch
+//              span at most max_query_window_ns; else the transaction is refused (BadInput::time_not_covered)
+//   ties       lowest entity index first, then lowest triangle index
+//   order      answers do not depend on the order of the batch nor on how it was split
+//   threads    a query belongs to one transaction at a time; between submit and completion the caller leaves
+//   it alone lifetime   a query must not outlive its Database
+
+#include <glm/ext/quaternion_float.hpp>
+#include <glm/ext/vector_float3.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include <rtstdb/entity.hpp>
+
+namespace rtstdb {
+
+// ---- ray
+// ------------------------------------------------------------------------------------------------------------
+
+enum class RayMode : std::uint8_t {
+  closest,  ///< the hit with the smallest lambda
+  any,      ///< whether anything is hit: `status` alone is filled
+};
+
+/// Points on the ray: origin + lambda * direction, lambda in [lambda_min, lambda_max]. The direction need not
+/// be unit. With a carrier, origin and direction are given in the carrier's frame (unscaled) and move with
+/// it: the ray starts where the carrier is at `t`, and its origin's velocity takes part in `v_relative`.
+struct Ray {
+  glm::vec3 origin_m{0.0f};
+  glm::vec3 direction{1.0f, 0.0f, 0.0f};
+  float lambda_min = 0.0f;
+  float lambda_max = 1e30f;
+  WorldTime t{};
+  std::uint32_t mask = mask_all;
+  EntityId carrier;  ///< default: none, the ray is in the world frame
+};
+
+enum class HitStatus : std::uint32_t {
+  miss = 0,
+  hit = 1,
+  incomplete = 2,  ///< the search was cut short by the device's limits: no answer may be drawn from it
+};
+
+struct RayHit {
+  HitStatus status = HitStatus::miss;
+  float lambda = 0.0f;
+  float u = 0.0f, v = 0.0f;  ///< barycentric weights of the second and third corner
+  EntityId entity;           ///< invalid on a miss
+  std::uint32_t triangle = 0;
+  bool front_face = false;  ///< the ray came from the triangle's front
+  glm::vec3 n_world{0.0f};  ///< unit geometric normal, on the side of the triangle's front
+  glm::vec3 v_relative_mps{
+      0.0f};  ///< world frame: velocity of the hit point minus velocity of the ray's origin
+};
+
+struct RayQueryOptions {
+  std::string name;  ///< shown in reports
+  std::uint32_t capacity = 0;
+  RayMode mode = RayMode::closest;
+  /// True: every entity stands still at its pose of the version's time, whatever the rays' times (the paper's
+  /// "temporal unaware" case). Carriers too.
+  bool ignore_motion = false;
+};
+
+class RayQuery {
+ public:
+  virtual ~RayQuery() = default;
+  virtual std::span<Ray> rays() noexcept = 0;                 ///< capacity elements, the caller's to fill
+  virtual std::span<const RayHit> hits() const noexcept = 0;  ///< as many as the last transaction asked for
+};
+
+// ---- region
+// ---------------------------------------------------------------------------------------------------------
+
+enum class RegionShape : std::uint32_t { box, sphere };
+enum class RegionTest : std::uint32_t {
+  touching,  ///< the entity's oriented bounds and the region have a point in common
+  inside,    ///< every corner of the entity's oriented bounds lies in the region
+};
+
+/// A box (oriented by `q`, full extents 2 * half_extent_m) or a sphere (radius half_extent_m.x) at one
+/// instant. With a carrier, centre and orientation are in the carrier's frame.
+struct Region {
+  RegionShape shape = RegionShape::box;
+  RegionTest test = RegionTest::touching;
+  glm::vec3 center_m{0.0f};
+  glm::vec3 half_extent_m{0.0f};
+  glm::quat q{1.0f, 0.0f, 0.0f, 0.0f};
+  WorldTime t{};
+  std::uint32_t mask = mask_all;
+  EntityId carrier;
+};
+
+/// Answer to one region. Entities by ascending index. When more than the capacity were found, `found` is the
+/// true count, `overflow` is set and `entities` holds the lowest indices that fit.
+struct RegionAnswer {
+  std::span<const EntityId> entities;
+  std::uint32_t found = 0;
+  bool overflow = false;
+  bool incomplete = false;  ///< cut short by the device's limits
+};
+
+struct RegionQueryOptions {
+  std::string name;
+  std::uint32_t capacity = 0;  ///< regions in a batch
+  std::uint32_t ids_per_region = 64;
+};
+
+class RegionQuery {
+ public:
+  virtual ~RegionQuery() = default;
+  virtual std::span<Region> regions() noexcept = 0;
+  virtual std::span<const RegionAnswer> answers() const noexcept = 0;
+};
+
+// ---- overlap
+// --------------------------------------------------------------------------------------------------------
+
+/// Which entities' oriented bounds overlap (touching counts) the given entity's at time t: the broad phase of
+/// the paper's Intersection Query. The entity itself is never in its answer.
+struct Overlap {
+  EntityId entity;
+  WorldTime t{};
+  std::uint32_t mask = mask_all;  ///< which others are looked at
+};
+
+/// The same form as a region's answer.
+using OverlapAnswer = RegionAnswer;
+
+struct OverlapQueryOptions {
+  std::string name;
+  std::uint32_t capacity = 0;
+  std::uint32_t ids_per_entity = 64;
+};
+
+class OverlapQuery {
+ public:
+  virtual ~OverlapQuery() = default;
+  virtual std::span<Overlap> overlaps() noexcept = 0;
+  virtual std::span<const OverlapAnswer> answers() const noexcept = 0;
+};
+
+}  // namespace rtstdb

@@ -1,0 +1,69 @@
+#pragma once
+// How rtstdb reports. Three kinds of failure, never mixed:
+//   misuse of the API          an assertion that stays on in release builds (RTSTDB_ASSERT)
+//   bad input                  refused with the values: Result<T> at setup, Outcome::bad_input in
+//   transactions expected events            values in the result: a missed deadline, an overflow, a lost
+//   device
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace rtstdb {
+
+enum class ErrorCode : unsigned char {
+  bad_input,      ///< a value that no caller may pass; the message holds it
+  no_device,      ///< no Vulkan device, or none that fits
+  capacity,       ///< a limit of limits.hpp or of the database's options would be passed
+  file,           ///< a file can not be read or is not what it should be
+  device_lost,    ///< the GPU stopped answering
+  out_of_memory,  ///< host or device memory
+};
+
+/// A refusal in words: one sentence with the values, fit to be shown to the user as it is.
+struct Error {
+  ErrorCode code = ErrorCode::bad_input;
+  std::string message;
+};
+
+/// A value or an Error. Asking for the one that is not there is misuse.
+template <class T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value)
+      : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
+  Result(Error error)
+      : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
+
+  bool ok() const noexcept { return state_.index() == 0; }
+  explicit operator bool() const noexcept { return ok(); }
+  T& value() & { return std::get<0>(state_); }
+  const T& value() const& { return std::get<0>(state_); }
+  T&& value() && { return std::get<0>(std::move(state_)); }
+  const Error& error() const { return std::get<1>(state_); }
+
+ private:
+  std::variant<T, Error> state_;
+};
+
+template <>
+class [[nodiscard]] Result<void> {
+ public:
+  Result() = default;
+  Result(Error error) : error_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
+  bool ok() const noexcept { return !error_; }
+  explicit operator bool() const noexcept { return ok(); }
+  const Error& error() const { return *error_; }
+
+ private:
+  std::optional<Error> error_;
+};
+
+/// Prints the broken rule with its place and aborts.
+[[noreturn]] void assertion_failed(const char* rule, const char* file, int line) noexcept;
+
+}  // namespace rtstdb
+
+#define RTSTDB_ASSERT(rule) \
+  ((rule) ? static_cast<void>(0) : ::rtstdb::assertion_failed(#rule, __FILE__, __LINE__))

@@ -1,0 +1,151 @@
+#pragma once
+// A transaction is declared whole and then submitted: preconditions, writes, queries. Writes come first, then
+// the queries on the version they make: all or nothing, in one serial order. A transaction without writes
+// reads a snapshot.
+//
+// Threads: one thread declares and submits a given transaction. The database carries it out on a thread of
+// its own. In the tick: begin, the declaring calls, Database::submit/execute and outcome neither allocate nor
+// block on a lock.
+
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include <rtstdb/entity.hpp>
+#include <rtstdb/query.hpp>
+
+namespace rtstdb {
+
+/// Counts commits with writes; 0 is the empty database.
+using Version = std::uint64_t;
+
+enum class DeadlineClass : std::uint8_t {
+  hard,         ///< a miss is a fault of the run: carried out all the same, and counted
+  firm,         ///< met or not done: never committed late
+  soft,         ///< may be late and says by how much
+  best_effort,  ///< no promise; first to be shed when the queue is full
+};
+
+/// Which version a transaction without writes reads.
+struct ReadAt {
+  enum class Kind : std::uint8_t { latest, version, time } kind = Kind::latest;
+  Version version = 0;
+  WorldTime time{};
+  static ReadAt latest() { return {}; }
+  static ReadAt pinned(Version version) { return {Kind::version, version, {}}; }
+  static ReadAt as_of(WorldTime time) { return {Kind::time, 0, time}; }
+};
+
+struct Terms {
+  DeadlineClass deadline_class = DeadlineClass::best_effort;
+  ClockTime deadline = ClockTime::max();
+  std::uint8_t importance =
+      0;  ///< 0 to max_importance, higher first; earliest deadline first inside one importance
+  /// The instant the writes belong to: the new version covers world time from here on. Not before the latest
+  /// version's.
+  WorldTime world_time{};
+  ReadAt read_at;  ///< ignored when there are writes
+};
+
+enum class Status : std::uint8_t {
+  idle,         ///< never submitted
+  pending,      ///< submitted, no outcome yet
+  committed,    ///< done in time
+  late,         ///< done after its deadline (hard, soft)
+  missed,       ///< firm: the deadline passed before it could be published; nothing was done
+  refused,      ///< admission: could not be met, see earliest_feasible; nothing was done
+  conflict,     ///< a precondition did not hold; nothing was done
+  cancelled,    ///< shed from a full queue or by the database closing; nothing was done
+  truncated,    ///< committed, but at least one answer is incomplete or overflowed
+  device_lost,  ///< the GPU stopped answering; nothing was published
+  bad_input,    ///< a value that no caller may pass, see bad_input; nothing was done
+};
+
+enum class BadInputReason : std::uint8_t {
+  none,
+  not_finite,
+  zero_quaternion,
+  out_of_limits,
+  unknown_entity,
+  unknown_geometry,
+  too_many_entities,
+  world_time_goes_back,
+  time_not_covered,
+  window_too_long,
+  snapshot_too_old,
+  unknown_version,
+  bad_ray,
+  bad_region,
+};
+
+/// What was wrong, with the values. `element`: index of the write, or of the query's element.
+struct BadInput {
+  BadInputReason reason = BadInputReason::none;
+  std::uint32_t element = 0;
+  EntityId entity;
+  double values[4] = {};
+};
+
+struct Outcome {
+  Status status = Status::idle;
+  BadInput bad_input;
+  Version version = 0;       ///< the version made, or read
+  WorldTime version_time{};  ///< from when that version holds
+  // Five timestamps on the deadline clock; zero where the transaction did not get that far.
+  ClockTime submitted{}, admitted{}, started{}, computed{}, published{};
+  Nanoseconds lateness{0};                        ///< published - deadline when late
+  Nanoseconds predicted_cost{0}, actual_cost{0};  ///< started to published
+  Nanoseconds gpu_time{0};                        ///< of the actual cost, spent on the device
+  ClockTime earliest_feasible{};  ///< refused: the earliest deadline that would have been admitted
+  bool durable = false;           ///< written to a log that survives a crash
+
+  /// Whether the writes are in and the answers stand.
+  bool done() const noexcept {
+    return status == Status::committed || status == Status::late || status == Status::truncated;
+  }
+};
+
+const char* to_string(Status status) noexcept;
+const char* to_string(DeadlineClass deadline_class) noexcept;
+/// One sentence for the user, with the values. Allocates: not in the tick.
+std::string describe(const Outcome& outcome);
+
+struct TransactionOptions {
+  std::uint32_t max_writes = 0;
+  std::uint32_t max_preconditions = 0;
+  std::uint32_t max_queries = 0;
+};
+
+/// Made by Database::make_transaction. Going over its options' counts is misuse. Must not outlive its
+/// Database; destroying one that is pending is misuse.
+class Transaction {
+ public:
+  virtual ~Transaction() = default;
+
+  /// Empties the transaction and sets its terms. Misuse while pending.
+  virtual void begin(const Terms& terms) noexcept = 0;
+
+  /// The transaction is a conflict unless the entity exists / was last written by exactly this version.
+  virtual void expect_exists(EntityId entity) noexcept = 0;
+  virtual void expect_written_by(EntityId entity, Version version) noexcept = 0;
+
+  /// Returns the ordinal of this create, for created().
+  virtual std::uint32_t create(const EntityRow& row) noexcept = 0;
+  virtual void update(EntityId entity, const EntityRow& row) noexcept = 0;
+  /// Changes pose and velocities only.
+  virtual void update_motion(EntityId entity, const Motion& motion) noexcept = 0;
+  virtual void remove(EntityId entity) noexcept = 0;
+
+  /// Asks the first `count` elements of the query's input span. Zero is allowed and answers nothing.
+  virtual void ask(RayQuery& query, std::uint32_t count) noexcept = 0;
+  virtual void ask(RegionQuery& query, std::uint32_t count) noexcept = 0;
+  virtual void ask(OverlapQuery& query, std::uint32_t count) noexcept = 0;
+
+  /// After the outcome: the id of a created entity.
+  virtual EntityId created(std::uint32_t ordinal) const noexcept = 0;
+  /// Any thread may poll; the rest of the outcome is valid once this is neither idle nor pending.
+  virtual Status status() const noexcept = 0;
+  virtual const Outcome& outcome() const noexcept = 0;
+};
+
+}  // namespace rtstdb
