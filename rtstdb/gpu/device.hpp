@@ -1,0 +1,205 @@
+#pragma once
+// The GPU in few nouns: device, buffer, pipeline (with its bindings), recorder, timeline. This room is the
+// only place that names Vulkan; its headers do not. One queue, compute and copies only.
+//
+// Threads: creation calls from any one thread at a time (setup). A Recorder and a Timeline belong to one
+// thread. Lost device: after DeviceLost every object of that device only may be destroyed.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/gpu/shader.hpp"
+
+namespace rtstdb::gpu {
+
+enum class Memory : std::uint8_t {
+  device,    ///< only shaders and copies touch it
+  upload,    ///< the host writes, shaders read; mapped and coherent
+  readback,  ///< shaders write, the host reads; mapped, coherent, cached where the device has it
+};
+
+/// How shaders see a buffer. Read-mostly data is fetched as texels: far faster than storage loads on lavapipe
+/// (docs/decisions), and the same buffer may be storage for the pass that writes it.
+enum class View : std::uint8_t { storage, texel_uint4, texel_float4 };
+
+struct BufferOptions {
+  std::string name;  ///< for validation messages and captures
+  std::size_t size_bytes = 0;
+  Memory memory = Memory::device;
+  bool texel_uint4 = false;   ///< may be bound as View::texel_uint4
+  bool texel_float4 = false;  ///< may be bound as View::texel_float4
+  bool indirect = false;      ///< may hold dispatch counts
+};
+
+class Buffer {
+ public:
+  Buffer();
+  ~Buffer();
+  Buffer(Buffer&&) noexcept;
+  Buffer& operator=(Buffer&&) noexcept;
+  explicit operator bool() const noexcept { return impl_ != nullptr; }
+  std::size_t size_bytes() const noexcept;
+  /// The mapped bytes; misuse for Memory::device.
+  std::span<std::byte> host() const noexcept;
+  template <class T>
+  std::span<T> host_as() const noexcept {
+    const auto bytes = host();
+    return {reinterpret_cast<T*>(bytes.data()), bytes.size() / sizeof(T)};
+  }
+  struct Impl;
+
+ private:
+  friend class Device;
+  friend class Recorder;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// One compute shader of the table, ready to run.
+class Pipeline {
+ public:
+  Pipeline();
+  ~Pipeline();
+  Pipeline(Pipeline&&) noexcept;
+  Pipeline& operator=(Pipeline&&) noexcept;
+  explicit operator bool() const noexcept { return impl_ != nullptr; }
+  std::uint32_t group_size() const noexcept;
+  struct Impl;
+
+ private:
+  friend class Device;
+  friend class Recorder;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The buffers of one pipeline's bindings, in the order of the shader table. The buffers must outlive it.
+class Bindings {
+ public:
+  Bindings();
+  ~Bindings();
+  Bindings(Bindings&&) noexcept;
+  Bindings& operator=(Bindings&&) noexcept;
+  explicit operator bool() const noexcept { return impl_ != nullptr; }
+  struct Impl;
+
+ private:
+  friend class Device;
+  friend class Recorder;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Records commands into one re-usable command buffer.
+class Recorder {
+ public:
+  Recorder();
+  ~Recorder();
+  Recorder(Recorder&&) noexcept;
+  Recorder& operator=(Recorder&&) noexcept;
+
+  static constexpr std::uint32_t max_timestamps = 16;
+
+  /// Starts anew. Misuse while a submission of this recorder is not finished.
+  void begin();
+  /// `groups` workgroups of the pipeline's group size; 0 records nothing. Push constants: exactly the
+  /// struct's bytes.
+  void dispatch(const Pipeline& pipeline, const Bindings& bindings, std::span<const std::byte> push_constants,
+                std::uint32_t groups);
+  template <class Args>
+  void dispatch(const Pipeline& pipeline, const Bindings& bindings, const Args& args, std::uint32_t groups) {
+    dispatch(pipeline, bindings, std::as_bytes(std::span(&args, 1)), groups);
+  }
+  /// Groups from three uint32 at `offset_bytes`.
+  void dispatch_indirect(const Pipeline& pipeline, const Bindings& bindings,
+                         std::span<const std::byte> push_constants, const Buffer& counts,
+                         std::size_t offset_bytes);
+  /// What was recorded before is finished and visible before what comes after; includes the host's reads at
+  /// the end.
+  void barrier();
+  void copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset,
+            std::size_t size_bytes);
+  void fill(const Buffer& buffer, std::size_t offset_bytes, std::size_t size_bytes, std::uint32_t word);
+  void timestamp(std::uint32_t slot);
+  void end();
+
+  struct Impl;
+
+ private:
+  friend class Device;
+  friend class Timeline;
+  std::unique_ptr<Impl> impl_;
+};
+
+enum class WaitResult : std::uint8_t { done, timeout, lost };
+
+/// The order in which submissions finish: each has a number, and a later number finishes later.
+class Timeline {
+ public:
+  Timeline();
+  ~Timeline();
+  Timeline(Timeline&&) noexcept;
+  Timeline& operator=(Timeline&&) noexcept;
+
+  /// Returns the submission's number, or 0 when the device is lost.
+  std::uint64_t submit(Recorder& recorder);
+  WaitResult wait(std::uint64_t number, std::int64_t timeout_ns);
+  /// Nanoseconds between two timestamps of a finished submission of `recorder`.
+  std::int64_t elapsed_ns(const Recorder& recorder, std::uint32_t from_slot, std::uint32_t to_slot) const;
+
+  struct Impl;
+
+ private:
+  friend class Device;
+  std::unique_ptr<Impl> impl_;
+};
+
+struct DeviceOptions {
+  std::string select = "auto";  ///< see DatabaseOptions::gpu
+  bool validation = false;
+};
+
+struct DeviceLimits {
+  std::size_t max_storage_range_bytes = 0;
+  std::size_t max_texel_elements = 0;
+  std::uint32_t max_groups = 0;  ///< per dispatch
+  std::size_t max_allocation_bytes = 0;
+};
+
+class Device {
+ public:
+  /// Errors: no_device (a sentence saying what was looked for, what was found, what to install).
+  static Result<std::unique_ptr<Device>> open(const DeviceOptions& options);
+  static std::vector<DeviceInfo> list();
+  ~Device();
+
+  const DeviceInfo& info() const noexcept;
+  const DeviceLimits& limits() const noexcept;
+  bool lost() const noexcept;
+  /// What the validation layer said so far. Thread-safe.
+  std::vector<std::string> validation_messages() const;
+
+  /// Errors: capacity (names the limit), out_of_memory, device_lost.
+  Result<Buffer> create_buffer(const BufferOptions& options);
+  /// Checks the shader's reflected bindings, push-constant size and group size against the table; a
+  /// difference is an internal fault and asserts.
+  Result<Pipeline> create_pipeline(ShaderId shader);
+  /// `buffers` in the order of the shader's bindings. A buffer without the view that the table asks for is
+  /// misuse.
+  Result<Bindings> create_bindings(const Pipeline& pipeline, std::span<const Buffer* const> buffers);
+  Result<Recorder> create_recorder();
+  Result<Timeline> create_timeline();
+
+  struct Impl;
+
+ private:
+  explicit Device(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace rtstdb::gpu

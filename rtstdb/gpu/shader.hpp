@@ -1,0 +1,32 @@
+#pragma once
+// The table of all shaders. shaders/table.def holds one line per shader:
+//     SHADER(trace_closest, "query/trace_closest.comp", 64, RayArgs, "TTTTSS")
+// name, source under shaders/, local_size_x, the struct of its push constants (shaders/shared), and one
+// letter per binding in order: S storage, T texel buffer of uvec4, F texel buffer of vec4. The build compiles
+// every line, validates it and embeds it; the device checks at load that the compiled code says the same.
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace rtstdb::gpu {
+
+enum class ShaderId : std::uint16_t {
+#define SHADER(name, source, group_size, args, bindings) name,
+#include "shaders/table.def"
+#undef SHADER
+  count
+};
+
+struct ShaderInfo {
+  std::string_view name;
+  std::string_view source;
+  std::uint32_t group_size = 0;
+  std::uint32_t push_constant_bytes = 0;
+  std::string_view bindings;
+  std::span<const std::uint32_t> spirv;
+};
+
+const ShaderInfo& shader_info(ShaderId shader) noexcept;
+
+}  // namespace rtstdb::gpu

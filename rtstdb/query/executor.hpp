@@ -1,0 +1,82 @@
+#pragma once
+// Between the transaction engine and the GPU side: what a snapshot must tell, what a prepared query is to the
+// engine, and who carries out a batch. The engine's tests use a simulated executor.
+//
+// Threads: everything here is called on the database's thread alone, except that RowSource may be read by
+// others where its implementation says so.
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+namespace rtstdb::query {
+
+/// The rows of one version.
+class RowSource {
+ public:
+  virtual ~RowSource() = default;
+  virtual Version version() const noexcept = 0;
+  virtual WorldTime time() const noexcept = 0;
+  /// Every live index is below this.
+  virtual std::uint32_t index_limit() const noexcept = 0;
+  /// The state of the entity at `index` in this version, or null when there is none.
+  virtual const EntityState* row(std::uint32_t index) const noexcept = 0;
+  /// Appends every index whose row differs between `other` (older or newer) and this version; may name more.
+  /// False: no longer known, everything may differ. Does not allocate when `indices` has room for
+  /// index_limit() more.
+  virtual bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept = 0;
+
+  /// The live entity of that id, or null.
+  const EntityState* find(EntityId id) const noexcept {
+    const EntityState* state = id.index < index_limit() ? row(id.index) : nullptr;
+    return state != nullptr && state->id == id ? state : nullptr;
+  }
+};
+
+enum class QueryKind : std::uint8_t { ray_closest, ray_any, region, overlap, count };
+
+/// The times a batch asks at.
+struct TimeSpan {
+  WorldTime first = WorldTime::max();
+  WorldTime last = WorldTime::min();
+};
+
+/// A prepared query as the engine sees it; implemented beside RayQuery and its like.
+class PreparedQuery {
+ public:
+  virtual ~PreparedQuery() = default;
+  virtual QueryKind kind() const noexcept = 0;
+  virtual std::uint32_t capacity() const noexcept = 0;
+  /// Looks at the first `count` elements: finite, carriers alive, sizes positive, times not before the
+  /// version's; widens `times`. The first fault goes to the result.
+  virtual std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
+                                        TimeSpan& times) const noexcept = 0;
+};
+
+struct Request {
+  PreparedQuery* query = nullptr;
+  std::uint32_t count = 0;
+};
+
+enum class RunStatus : std::uint8_t { done, truncated, device_lost };
+
+struct RunReport {
+  RunStatus status = RunStatus::done;
+  std::int64_t gpu_ns = 0;
+};
+
+/// Carries out batches of prepared queries on a version: brings the device's copy of rows and structure to
+/// that version, runs the queries, leaves the answers in their output spans.
+class Executor {
+ public:
+  virtual ~Executor() = default;
+  /// `times` covers every element of every request and spans at most max_query_window_ns. Blocks until the
+  /// answers stand.
+  virtual RunReport run(const RowSource& rows, std::span<const Request> requests,
+                        const TimeSpan& times) noexcept = 0;
+};
+
+}  // namespace rtstdb::query

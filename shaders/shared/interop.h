@@ -1,0 +1,52 @@
+// One definition of every struct that host and GPU share. A struct is a list of fields; the list makes the C++ struct, the
+// GLSL struct, the checks of size and offsets, and the probe shader that echoes every field.
+//
+//     #define RTSTDB_FIELDS_Foo(F) F(vec3, origin_m) F(float, lambda_min)
+//     RTSTDB_STRUCT(Foo)
+//
+// Layout is GLSL scalar layout: every scalar, vector and matrix is aligned to its component. Fields are float, int, uint,
+// vec2..4, ivec2..4, uvec2..4.
+#ifndef RTSTDB_SHARED_INTEROP_H
+#define RTSTDB_SHARED_INTEROP_H
+
+#ifdef __cplusplus
+#include <cstdint>
+#include <glm/ext/vector_float2.hpp>
+#include <glm/ext/vector_float3.hpp>
+#include <glm/ext/vector_float4.hpp>
+#include <glm/ext/vector_int2.hpp>
+#include <glm/ext/vector_int3.hpp>
+#include <glm/ext/vector_int4.hpp>
+#include <glm/ext/vector_uint2.hpp>
+#include <glm/ext/vector_uint3.hpp>
+#include <glm/ext/vector_uint4.hpp>
+namespace rtstdb::shared {
+using uint = std::uint32_t;
+using glm::ivec2;
+using glm::ivec3;
+using glm::ivec4;
+using glm::uvec2;
+using glm::uvec3;
+using glm::uvec4;
+using glm::vec2;
+using glm::vec3;
+using glm::vec4;
+}  // namespace rtstdb::shared
+#define RTSTDB_DECLARE_FIELD(type, name) type name;
+#define RTSTDB_STRUCT(name)                   \
+  namespace rtstdb::shared {                  \
+  struct name {                               \
+    RTSTDB_FIELDS_##name(RTSTDB_DECLARE_FIELD) \
+  };                                          \
+  }
+#define RTSTDB_CONSTANT(name, value)             \
+  namespace rtstdb::shared {                     \
+  inline constexpr std::uint32_t name = (value); \
+  }
+#else
+#define RTSTDB_DECLARE_FIELD(type, name) type name;
+#define RTSTDB_STRUCT(name) struct name { RTSTDB_FIELDS_##name(RTSTDB_DECLARE_FIELD) };
+#define RTSTDB_CONSTANT(name, value) const uint name = value;
+#endif
+
+#endif
