@@ -36,9 +36,13 @@ constexpr ClockTime clock_time_ns(std::int64_t ns) {
   return ClockTime(Nanoseconds(ns));
 }
 
-/// Seconds from `from` to `to`, exact to the nanosecond before the division.
+/// Seconds from `from` to `to`. The difference is exact for any two times; the division rounds once.
 constexpr double seconds_between(WorldTime from, WorldTime to) {
-  return static_cast<double>((to - from).count()) * 1e-9;
+  // Unsigned, because the distance of two far times does not fit a signed count.
+  const auto from_ns = static_cast<std::uint64_t>(from.time_since_epoch().count());
+  const auto to_ns = static_cast<std::uint64_t>(to.time_since_epoch().count());
+  return to >= from ? static_cast<double>(to_ns - from_ns) / 1e9
+                    : -static_cast<double>(from_ns - to_ns) / 1e9;
 }
 
 /// The port through which the database reads the deadline clock. Thread-safe.

@@ -1,0 +1,100 @@
+#include "rtstdb/geometry/row_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <rtstdb/limits.hpp>
+#include <rtstdb/result.hpp>
+
+namespace rtstdb {
+namespace {
+
+BadInput fault(BadInputReason reason, const glm::dvec3& v) noexcept {
+  BadInput bad;
+  bad.reason = reason;
+  bad.values[0] = v.x;
+  bad.values[1] = v.y;
+  bad.values[2] = v.z;
+  return bad;
+}
+
+BadInput fault(BadInputReason reason, const glm::dquat& q) noexcept {
+  BadInput bad = fault(reason, {q.w, q.x, q.y});
+  bad.values[3] = q.z;
+  return bad;
+}
+
+bool finite(const glm::dvec3& v) noexcept {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+bool finite(const glm::dquat& q) noexcept {
+  return std::isfinite(q.w) && finite(glm::dvec3{q.x, q.y, q.z});
+}
+
+double largest_component(const glm::dvec3& v) noexcept {
+  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+double largest_component(const glm::dquat& q) noexcept {
+  return std::max(std::abs(q.w), largest_component(glm::dvec3{q.x, q.y, q.z}));
+}
+
+double length(const glm::dvec3& v) noexcept {
+  return std::hypot(v.x, v.y, v.z);
+}
+
+/// Below the normal numbers a quaternion has lost the digits that would say where it points.
+bool can_be_normalised(const glm::dquat& q) noexcept {
+  return largest_component(q) >= std::numeric_limits<double>::min();
+}
+
+}  // namespace
+
+std::optional<BadInput> check_motion(const Motion& motion) noexcept {
+  using enum BadInputReason;
+  if (!finite(motion.p_world_m)) return fault(not_finite, motion.p_world_m);
+  if (!finite(motion.q_world)) return fault(not_finite, motion.q_world);
+  if (!finite(motion.v_world_mps)) return fault(not_finite, motion.v_world_mps);
+  if (!finite(motion.w_world_radps)) return fault(not_finite, motion.w_world_radps);
+  if (!can_be_normalised(motion.q_world)) return fault(zero_quaternion, motion.q_world);
+  if (largest_component(motion.p_world_m) > max_coordinate_m) return fault(out_of_limits, motion.p_world_m);
+  if (length(motion.v_world_mps) > max_speed_mps) return fault(out_of_limits, motion.v_world_mps);
+  if (length(motion.w_world_radps) > max_angular_rate_radps)
+    return fault(out_of_limits, motion.w_world_radps);
+  return std::nullopt;
+}
+
+std::optional<BadInput> check_row(const EntityRow& row) noexcept {
+  using enum BadInputReason;
+  if (!row.geometry.valid()) return fault(unknown_geometry, {row.geometry.index, 0.0, 0.0});
+  if (!finite(row.scale)) return fault(not_finite, row.scale);
+  const double smallest = std::min({row.scale.x, row.scale.y, row.scale.z});
+  const double largest = std::max({row.scale.x, row.scale.y, row.scale.z});
+  if (smallest < min_scale || largest > max_scale) return fault(out_of_limits, row.scale);
+  return check_motion(row.motion);
+}
+
+Motion normalised(const Motion& motion) noexcept {
+  RTSTDB_ASSERT(finite(motion.q_world) && can_be_normalised(motion.q_world));
+  const double largest = largest_component(motion.q_world);
+  const glm::dquat& q = motion.q_world;
+  // Scaled to about one first, so that no square overflows or vanishes.
+  const double w = q.w / largest;
+  const double x = q.x / largest;
+  const double y = q.y / largest;
+  const double z = q.z / largest;
+  const double norm = std::sqrt(w * w + x * x + y * y + z * z);
+  Motion unit = motion;
+  unit.q_world = {w / norm, x / norm, y / norm, z / norm};
+  return unit;
+}
+
+EntityRow normalised(const EntityRow& row) noexcept {
+  EntityRow unit = row;
+  unit.motion = normalised(row.motion);
+  return unit;
+}
+
+}  // namespace rtstdb

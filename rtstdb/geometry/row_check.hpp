@@ -1,0 +1,31 @@
+#pragma once
+// What a row may hold: the checks that every write passes before it enters a version. Pure functions of their
+// arguments: any thread, no allocation, fit for the tick.
+
+#include <optional>
+
+#include <rtstdb/entity.hpp>
+#include <rtstdb/transaction.hpp>
+
+namespace rtstdb {
+
+/// The first fault of a motion, in this order; `values` holds what was wrong, padded with zeros.
+///   not_finite       a component of position (x, y, z), orientation (w, x, y, z) or a velocity (x, y, z)
+///   zero_quaternion  no component of the orientation is a normal number
+///   out_of_limits    a position component beyond max_coordinate_m, a speed beyond max_speed_mps, an angular
+///                    rate beyond max_angular_rate_radps
+/// The orientation need not be unit. `element` and `entity` are the caller's to fill.
+std::optional<BadInput> check_motion(const Motion& motion) noexcept;
+
+/// The first fault of a row: its geometry, its scale, then its motion.
+///   unknown_geometry  the row names none; whether the named one exists is the caller's question
+///   not_finite        a scale factor
+///   out_of_limits     a scale factor outside [min_scale, max_scale]
+std::optional<BadInput> check_row(const EntityRow& row) noexcept;
+
+/// The same motion with a unit orientation, whatever the magnitude of the given one. It has passed
+/// check_motion (misuse asserts). Normalising twice changes nothing beyond the last bit.
+Motion normalised(const Motion& motion) noexcept;
+EntityRow normalised(const EntityRow& row) noexcept;
+
+}  // namespace rtstdb
