@@ -1,0 +1,103 @@
+#include "runtime/report/junit_xml.hpp"
+
+#include <algorithm>
+
+#include "runtime/report/markup.hpp"
+#include "runtime/report/quantities.hpp"
+
+namespace hil::report {
+namespace {
+
+std::string seconds(std::int64_t ns) {
+  return to_ascii(decimal(static_cast<double>(ns) * 1e-9, 3));
+}
+
+std::string misses_in_words(const RunRecord& record) {
+  std::string words;
+  for (const Task& task : record.tasks) {
+    if (task.deadline_misses == 0) continue;
+    words += task.name + ": " + counted(task.deadline_misses, "deadline miss", "deadline misses") + '\n';
+    for (const Miss& miss : task.misses) {
+      words += "  tick " + std::to_string(miss.tick) + ", late by " + measured_time(miss.lateness_ns) + ": " +
+               miss.cause + '\n';
+    }
+  }
+  return to_ascii(words);
+}
+
+bool run_completed(Verdict verdict) {
+  return verdict == Verdict::passed || verdict == Verdict::failed || verdict == Verdict::timing_broken;
+}
+
+class Cases {
+ public:
+  Cases(Markup& xml, const RunRecord& record)
+      : xml_(xml), record_(record), class_name_("hil." + record.scenario.name) {}
+
+  void all() {
+    for (const Expectation& expectation : record_.expectations)
+      of(expectation);
+    open("run completed");
+    if (!run_completed(record_.verdict)) complain("error", record_.reason, to_string(record_.verdict));
+    xml_.close();
+    timing();
+  }
+
+ private:
+  void open(const std::string& name) {
+    xml_.open("testcase", {{"classname", class_name_}, {"name", name}, {"time", seconds(record_.wall_ns)}});
+  }
+  void complain(const char* element, const std::string& message, const std::string& detail) {
+    xml_.element(element, {{"message", message}, {"type", to_string(record_.verdict)}}, detail);
+  }
+  void of(const Expectation& expectation) {
+    open(expectation.name);
+    if (!expectation.passed) {
+      const auto& at = expectation.first_failure_ns;
+      complain("failure", expectation.detail,
+               at ? "first at " + to_ascii(instant(*at)) + ": " + expectation.detail : expectation.detail);
+    }
+    xml_.close();
+  }
+  void timing() {
+    open("timing kept");
+    const std::string misses = misses_in_words(record_);
+    if (record_.verdict == Verdict::timing_broken) {
+      complain("failure", record_.reason, misses);
+    } else if (!misses.empty()) {
+      xml_.element("system-out", {}, misses);
+    }
+    xml_.close();
+  }
+
+  Markup& xml_;
+  const RunRecord& record_;
+  std::string class_name_;
+};
+
+}  // namespace
+
+std::string junit_xml(const RunRecord& record) {
+  const auto failed =
+      std::ranges::count_if(record.expectations, [](const Expectation& e) { return !e.passed; });
+  const auto failures =
+      static_cast<std::uint64_t>(failed) + (record.verdict == Verdict::timing_broken ? 1 : 0);
+  const std::string tests = std::to_string(record.expectations.size() + 2);
+  const std::string errors = run_completed(record.verdict) ? "0" : "1";
+  const std::string time = seconds(record.wall_ns);
+  Markup xml;
+  xml.raw("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+  xml.open("testsuites",
+           {{"tests", tests}, {"failures", std::to_string(failures)}, {"errors", errors}, {"time", time}});
+  xml.open("testsuite", {{"name", record.scenario.name},
+                         {"tests", tests},
+                         {"failures", std::to_string(failures)},
+                         {"errors", errors},
+                         {"time", time},
+                         {"timestamp", record.started_at}});
+  Cases(xml, record).all();
+  xml.close().close();
+  return xml.take();
+}
+
+}  // namespace hil::report

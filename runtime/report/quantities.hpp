@@ -1,0 +1,43 @@
+#pragma once
+// Numbers as a reader wants them: with a unit and as many digits as mean something. Typographic by default
+// (µ, a real minus sign, narrow spaces between thousands); to_ascii for consoles.
+
+#include <cstdint>
+#include <string>
+
+namespace hil::report {
+
+/// Shown for what is not known.
+inline constexpr const char* dash = "\u2013";
+
+/// Something measured: three significant digits, the unit that suits. 412345 -> "412 µs", 8000000 -> "8.00
+/// ms", 0 -> "0".
+std::string measured_time(std::int64_t ns);
+
+/// Something chosen: all its digits and no more. 8000000 -> "8 ms", 1500000 -> "1.5 ms", 0 -> "0".
+std::string chosen_time(std::int64_t ns);
+
+/// An instant of the run in seconds with milliseconds: "4.217 s".
+std::string instant(std::int64_t ns);
+
+/// 12345678 -> "12 345 678".
+std::string count_text(std::uint64_t count);
+
+/// 1000 -> "1 kHz", 2.5 -> "2.5 Hz".
+std::string rate_text(double hz);
+
+/// Exactly so many decimals. Not finite: a dash.
+std::string decimal(double value, int decimals);
+
+/// The shortest text that reads back as the same number. Not finite: a dash.
+std::string shortest(double value);
+
+/// 0.125 -> "12.5 %". Not finite: a dash.
+std::string percent(double fraction, int decimals = 1);
+
+/// "1 miss", "2 misses".
+std::string counted(std::uint64_t count, const char* one, const char* many);
+
+std::string to_ascii(std::string text);
+
+}  // namespace hil::report

@@ -1,0 +1,267 @@
+#pragma once
+// The one list of what report.json holds: every struct of the record, every key, in the order of the file.
+// The writer and the reader both walk it, so they can not disagree.
+//
+// visit(key, member) is called once per member. Points travel as compact rows, see report_json.cpp.
+
+#include <concepts>
+#include <type_traits>
+
+#include "runtime/report/run_record.hpp"
+
+namespace hil::report {
+
+/// T is U or const U: one function serves reader and writer.
+template <class T, class U>
+concept Is = std::same_as<std::remove_const_t<T>, U>;
+
+template <Is<Scenario> T, class Visit>
+void each_field(T& scenario, Visit&& visit) {
+  visit("name", scenario.name);
+  visit("file", scenario.file);
+  visit("about", scenario.about);
+}
+
+template <Is<Override> T, class Visit>
+void each_field(T& override_, Visit&& visit) {
+  visit("path", override_.path);
+  visit("value", override_.value);
+}
+
+template <Is<Realtime> T, class Visit>
+void each_field(T& realtime, Visit&& visit) {
+  visit("scheduler", realtime.scheduler);
+  visit("priority", realtime.priority);
+  visit("locked_memory", realtime.locked_memory);
+  visit("cpus", realtime.cpus);
+  visit("kernel", realtime.kernel);
+  visit("degraded", realtime.degraded);
+}
+
+template <Is<Gpu> T, class Visit>
+void each_field(T& gpu, Visit&& visit) {
+  visit("device", gpu.device);
+  visit("driver", gpu.driver);
+  visit("api", gpu.api);
+}
+
+template <Is<Spread> T, class Visit>
+void each_field(T& spread, Visit&& visit) {
+  visit("samples", spread.samples);
+  visit("p50", spread.p50);
+  visit("p99", spread.p99);
+  visit("p999", spread.p999);
+  visit("max", spread.max);
+}
+
+template <Is<Slack> T, class Visit>
+void each_field(T& slack, Visit&& visit) {
+  visit("samples", slack.samples);
+  visit("min", slack.min);
+  visit("p50", slack.p50);
+}
+
+template <Is<TaskHistograms> T, class Visit>
+void each_field(T& histograms, Visit&& visit) {
+  visit("wake_latency_ns", histograms.wake_latency_ns);
+  visit("wall_ns", histograms.wall_ns);
+  visit("cpu_ns", histograms.cpu_ns);
+  visit("blocked_ns", histograms.blocked_ns);
+}
+
+template <Is<Miss> T, class Visit>
+void each_field(T& miss, Visit&& visit) {
+  visit("tick", miss.tick);
+  visit("cause", miss.cause);
+  visit("lateness_ns", miss.lateness_ns);
+}
+
+template <Is<Task> T, class Visit>
+void each_field(T& task, Visit&& visit) {
+  visit("name", task.name);
+  visit("rate_hz", task.rate_hz);
+  visit("thread", task.thread);
+  visit("deadline_ns", task.deadline_ns);
+  visit("budget_ns", task.budget_ns);
+  visit("overrun_policy", task.overrun_policy);
+  visit("runs", task.runs);
+  visit("warmup_runs", task.warmup_runs);
+  visit("deadline_misses", task.deadline_misses);
+  visit("overruns", task.overruns);
+  visit("skipped", task.skipped);
+  visit("aborted", task.aborted);
+  visit("over_budget", task.over_budget);
+  visit("page_faults", task.page_faults);
+  visit("wake_latency_ns", task.wake_latency_ns);
+  visit("wall_ns", task.wall_ns);
+  visit("cpu_ns", task.cpu_ns);
+  visit("blocked_ns", task.blocked_ns);
+  visit("gpu_ns", task.gpu_ns);
+  visit("slack_ns", task.slack_ns);
+  visit("misses", task.misses);
+  visit("histograms", task.histograms);
+}
+
+template <Is<BaseStage> T, class Visit>
+void each_field(T& stage, Visit&& visit) {
+  visit("name", stage.name);
+  visit("total_ns", stage.total_ns);
+  visit("per_tick_ns", stage.per_tick_ns);
+}
+
+template <Is<Event> T, class Visit>
+void each_field(T& event, Visit&& visit) {
+  visit("time_ns", event.time_ns);
+  visit("text", event.text);
+}
+
+template <Is<Transactions> T, class Visit>
+void each_field(T& transactions, Visit&& visit) {
+  visit("submitted", transactions.submitted);
+  visit("committed", transactions.committed);
+  visit("late", transactions.late);
+  visit("missed", transactions.missed);
+  visit("refused", transactions.refused);
+  visit("conflicts", transactions.conflicts);
+  visit("cancelled", transactions.cancelled);
+  visit("truncated", transactions.truncated);
+  visit("device_lost", transactions.device_lost);
+  visit("bad_input", transactions.bad_input);
+  visit("firm_late_commits", transactions.firm_late_commits);
+  visit("hard_misses", transactions.hard_misses);
+}
+
+template <Is<CanBus> T, class Visit>
+void each_field(T& bus, Visit&& visit) {
+  visit("bus", bus.bus);
+  visit("driver", bus.driver);
+  visit("rx", bus.rx);
+  visit("tx", bus.tx);
+  visit("dropped", bus.dropped);
+  visit("errors", bus.errors);
+  visit("no_buffer", bus.no_buffer);
+  visit("bad_checksum", bus.bad_checksum);
+  visit("bad_counter", bus.bad_counter);
+  visit("unknown_id", bus.unknown_id);
+  visit("bus_load", bus.bus_load);
+}
+
+template <Is<ModbusUnit> T, class Visit>
+void each_field(T& unit, Visit&& visit) {
+  visit("device", unit.device);
+  visit("requests", unit.requests);
+  visit("replies", unit.replies);
+  visit("timeouts", unit.timeouts);
+  visit("errors", unit.errors);
+  visit("reconnects", unit.reconnects);
+}
+
+template <Is<Process> T, class Visit>
+void each_field(T& process, Visit&& visit) {
+  visit("name", process.name);
+  visit("command", process.command);
+  visit("exit", process.exit);
+  visit("died_at_ns", process.died_at_ns);
+}
+
+template <Is<Expectation> T, class Visit>
+void each_field(T& expectation, Visit&& visit) {
+  visit("name", expectation.name);
+  visit("passed", expectation.passed);
+  visit("detail", expectation.detail);
+  visit("first_failure_ns", expectation.first_failure_ns);
+}
+
+template <Is<ResponseTime> T, class Visit>
+void each_field(T& response, Visit&& visit) {
+  visit("name", response.name);
+  visit("limit_ns", response.limit_ns);
+  visit("samples_ns", response.samples_ns);
+  visit("unanswered", response.unanswered);
+}
+
+template <Is<Shape> T, class Visit>
+void each_field(T& shape, Visit&& visit) {
+  visit("layer", shape.layer);
+  visit("label", shape.label);
+  visit("footprint", shape.footprint);
+}
+
+template <Is<Track> T, class Visit>
+void each_field(T& track, Visit&& visit) {
+  visit("name", track.name);
+  visit("ego", track.ego);
+  visit("points", track.points);
+}
+
+template <Is<ScanFan> T, class Visit>
+void each_field(T& fan, Visit&& visit) {
+  visit("origin", fan.origin);
+  visit("first_direction_rad", fan.first_direction_rad);
+  visit("last_direction_rad", fan.last_direction_rad);
+  visit("range_m", fan.range_m);
+}
+
+template <Is<ViewBox> T, class Visit>
+void each_field(T& box, Visit&& visit) {
+  visit("minimum", box.minimum);
+  visit("maximum", box.maximum);
+}
+
+template <Is<TopView> T, class Visit>
+void each_field(T& view, Visit&& visit) {
+  visit("time_ns", view.time_ns);
+  visit("view", view.view);
+  visit("shapes", view.shapes);
+  visit("tracks", view.tracks);
+  visit("fan", view.fan);
+  visit("entities", view.entities);
+  visit("scan_points", view.scan_points);
+}
+
+template <Is<ScanPicture> T, class Visit>
+void each_field(T& picture, Visit&& visit) {
+  visit("title", picture.title);
+  visit("caption", picture.caption);
+  visit("entities", picture.entities);
+  visit("subject", picture.subject);
+  visit("right", picture.right);
+  visit("true_length_m", picture.true_length_m);
+  visit("measured_length_m", picture.measured_length_m);
+  visit("closed_form_length_m", picture.closed_form_length_m);
+  visit("tolerance_m", picture.tolerance_m);
+  visit("points", picture.points);
+}
+
+template <Is<RunRecord> T, class Visit>
+void each_field(T& record, Visit&& visit) {
+  visit("scenario", record.scenario);
+  visit("verdict", record.verdict);
+  visit("reason", record.reason);
+  visit("exit_code", record.exit_code);
+  visit("program_version", record.program_version);
+  visit("clock", record.clock);
+  visit("ticks", record.ticks);
+  visit("period_ns", record.period_ns);
+  visit("duration_ns", record.duration_ns);
+  visit("started_at", record.started_at);
+  visit("wall_ns", record.wall_ns);
+  visit("seed", record.seed);
+  visit("overrides", record.overrides);
+  visit("realtime", record.realtime);
+  visit("gpu", record.gpu);
+  visit("expectations", record.expectations);
+  visit("tasks", record.tasks);
+  visit("base_stages", record.base_stages);
+  visit("watchdog", record.watchdog);
+  visit("transactions", record.transactions);
+  visit("can", record.can);
+  visit("modbus", record.modbus);
+  visit("processes", record.processes);
+  visit("response_times", record.response_times);
+  visit("events", record.events);
+  visit("top_view", record.top_view);
+  visit("scan_comparison", record.scan_comparison);
+}
+
+}  // namespace hil::report

@@ -1,0 +1,232 @@
+#include "runtime/report/report_json.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <type_traits>
+
+#include "runtime/report/json_layout.hpp"
+#include "runtime/report/record_fields.hpp"
+
+namespace hil::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class T>
+struct IsVector : std::false_type {};
+template <class T>
+struct IsVector<std::vector<T>> : std::true_type {};
+
+template <class T>
+struct IsOptional : std::false_type {};
+template <class T>
+struct IsOptional<std::optional<T>> : std::true_type {};
+
+double rounded(double value, double per_unit) {
+  const double result = std::round(value * per_unit) / per_unit;
+  return result == 0.0 ? 0.0 : result;  // never "-0.0"
+}
+double rounded_length(double value_m) {
+  return rounded(value_m, 1e4);
+}
+double rounded_angle(double value_rad) {
+  return rounded(value_rad, 1e6);
+}
+
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+Json length(double value_m) {
+  return number(rounded_length(value_m));
+}
+Json angle(double value_rad) {
+  return number(rounded_angle(value_rad));
+}
+
+// ---- writing ----
+
+template <class T>
+Json written(const T& value);
+
+Json row(const Bin& bin) {
+  return Json::array({bin.first_ns, bin.last_ns, bin.count});
+}
+Json row(const PointM& point) {
+  return Json::array({length(point.x_m), length(point.y_m)});
+}
+Json row(const TrackPoint& point) {
+  return Json::array({point.time_ns, length(point.x_m), length(point.y_m)});
+}
+Json row(const ScanPoint& point) {
+  return Json::array({length(point.x_m), length(point.y_m), length(point.z_m), angle(point.azimuth_rad),
+                      angle(point.elevation_rad), length(point.range_m), point.entity});
+}
+Json row(const std::array<double, 2>& pair) {
+  return Json::array({number(pair[0]), number(pair[1])});
+}
+
+template <class T>
+concept Row = requires(const T& value) {
+  row(value);
+};
+
+template <class T>
+Json written(const T& value) {
+  if constexpr (Row<T>) {
+    return row(value);
+  } else if constexpr (std::same_as<T, double>) {
+    return number(value);
+  } else if constexpr (std::is_enum_v<T>) {
+    return to_string(value);
+  } else if constexpr (std::is_arithmetic_v<T> || std::same_as<T, std::string>) {
+    return value;
+  } else if constexpr (IsOptional<T>::value) {
+    return value ? written(*value) : Json(nullptr);
+  } else if constexpr (IsVector<T>::value) {
+    Json list = Json::array();
+    for (const auto& item : value)
+      list.push_back(written(item));
+    return list;
+  } else {
+    Json object = Json::object();
+    each_field(value, [&](const char* key, const auto& member) { object[key] = written(member); });
+    return object;
+  }
+}
+
+// ---- reading ----
+
+/// A value and where it stands in the file.
+struct Place {
+  const Json& json;
+  std::string path;
+
+  [[noreturn]] void refuse(const std::string& wanted) const {
+    throw ReportError("report.json: " + (path.empty() ? "the file" : path) + " is " + json.type_name() +
+                      ", not " + wanted);
+  }
+  Place item(std::size_t index) const { return {json[index], path + '[' + std::to_string(index) + ']'}; }
+  Place member(const char* key) const {
+    if (!json.is_object()) refuse("an object");
+    const auto found = json.find(key);
+    const std::string where = path.empty() ? key : path + '.' + key;
+    if (found == json.end()) throw ReportError("report.json: " + where + " is missing");
+    return {*found, where};
+  }
+};
+
+template <class T>
+void read(const Place& place, T& value);
+
+template <class... Items>
+void read_items(const Place& place, Items&... items) {
+  if (!place.json.is_array() || place.json.size() != sizeof...(items)) {
+    place.refuse("a list of " + std::to_string(sizeof...(items)));
+  }
+  std::size_t index = 0;
+  (read(place.item(index++), items), ...);
+}
+
+void read_row(const Place& place, Bin& bin) {
+  read_items(place, bin.first_ns, bin.last_ns, bin.count);
+}
+void read_row(const Place& place, PointM& point) {
+  read_items(place, point.x_m, point.y_m);
+}
+void read_row(const Place& place, TrackPoint& point) {
+  read_items(place, point.time_ns, point.x_m, point.y_m);
+}
+void read_row(const Place& place, ScanPoint& point) {
+  read_items(place, point.x_m, point.y_m, point.z_m, point.azimuth_rad, point.elevation_rad, point.range_m,
+             point.entity);
+}
+void read_row(const Place& place, std::array<double, 2>& pair) {
+  read_items(place, pair[0], pair[1]);
+}
+
+void read_word(const Place& place, Verdict& verdict) {
+  const auto found = place.json.is_string() ? verdict_from(place.json.get<std::string>()) : std::nullopt;
+  if (!found) place.refuse("a verdict");
+  verdict = *found;
+}
+void read_word(const Place& place, Layer& layer) {
+  const auto found = place.json.is_string() ? layer_from(place.json.get<std::string>()) : std::nullopt;
+  if (!found) place.refuse("a layer");
+  layer = *found;
+}
+
+template <class T>
+void read_integer(const Place& place, T& value) {
+  if (!place.json.is_number_integer()) place.refuse("an integer");
+  if (place.json.is_number_unsigned()) {
+    const auto wide = place.json.get<std::uint64_t>();
+    if (!std::in_range<T>(wide)) place.refuse("an integer that fits");
+    value = static_cast<T>(wide);
+  } else {
+    const auto wide = place.json.get<std::int64_t>();
+    if (!std::in_range<T>(wide)) place.refuse("an integer that fits");
+    value = static_cast<T>(wide);
+  }
+}
+
+template <class T>
+void read(const Place& place, T& value) {
+  if constexpr (Row<T>) {
+    read_row(place, value);
+  } else if constexpr (std::same_as<T, double>) {
+    if (!place.json.is_number() && !place.json.is_null()) place.refuse("a number");
+    value = place.json.is_null() ? not_known : place.json.get<double>();
+  } else if constexpr (std::is_enum_v<T>) {
+    read_word(place, value);
+  } else if constexpr (std::same_as<T, bool>) {
+    if (!place.json.is_boolean()) place.refuse("true or false");
+    value = place.json.get<bool>();
+  } else if constexpr (std::is_integral_v<T>) {
+    read_integer(place, value);
+  } else if constexpr (std::same_as<T, std::string>) {
+    if (!place.json.is_string()) place.refuse("text");
+    value = place.json.get<std::string>();
+  } else if constexpr (IsOptional<T>::value) {
+    if (!place.json.is_null()) read(place, value.emplace());
+  } else if constexpr (IsVector<T>::value) {
+    if (!place.json.is_array()) place.refuse("a list");
+    value.resize(place.json.size());
+    for (std::size_t index = 0; index < value.size(); ++index)
+      read(place.item(index), value[index]);
+  } else {
+    each_field(value, [&](const char* key, auto& value_of_key) { read(place.member(key), value_of_key); });
+  }
+}
+
+}  // namespace
+
+std::string report_json(const RunRecord& record) {
+  Json json = Json::object();
+  json["schema_version"] = schema_version;
+  json.update(written(record));
+  return readable_json(json);
+}
+
+RunRecord parse_report(std::string_view text) {
+  Json json;
+  try {
+    json = Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    throw ReportError("report.json: not JSON at byte " + std::to_string(error.byte));
+  } catch (const Json::out_of_range& error) {
+    throw ReportError(std::string("report.json: a number is out of range: ") + error.what());
+  }
+  const Place file{json, ""};
+  int version = 0;
+  read(file.member("schema_version"), version);
+  if (version != schema_version) {
+    throw ReportError("report.json: schema_version is " + std::to_string(version) + "; this program reads " +
+                      std::to_string(schema_version));
+  }
+  RunRecord record;
+  read(file, record);
+  return record;
+}
+
+}  // namespace hil::report

@@ -1,0 +1,129 @@
+#include "runtime/report/report_text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "runtime/report/quantities.hpp"
+#include "runtime/report/text_safety.hpp"
+
+namespace hil::report {
+namespace {
+
+std::string whole_seconds(std::int64_t ns) {
+  return std::to_string(ns / 1'000'000'000) + " s";
+}
+
+std::string padded(std::string text, std::size_t width) {
+  if (text.size() < width) text.insert(0, width - text.size(), ' ');
+  return text;
+}
+
+std::vector<std::string> live_fields(const LiveStatus& status) {
+  const std::string end = status.duration_ns > 0 ? " / " + whole_seconds(status.duration_ns) : "";
+  const std::string rate = std::isfinite(status.tick_rate_hz) ? decimal(status.tick_rate_hz, 0) : "-";
+  std::vector<std::string> fields{
+      padded(to_ascii(decimal(static_cast<double>(status.run_time_ns) * 1e-9, 1)) + " s", 8) + end,
+      padded(to_ascii(rate), 5) + " ticks/s", "misses " + std::to_string(status.misses)};
+  fields.push_back("slack " +
+                   (status.min_slack_ns ? ">= " + to_ascii(measured_time(*status.min_slack_ns)) : "-"));
+  for (const LiveBus& bus : status.buses)
+    fields.push_back(one_line(bus.name) + ' ' + to_ascii(percent(bus.load, 0)));
+  return fields;
+}
+
+void add_expectations(std::string& out, const RunRecord& record) {
+  for (const Expectation& expectation : record.expectations) {
+    if (expectation.passed) continue;
+    out += "  failed: " + one_line(expectation.name);
+    if (expectation.first_failure_ns) out += " at " + to_ascii(instant(*expectation.first_failure_ns));
+    if (!expectation.detail.empty()) out += ": " + one_line(expectation.detail);
+    out += '\n';
+  }
+}
+
+void add_misses(std::string& out, const Task& task) {
+  if (task.deadline_misses == 0) return;
+  std::map<std::string, std::uint64_t> by_cause;
+  std::int64_t worst_ns = 0;
+  for (const Miss& miss : task.misses) {
+    ++by_cause[miss.cause];
+    worst_ns = std::max(worst_ns, miss.lateness_ns);
+  }
+  out += "  " + one_line(task.name) + ": " + to_ascii(count_text(task.deadline_misses)) + " of " +
+         to_ascii(counted(task.runs, "run", "runs")) + " missed the deadline";
+  const char* separator = " (";
+  for (const auto& [cause, count] : by_cause) {
+    out += separator + one_line(cause) + ' ' + to_ascii(count_text(count));
+    separator = ", ";
+  }
+  if (!task.misses.empty()) out += "; latest by " + to_ascii(measured_time(worst_ns)) + ')';
+  out += '\n';
+}
+
+}  // namespace
+
+std::string live_line(const LiveStatus& status, std::size_t columns) {
+  std::string line;
+  for (const std::string& field : live_fields(status)) {
+    const std::string addition = (line.empty() ? "" : "  ") + field;
+    if (columns_of(line) + columns_of(addition) > columns) break;
+    line += addition;
+  }
+  return line;
+}
+
+std::string report_text(const RunRecord& record, const std::string& report_place) {
+  std::string out = one_line(headline(record.verdict)) + ": " + one_line(reason_sentence(record)) + '\n';
+  add_expectations(out, record);
+  for (const Task& task : record.tasks)
+    add_misses(out, task);
+  for (const std::string& sentence : record.realtime.degraded)
+    out += "  degraded: " + one_line(sentence) + '\n';
+  out += "  " + to_ascii(counted(record.ticks, "tick", "ticks")) + " in " +
+         to_ascii(measured_time(record.wall_ns)) + ", report in " + one_line(report_place) + '\n';
+  return out;
+}
+
+const char* headline(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::passed:
+      return "Passed";
+    case Verdict::failed:
+      return "Failed";
+    case Verdict::timing_broken:
+      return "Timing broken";
+    case Verdict::io_failed:
+      return "I/O failed";
+    case Verdict::gpu_failed:
+      return "GPU failed";
+    case Verdict::interrupted:
+      return "Interrupted";
+  }
+  return "";
+}
+
+std::string reason_sentence(const RunRecord& record) {
+  if (!record.reason.empty()) return record.reason;
+  const auto failed = static_cast<std::uint64_t>(
+      std::ranges::count_if(record.expectations, [](const Expectation& e) { return !e.passed; }));
+  switch (record.verdict) {
+    case Verdict::passed:
+      return record.expectations.empty() ? "The run came to its end; nothing was expected of it."
+                                         : "Every expectation held.";
+    case Verdict::failed:
+      return counted(failed, "expectation", "expectations") + " of " +
+             count_text(record.expectations.size()) + " did not hold.";
+    case Verdict::timing_broken:
+      return "The run could not keep its time.";
+    case Verdict::io_failed:
+      return "A device or a process outside the run failed.";
+    case Verdict::gpu_failed:
+      return "The GPU failed.";
+    case Verdict::interrupted:
+      return "The run was stopped before its duration was over.";
+  }
+  return "";
+}
+
+}  // namespace hil::report

@@ -1,0 +1,312 @@
+#pragma once
+// Everything a report of a run needs, as plain data. Whoever ran the run fills it once the run has ended;
+// every file of the report is a function of this record alone, so `hil report DIR` makes the same page again
+// from report.json.
+//
+// Units: times in nanoseconds of run time (0 = first tick), durations in nanoseconds, lengths in metres,
+// angles in radians, rates in hertz, bus load as a fraction of the bus's bit rate. World frame: x east, y
+// north, z up. A double that is not known is NaN; it is written as null and shown as a dash. Text may hold
+// any bytes. Threads: plain data, no promise.
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hil::report {
+
+/// Written into report.json. A file with another number is refused by the reader.
+inline constexpr int schema_version = 1;
+
+inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+
+enum class Verdict : std::uint8_t {
+  passed,
+  failed,         ///< an expectation did not hold
+  timing_broken,  ///< the run could not keep its time
+  io_failed,
+  gpu_failed,
+  interrupted,  ///< ended by the user before its duration was over
+};
+
+struct Scenario {
+  std::string name;
+  std::string file;
+  std::string about;
+};
+
+struct Override {
+  std::string path;
+  std::string value;
+};
+
+struct Realtime {
+  std::string scheduler;  ///< what was really used: "SCHED_FIFO", "SCHED_OTHER"
+  int priority = 0;
+  bool locked_memory = false;
+  std::vector<int> cpus;  ///< empty: no affinity
+  std::string kernel;
+  std::vector<std::string> degraded;  ///< sentences: what was asked for, what the machine answered
+};
+
+struct Gpu {
+  std::string device;
+  std::string driver;
+  std::string api;
+};
+
+/// Quantiles of durations. `samples` 0: nothing was measured and the rest means nothing.
+struct Spread {
+  std::uint64_t samples = 0;
+  std::int64_t p50 = 0;
+  std::int64_t p99 = 0;
+  std::int64_t p999 = 0;
+  std::int64_t max = 0;
+};
+
+/// Deadline minus end of the work: positive is good.
+struct Slack {
+  std::uint64_t samples = 0;
+  std::int64_t min = 0;
+  std::int64_t p50 = 0;
+};
+
+/// `count` values lay between `first_ns` and `last_ns`, both included.
+struct Bin {
+  std::int64_t first_ns = 0;
+  std::int64_t last_ns = 0;
+  std::uint64_t count = 0;
+};
+
+/// Ascending, not overlapping; empty bins may be left out. Bins need not be equally wide.
+using Histogram = std::vector<Bin>;
+
+struct TaskHistograms {
+  Histogram wake_latency_ns;
+  Histogram wall_ns;
+  Histogram cpu_ns;
+  Histogram blocked_ns;
+};
+
+struct Miss {
+  std::uint64_t tick = 0;
+  std::string cause;  ///< "late wake-up", "own work", "database", ...
+  std::int64_t lateness_ns = 0;
+};
+
+struct Task {
+  std::string name;
+  double rate_hz = 0.0;
+  std::string thread;  ///< empty: the base thread
+  std::int64_t deadline_ns = 0;
+  std::int64_t budget_ns = 0;  ///< CPU time per run; 0: none
+  std::string overrun_policy;  ///< "skip", "queue", "abort"
+  std::uint64_t runs = 0;      ///< without the warm-up
+  std::uint64_t warmup_runs = 0;
+  std::uint64_t deadline_misses = 0;
+  std::uint64_t overruns = 0;  ///< a release came while the task still ran
+  std::uint64_t skipped = 0;
+  std::uint64_t aborted = 0;
+  std::uint64_t over_budget = 0;
+  std::uint64_t page_faults = 0;
+  Spread wake_latency_ns;
+  Spread wall_ns;
+  Spread cpu_ns;
+  Spread blocked_ns;  ///< waiting for the database
+  Spread gpu_ns;
+  Slack slack_ns;
+  TaskHistograms histograms;
+  std::vector<Miss>
+      misses;  ///< may hold fewer than deadline_misses where the recorder ran full; the page says so
+};
+
+/// A part of the base tick. All stages, idle among them, add up to the run.
+struct BaseStage {
+  std::string name;
+  std::int64_t total_ns = 0;
+  Spread per_tick_ns;
+};
+
+/// Something that happened at one instant: a light changed, braking began, the watchdog fired.
+struct Event {
+  std::int64_t time_ns = 0;
+  std::string text;
+};
+
+struct Transactions {
+  std::uint64_t submitted = 0;
+  std::uint64_t committed = 0;
+  std::uint64_t late = 0;
+  std::uint64_t missed = 0;
+  std::uint64_t refused = 0;
+  std::uint64_t conflicts = 0;
+  std::uint64_t cancelled = 0;
+  std::uint64_t truncated = 0;
+  std::uint64_t device_lost = 0;
+  std::uint64_t bad_input = 0;
+  std::uint64_t firm_late_commits = 0;  ///< a broken promise of the database when above 0
+  std::uint64_t hard_misses = 0;
+};
+
+struct CanBus {
+  std::string bus;
+  std::string driver;
+  std::uint64_t rx = 0;
+  std::uint64_t tx = 0;
+  std::uint64_t dropped = 0;
+  std::uint64_t errors = 0;
+  std::uint64_t no_buffer = 0;
+  std::uint64_t bad_checksum = 0;
+  std::uint64_t bad_counter = 0;
+  std::uint64_t unknown_id = 0;
+  double bus_load = not_known;
+};
+
+struct ModbusUnit {
+  std::string device;
+  std::uint64_t requests = 0;
+  std::uint64_t replies = 0;
+  std::uint64_t timeouts = 0;
+  std::uint64_t errors = 0;
+  std::uint64_t reconnects = 0;
+};
+
+struct Process {
+  std::string name;
+  std::string command;
+  std::string exit;                        ///< in words: "exit code 0", "signal 11 (SIGSEGV)", "running"
+  std::optional<std::int64_t> died_at_ns;  ///< set only when it ended before the run did
+};
+
+struct Expectation {
+  std::string name;
+  bool passed = false;
+  std::string detail;
+  std::optional<std::int64_t> first_failure_ns;
+};
+
+struct ResponseTime {
+  std::string name;
+  std::int64_t limit_ns = 0;  ///< 0: no limit
+  std::vector<std::int64_t> samples_ns;
+  std::uint64_t unanswered = 0;
+};
+
+struct PointM {
+  double x_m = 0.0;
+  double y_m = 0.0;
+};
+
+/// Drawn in this order, the ego on top.
+enum class Layer : std::uint8_t { ground, road, marking, detector, structure, pole, vehicle, ego };
+
+/// A body's outline on the ground, counter-clockwise or clockwise, not closed by a repeated point.
+struct Shape {
+  Layer layer = Layer::structure;
+  std::string label;
+  std::vector<PointM> footprint;
+};
+
+struct TrackPoint {
+  std::int64_t time_ns = 0;
+  double x_m = 0.0;
+  double y_m = 0.0;
+};
+
+/// Where a vehicle went.
+struct Track {
+  std::string name;
+  bool ego = false;
+  std::vector<TrackPoint> points;
+};
+
+/// The stretch a scanner sweeps, from its first direction to its last (either turn), counted from +x to +y.
+struct ScanFan {
+  PointM origin;
+  double first_direction_rad = 0.0;
+  double last_direction_rad = 0.0;
+  double range_m = 0.0;
+};
+
+/// One beam's hit: where it was, and the beam it came from. `entity` counts into the names beside it.
+/// The files keep 0.1 mm and 1 microradian.
+struct ScanPoint {
+  double x_m = 0.0;
+  double y_m = 0.0;
+  double z_m = 0.0;
+  double azimuth_rad = 0.0;
+  double elevation_rad = 0.0;
+  double range_m = 0.0;
+  std::uint32_t entity = 0;
+};
+
+struct ViewBox {
+  PointM minimum;
+  PointM maximum;
+};
+
+/// The world from above at one instant.
+struct TopView {
+  std::int64_t time_ns = 0;
+  std::optional<ViewBox>
+      view;  ///< what to show; absent: everything that moves or was seen, and some room around it
+  std::vector<Shape> shapes;
+  std::vector<Track> tracks;
+  std::optional<ScanFan> fan;
+  std::vector<ScanPoint> scan_points;
+  std::vector<std::string> entities;  ///< names for ScanPoint::entity
+};
+
+/// One panel of the comparison of the paper's Figure 8: a body as the scanner saw it.
+struct ScanPicture {
+  std::string title;
+  std::string caption;
+  std::vector<std::string> entities;  ///< names for ScanPoint::entity
+  std::uint32_t subject = 0;          ///< the body that is measured
+  std::array<double, 2> right{
+      1.0, 0.0};  ///< unit vector in x, y: to the right as seen from the scanner; lengths are along it
+  double true_length_m = not_known;
+  double measured_length_m = not_known;
+  double closed_form_length_m = not_known;
+  double tolerance_m = not_known;  ///< how far measured and closed form may lie apart
+  std::vector<ScanPoint> points;
+};
+
+struct RunRecord {
+  Scenario scenario;
+  Verdict verdict = Verdict::passed;
+  std::string reason;  ///< why, in one sentence
+  int exit_code = 0;
+  std::string program_version;
+  std::string clock;  ///< "realtime" or "virtual"
+  std::uint64_t ticks = 0;
+  std::int64_t period_ns = 0;    ///< of the base rate
+  std::int64_t duration_ns = 0;  ///< asked for; 0: until stopped
+  std::string started_at;        ///< ISO 8601
+  std::int64_t wall_ns = 0;      ///< how long the run took on the wall clock
+  std::uint64_t seed = 0;
+  std::vector<Override> overrides;
+  Realtime realtime;
+  Gpu gpu;
+  std::vector<Task> tasks;
+  std::vector<BaseStage> base_stages;
+  std::vector<Event> watchdog;
+  Transactions transactions;
+  std::vector<CanBus> can;
+  std::vector<ModbusUnit> modbus;
+  std::vector<Process> processes;
+  std::vector<Expectation> expectations;
+  std::vector<ResponseTime> response_times;
+  std::vector<Event> events;
+  std::optional<TopView> top_view;
+  std::vector<ScanPicture> scan_comparison;
+};
+
+const char* to_string(Verdict verdict) noexcept;
+const char* to_string(Layer layer) noexcept;
+std::optional<Verdict> verdict_from(const std::string& word);
+std::optional<Layer> layer_from(const std::string& word);
+
+}  // namespace hil::report

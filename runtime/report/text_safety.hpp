@@ -1,0 +1,24 @@
+#pragma once
+// Text of any origin (names, file contents, bus data) made fit for a document or a terminal.
+
+#include <string>
+#include <string_view>
+
+namespace hil::report {
+
+/// Valid UTF-8 of characters that XML 1.0 and HTML allow: each byte that is not UTF-8, and each control
+/// character but tab, newline and carriage return, becomes U+FFFD.
+std::string clean_text(std::string_view bytes);
+
+/// clean_text, then & < > " ' and line breaks as character references: fit for element text and quoted
+/// attributes of XML and HTML alike.
+std::string escape_markup(std::string_view bytes);
+
+/// clean_text on one line, for a terminal: no control character gets through, line breaks and tabs become
+/// spaces.
+std::string one_line(std::string_view bytes);
+
+/// How many columns a terminal gives to UTF-8 text without wide or combining characters.
+std::size_t columns_of(std::string_view utf8);
+
+}  // namespace hil::report
