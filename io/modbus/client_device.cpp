@@ -1,0 +1,424 @@
+#include "io/modbus/client_device.hpp"
+
+#include <pthread.h>
+#include <signal.h>
+#include <time.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "io/modbus/register_codec.hpp"
+#include "io/modbus/require.hpp"
+
+namespace hil::io::modbus {
+
+namespace {
+
+constexpr auto relaxed = std::memory_order_relaxed;
+
+std::optional<std::size_t> own_entry(const RegisterMap& map, const std::string& name) {
+  if (name.empty()) return std::nullopt;
+  const RegisterEntry* entry = map.find(name);
+  require(entry != nullptr && entry->writable,
+          "ClientDevice: the heartbeat or run time entry is not a writable entry");
+  return static_cast<std::size_t>(entry - map.entries.data());
+}
+
+ChannelInfo channel_of(const RegisterEntry& entry) {
+  return {entry.name, entry.unit, entry.minimum, entry.maximum, entry.safe_value};
+}
+
+/// Where the heartbeat starts and ends: the entry's range within its type.
+std::pair<double, double> heartbeat_range(const RegisterEntry& entry) {
+  std::array<std::uint16_t, widest_value> registers{};
+  encode(entry, std::max(entry.minimum, 0.0), registers);
+  const double first = decode(entry, registers).value;
+  encode(entry, entry.maximum, registers);
+  return {first, decode(entry, registers).value};
+}
+
+timespec monotonic_after(std::chrono::nanoseconds wait) {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  constexpr std::int64_t second = 1'000'000'000;
+  const std::int64_t total = now.tv_sec * second + now.tv_nsec + std::max<std::int64_t>(wait.count(), 0);
+  return {total / second, total % second};
+}
+
+/// The executive's signals belong to the main thread.
+void block_all_signals() {
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, nullptr);
+}
+
+}  // namespace
+
+ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
+    : settings_(std::move(settings)),
+      map_(std::move(map)),
+      who_("Modbus unit " + settings_.name + " (" + settings_.endpoint.to_text() + ")"),
+      run_time_entry_(own_entry(map_, settings_.run_time_ms_entry)),
+      heartbeat_entry_(own_entry(map_, settings_.heartbeat_entry)),
+      releases_(Release{}),
+      readings_(std::vector<Reading>{}),
+      session_(settings_.unit),
+      reconnect_pause_(settings_.reconnect_pause_min) {
+  require(mistakes_in(map_, Role::client).empty(),
+          "ClientDevice: the register map has mistakes (see mistakes_in)");
+  require(settings_.response_timeout.count() > 0 && settings_.start_limit.count() > 0 &&
+              settings_.reconnect_pause_min.count() > 0 && settings_.max_age.count() > 0 &&
+              settings_.reconnect_pause_max >= settings_.reconnect_pause_min &&
+              settings_.lockstep_limit.count() > 0 && settings_.stop_limit.count() > 0,
+          "ClientDevice: a time limit is not positive");
+  build_channels();
+  build_requests();
+  sem_init(&wake_signal_, 0, 0);
+}
+
+ClientDevice::~ClientDevice() {
+  stop();
+  sem_destroy(&wake_signal_);
+}
+
+void ClientDevice::build_channels() {
+  channel_of_input_.resize(map_.entries.size());
+  for (std::size_t index = 0; index < map_.entries.size(); ++index) {
+    const RegisterEntry& entry = map_.entries[index];
+    if (!entry.writable) {
+      channel_of_input_[index] = inputs_.size();
+      inputs_.push_back(channel_of(entry));
+      input_entries_.push_back(index);
+    } else if (index != run_time_entry_ && index != heartbeat_entry_) {
+      outputs_.push_back(channel_of(entry));
+      output_entries_.push_back(index);
+      wanted_.push_back(entry.safe_value);
+    }
+  }
+  newest_readings_.resize(inputs_.size());
+  for (std::size_t channel = 0; channel < inputs_.size(); ++channel) {
+    newest_readings_[channel].value = inputs_[channel].safe_value;
+  }
+  if (heartbeat_entry_) heartbeat_ = heartbeat_range(map_.entries[*heartbeat_entry_]).first;
+}
+
+void ClientDevice::build_requests() {
+  std::vector<std::size_t> written = output_entries_;
+  if (heartbeat_entry_) written.push_back(*heartbeat_entry_);
+  std::vector<PlannedRequest> plans = plan_requests(map_, written, Access::write, 0);
+  if (run_time_entry_) {
+    plans.push_back(plan_requests(map_, std::array{*run_time_entry_}, Access::write, 0).front());
+  }
+  for (PlannedRequest& plan : plans) {
+    WriteRequest request;
+    request.image.resize(plan.count);
+    request.plan = std::move(plan);
+    // A value that is refused leaves its registers as they are, so they have to be sound from the first.
+    for (const std::size_t entry : request.plan.entries)
+      encode_into(request, entry, map_.entries[entry].safe_value);
+    write_requests_.push_back(std::move(request));
+  }
+  read_requests_ = plan_requests(map_, input_entries_, Access::read, settings_.max_gap);
+}
+
+void ClientDevice::start(const RunClock& clock, Pacing pacing) {
+  require(!started_, "ClientDevice::start: started already");
+  clock_ = &clock;
+  pacing_ = pacing;
+  // The prototypes get their sizes here, so that the tick never allocates.
+  releases_.reset(Release{wanted_, 0});
+  readings_.reset(newest_readings_);
+  due_ = false;
+  stopping_.store(false);
+  safe_requested_.store(false);
+  address_ = resolve(settings_.endpoint);
+  const WallTime until = WallClock::now() + settings_.start_limit;
+  while (!connect_until(until)) {
+    if (WallClock::now() + settings_.reconnect_pause_min >= until) {
+      throw DeviceError(who_ + " can not be reached: " + health().fault + "; tried for " +
+                        std::to_string(settings_.start_limit.count()) +
+                        " ms. Check that the unit is on and that the address and port are right");
+    }
+    std::this_thread::sleep_for(settings_.reconnect_pause_min);
+  }
+  set_fault("");
+  started_ = true;
+  if (pacing_ == Pacing::realtime) thread_ = std::thread([this] { run(); });
+}
+
+void ClientDevice::stop() noexcept {
+  if (!started_) return;
+  if (thread_.joinable()) {
+    stopping_.store(true);
+    wake();
+    thread_.join();
+  }
+  const std::scoped_lock lock(lockstep_mutex_, health_mutex_);
+  session_.disconnect();
+  started_ = false;
+  health_.connected = false;
+}
+
+// ---- the tick's side
+// -------------------------------------------------------------------------------------------------
+
+void ClientDevice::latch_inputs(std::span<Sample> samples) noexcept {
+  require(samples.size() == inputs_.size(),
+          "ClientDevice::latch_inputs: as many samples as inputs are needed");
+  if (clock_ == nullptr) {
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      samples[i] = Sample{.value = inputs_[i].safe_value};
+    return;
+  }
+  readings_.take_newest();
+  const RunTimeNs oldest_ns =
+      clock_->now_ns() - std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Reading& reading = readings_.current()[i];
+    if (!reading.valid) {
+      samples[i] = Sample{.value = inputs_[i].safe_value};
+    } else if (reading.time_ns < oldest_ns) {
+      samples[i] = Sample{.value = inputs_[i].safe_value, .time_ns = reading.time_ns};
+    } else {
+      samples[i] = Sample{.value = reading.value, .time_ns = reading.time_ns, .fresh = true};
+    }
+  }
+}
+
+void ClientDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
+  require(values.size() == outputs_.size(),
+          "ClientDevice::release_outputs: as many values as outputs are needed");
+  if (clock_ == nullptr) return;
+  Release& release = releases_.draft();
+  std::copy(values.begin(), values.end(), release.values.begin());
+  release.tick_ns = tick_ns;
+  if (releases_.publish()) counters_.superseded.fetch_add(1, relaxed);
+  if (pacing_ == Pacing::realtime) wake();
+}
+
+void ClientDevice::wake() noexcept {
+  // One post at a time is enough, and the semaphore can not overflow while the unit is dead.
+  if (!wake_pending_.exchange(true)) sem_post(&wake_signal_);
+}
+
+bool ClientDevice::exchange(RunTimeNs tick_ns) {
+  require(started_ && pacing_ == Pacing::lockstep, "ClientDevice::exchange: only after start in lockstep");
+  (void)tick_ns;  // the cycle carries the time of its release
+  const std::scoped_lock lock(lockstep_mutex_);
+  take_work();
+  return !due_ || cycle(WallClock::now() + settings_.lockstep_limit);
+}
+
+void ClientDevice::enter_safe_state() noexcept {
+  safe_requested_.store(true);
+  if (clock_ == nullptr) return;
+  if (pacing_ == Pacing::realtime) return wake();
+  const std::scoped_lock lock(lockstep_mutex_);
+  take_work();
+  if (due_ && started_) cycle(WallClock::now() + settings_.lockstep_limit);
+}
+
+// ---- the cycle's side
+// ------------------------------------------------------------------------------------------------
+
+void ClientDevice::run() noexcept {
+  block_all_signals();
+  pthread_setname_np(pthread_self(), "hil-modbus-cl");
+  while (!stopping_.load()) {
+    wait_for_work();
+    if (stopping_.load()) break;
+    take_work();
+    if (due_ && (session_.connected() || WallClock::now() >= next_connect_)) cycle(WallTime::max());
+  }
+  take_work();
+  if (due_) cycle(WallClock::now() + settings_.stop_limit);
+}
+
+void ClientDevice::wait_for_work() {
+  if (due_ && !session_.connected()) {
+    // A cycle failed: go on when the pause is over, whether or not new outputs come.
+    const timespec until = monotonic_after(next_connect_ - WallClock::now());
+    while (sem_clockwait(&wake_signal_, CLOCK_MONOTONIC, &until) != 0 && errno == EINTR) {
+    }
+  } else {
+    while (sem_wait(&wake_signal_) != 0 && errno == EINTR) {
+    }
+  }
+  // An exchange, not a store: it has to see what was released before the wake-up it swallows.
+  wake_pending_.exchange(false);
+}
+
+void ClientDevice::take_work() noexcept {
+  // The request for safe values is looked at first and obeyed last: it also overrides what was released
+  // before it.
+  const bool safe = safe_requested_.exchange(false);
+  if (releases_.take_newest()) {
+    std::copy(releases_.current().values.begin(), releases_.current().values.end(), wanted_.begin());
+    wanted_tick_ns_ = releases_.current().tick_ns;
+    due_ = true;
+  }
+  if (safe) {
+    for (std::size_t i = 0; i < outputs_.size(); ++i)
+      wanted_[i] = outputs_[i].safe_value;
+    for (WriteRequest& request : write_requests_)
+      request.written.clear();  // sent even when nothing changed
+    due_ = true;
+  }
+}
+
+bool ClientDevice::cycle(WallTime until) {
+  cycle_fault_.clear();
+  if (session_.connected() && !session_.usable()) {
+    // Closed, or bytes that nobody asked for, while nothing was under way: no request is lost, so connect
+    // again at once.
+    counters_.errors.fetch_add(1, relaxed);
+    set_fault(session_.fault());
+  }
+  if (!session_.connected() && !connect_until(until)) return false;
+  encode_outputs();
+  if (!write_all(until) || !read_all(until)) return false;
+  due_ = false;
+  reconnect_pause_ = settings_.reconnect_pause_min;
+  set_fault(cycle_fault_);
+  return true;
+}
+
+bool ClientDevice::connect_until(WallTime until) {
+  Connection connection = connect_within(address_, request_limit(until));
+  if (!connection.socket.open()) {
+    lose_connection(std::move(connection.fault));
+    return false;
+  }
+  session_.adopt(std::move(connection.socket));
+  for (WriteRequest& request : write_requests_)
+    request.written.clear();
+  counters_.connects.fetch_add(1, relaxed);
+  const std::scoped_lock lock(health_mutex_);
+  health_.connected = true;
+  return true;
+}
+
+void ClientDevice::encode_into(WriteRequest& request, std::size_t entry, double value) {
+  const std::size_t first = map_.entries[entry].address - request.plan.address;
+  const Conversion conversion = encode(map_.entries[entry], value, std::span(request.image).subspan(first));
+  if (conversion == Conversion::saturated) counters_.saturated.fetch_add(1, relaxed);
+  if (conversion == Conversion::refused) counters_.refused.fetch_add(1, relaxed);
+}
+
+void ClientDevice::encode_outputs() {
+  if (heartbeat_entry_) {
+    const auto [first, last] = heartbeat_range(map_.entries[*heartbeat_entry_]);
+    heartbeat_ = heartbeat_ + 1.0 > last ? first : heartbeat_ + 1.0;
+  }
+  constexpr double ns_per_ms = 1e6;
+  for (WriteRequest& request : write_requests_) {
+    for (const std::size_t entry : request.plan.entries) {
+      if (entry == heartbeat_entry_) {
+        encode_into(request, entry, heartbeat_);
+      } else if (entry == run_time_entry_) {
+        encode_into(request, entry, static_cast<double>(wanted_tick_ns_) / ns_per_ms);
+      } else {
+        // output_entries_ is sorted: the map's order.
+        const auto found = std::lower_bound(output_entries_.begin(), output_entries_.end(), entry);
+        encode_into(request, entry, wanted_[static_cast<std::size_t>(found - output_entries_.begin())]);
+      }
+    }
+  }
+}
+
+bool ClientDevice::write_all(WallTime until) {
+  for (WriteRequest& request : write_requests_) {
+    if (!settings_.write_unchanged && request.image == request.written) continue;
+    const Reply reply =
+        session_.write(request.plan.table, request.plan.address, request.image, request_limit(until));
+    if (!settle(reply, "writing", request.plan)) return false;
+    if (reply == Reply::good) {
+      request.written = request.image;
+    } else {
+      request.written.clear();
+    }
+  }
+  return true;
+}
+
+bool ClientDevice::read_all(WallTime until) {
+  std::array<std::uint16_t, max_bits_read> registers{};
+  for (const PlannedRequest& plan : read_requests_) {
+    const std::span<std::uint16_t> image = std::span(registers).first(plan.count);
+    const Reply reply = session_.read(plan.table, plan.address, image, request_limit(until));
+    if (!settle(reply, "reading", plan)) return false;
+    if (reply != Reply::good) continue;
+    const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? wanted_tick_ns_ : clock_->now_ns();
+    for (const std::size_t index : plan.entries) {
+      const RegisterEntry& entry = map_.entries[index];
+      const Decoded decoded = decode(entry, image.subspan(entry.address - plan.address));
+      if (decoded.conversion == Conversion::saturated) counters_.saturated.fetch_add(1, relaxed);
+      if (decoded.conversion == Conversion::refused) {
+        counters_.refused.fetch_add(1, relaxed);
+      } else {
+        newest_readings_[channel_of_input_[index]] = {decoded.value, now_ns, true};
+      }
+    }
+  }
+  readings_.draft() = newest_readings_;
+  readings_.publish();
+  return true;
+}
+
+/// True when the cycle can go on with the next request.
+bool ClientDevice::settle(Reply reply, const char* verb, const PlannedRequest& plan) {
+  counters_.requests.fetch_add(1, relaxed);
+  if (reply == Reply::good) {
+    counters_.replies.fetch_add(1, relaxed);
+    return true;
+  }
+  std::string fault =
+      std::string(verb) + " " + place_of(plan.table, plan.address, plan.count) + ": " + session_.fault();
+  if (reply == Reply::exception) {
+    counters_.replies.fetch_add(1, relaxed);
+    counters_.exceptions.fetch_add(1, relaxed);
+    counters_.errors.fetch_add(1, relaxed);
+    if (cycle_fault_.empty()) cycle_fault_ = std::move(fault);
+    return true;
+  }
+  (reply == Reply::timeout ? counters_.timeouts : counters_.errors).fetch_add(1, relaxed);
+  lose_connection(std::move(fault));
+  return false;
+}
+
+std::chrono::microseconds ClientDevice::request_limit(WallTime until) const {
+  if (until == WallTime::max()) return settings_.response_timeout;
+  const auto left = std::chrono::floor<std::chrono::microseconds>(until - WallClock::now());
+  return std::clamp(left, std::chrono::microseconds(1), settings_.response_timeout);
+}
+
+void ClientDevice::lose_connection(std::string fault) {
+  session_.disconnect();
+  next_connect_ = WallClock::now() + reconnect_pause_;
+  reconnect_pause_ = std::min(2 * reconnect_pause_, settings_.reconnect_pause_max);
+  set_fault(std::move(fault));
+}
+
+void ClientDevice::set_fault(std::string fault) {
+  const std::scoped_lock lock(health_mutex_);
+  health_.connected = session_.connected();
+  health_.fault = fault.empty() ? "" : who_ + ": " + fault;
+}
+
+DeviceHealth ClientDevice::health() const {
+  const std::scoped_lock lock(health_mutex_);
+  return health_;
+}
+
+ClientCounters ClientDevice::counters() const noexcept {
+  const std::uint64_t connects = counters_.connects.load(relaxed);
+  return {counters_.requests.load(relaxed),   counters_.replies.load(relaxed),
+          counters_.timeouts.load(relaxed),   counters_.errors.load(relaxed),
+          counters_.exceptions.load(relaxed), connects > 0 ? connects - 1 : 0,
+          counters_.saturated.load(relaxed),  counters_.refused.load(relaxed),
+          counters_.superseded.load(relaxed)};
+}
+
+}  // namespace hil::io::modbus

@@ -1,0 +1,111 @@
+#include "io/modbus/crossing_plc/plc_program.hpp"
+
+#include <poll.h>
+
+#include <cmath>
+#include <string_view>
+#include <vector>
+
+#include "io/modbus/crossing_plc/plc_registers.hpp"
+#include "io/modbus/require.hpp"
+
+namespace hil::io::modbus::crossing_plc {
+
+namespace {
+
+/// All holding registers: hil's own, and override_mode, which hil only reads and anybody may set.
+std::vector<bool> written_by_clients(const RegisterMap& map) {
+  std::vector<bool> allowed;
+  allowed.reserve(map.entries.size());
+  for (const RegisterEntry& entry : map.entries)
+    allowed.push_back(entry.table == Table::holding);
+  return allowed;
+}
+
+const RegisterEntry& named(const RegisterMap& map, std::string_view name) {
+  const RegisterEntry* entry = map.find(name);
+  require(entry != nullptr, "PlcProgram: a register that the map does not have");
+  return *entry;
+}
+
+bool can_be_read(int fd) {
+  pollfd wanted{fd, POLLIN, 0};
+  return ::poll(&wanted, 1, 0) > 0;
+}
+
+}  // namespace
+
+PlcProgram::PlcProgram(const Timing& timing, PlcClock clock, ServerLimits limits)
+    : map_(register_map()),
+      clock_(clock),
+      bank_(map_, written_by_clients(map_)),
+      logic_(timing),
+      server_(bank_, limits,
+              {nullptr, [this](const WrittenRange& written) { scan_up_to_bench_time(written); }}) {
+  show_outputs();
+}
+
+void PlcProgram::listen(const Endpoint& endpoint) {
+  server_.listen(endpoint, "the crossing's PLC");
+}
+
+void PlcProgram::run_until_readable(int stop_fd) {
+  constexpr std::chrono::milliseconds period(scan_period_ms);
+  WallClock::time_point next_scan = WallClock::now() + period;
+  while (!can_be_read(stop_fd)) {
+    if (clock_ == PlcClock::stepped) {
+      server_.serve(std::chrono::milliseconds(-1), stop_fd);
+      continue;
+    }
+    const WallClock::time_point now = WallClock::now();
+    if (now < next_scan) {
+      server_.serve(std::chrono::ceil<std::chrono::milliseconds>(next_scan - now), stop_fd);
+      continue;
+    }
+    // Scans that were slept through are not made up for, but their time has passed all the same.
+    const std::int64_t missed = (now - next_scan) / period;
+    scan((missed + 1) * scan_period_ms);
+    next_scan += (missed + 1) * period;
+  }
+  server_.close();
+}
+
+void PlcProgram::scan_up_to_bench_time(const WrittenRange& written) {
+  const RegisterEntry& bench_time = named(map_, "bench_time_ms");
+  const bool touched = written.table == bench_time.table && written.address < bench_time.address + 2U &&
+                       bench_time.address < std::uint32_t{written.address} + written.count;
+  if (clock_ != PlcClock::stepped || !touched) return;
+  const auto until_ms = static_cast<std::int64_t>(std::llround(bank_.load(bench_time).value));
+  while (plc_time_ms_ + scan_period_ms <= until_ms)
+    scan(scan_period_ms);
+}
+
+void PlcProgram::scan(std::int64_t elapsed_ms) {
+  plc_time_ms_ += elapsed_ms;
+  ++scan_count_;
+  const Inputs inputs{word(named(map_, "detector_ego")), word(named(map_, "detector_cross_right")),
+                      word(named(map_, "detector_cross_left")), word(named(map_, "heartbeat_hil")),
+                      word(named(map_, "override_mode"))};
+  logic_.step(inputs, elapsed_ms);
+  show_outputs();
+}
+
+void PlcProgram::show_outputs() {
+  const Outputs& outputs = logic_.outputs();
+  constexpr double ms_per_s = 1000.0;
+  constexpr std::int64_t u32_range = std::int64_t{1} << 32U;
+  bank_.store(named(map_, "light_ego"), static_cast<double>(outputs.ego));
+  bank_.store(named(map_, "light_cross"), static_cast<double>(outputs.cross));
+  bank_.store(named(map_, "fault"), outputs.watchdog_fault ? fault_watchdog : 0);
+  bank_.store(named(map_, "green_remaining"), static_cast<double>(outputs.green_remaining_ms) / ms_per_s);
+  bank_.store(named(map_, "scan_count"), scan_count_);
+  bank_.store(named(map_, "plc_time_ms"), static_cast<double>(plc_time_ms_ % u32_range));
+  bank_.store(named(map_, "demand_ego"), outputs.demand_ego ? 1.0 : 0.0);
+  bank_.store(named(map_, "demand_cross"), outputs.demand_cross ? 1.0 : 0.0);
+}
+
+std::uint16_t PlcProgram::word(const RegisterEntry& entry) const noexcept {
+  return bank_.get(entry.table, entry.address);
+}
+
+}  // namespace hil::io::modbus::crossing_plc

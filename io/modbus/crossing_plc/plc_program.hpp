@@ -1,0 +1,54 @@
+#pragma once
+// The program of the crossing's PLC: registers and logic tied together by a scan cycle (read inputs, logic,
+// write outputs), behind a Modbus TCP server.
+//
+// Under the wall clock a scan starts every 20 ms. Under the stepped clock time stands still until a client
+// writes bench_time_ms: the scans up to that time are executed before the write is answered, so what the
+// client reads next is a function of what it wrote, and of nothing else. bench_time_ms starts at 0; a time
+// that is not later than the last moves nothing.
+//
+// Threads: one.
+
+#include <chrono>
+#include <cstdint>
+
+#include "io/modbus/crossing_plc/crossing_logic.hpp"
+#include "io/modbus/register_bank.hpp"
+#include "io/modbus/register_map.hpp"
+#include "io/modbus/tcp_server.hpp"
+
+namespace hil::io::modbus::crossing_plc {
+
+enum class PlcClock : std::uint8_t { wall, stepped };
+
+inline constexpr std::int64_t scan_period_ms = 20;
+
+class PlcProgram {
+ public:
+  PlcProgram(const Timing& timing, PlcClock clock, ServerLimits limits);
+
+  /// Throws io::DeviceError. Afterwards port() is the port.
+  void listen(const Endpoint& endpoint);
+  std::uint16_t port() const noexcept { return server_.port(); }
+
+  /// Serves and scans until `stop_fd` can be read.
+  void run_until_readable(int stop_fd);
+
+ private:
+  using WallClock = std::chrono::steady_clock;
+
+  void scan(std::int64_t elapsed_ms);
+  void scan_up_to_bench_time(const WrittenRange& written);
+  void show_outputs();
+  std::uint16_t word(const RegisterEntry& entry) const noexcept;
+
+  const RegisterMap map_;
+  const PlcClock clock_;
+  RegisterBank bank_;
+  CrossingLogic logic_;
+  TcpServer server_;
+  std::int64_t plc_time_ms_ = 0;
+  std::uint16_t scan_count_ = 0;
+};
+
+}  // namespace hil::io::modbus::crossing_plc

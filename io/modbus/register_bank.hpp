@@ -1,0 +1,58 @@
+#pragma once
+// The registers of a Modbus server: the four tables, as far as a register map reaches, and which of their
+// addresses clients may write.
+//
+// A table starts at its lowest mapped address and ends after its highest. Addresses between that no entry
+// uses read as 0 (a client may read across them) and can not be written.
+//
+// Threads: one at a time.
+
+#include <modbus/modbus.h>
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "io/modbus/register_codec.hpp"
+#include "io/modbus/register_map.hpp"
+
+namespace hil::io::modbus {
+
+class RegisterBank {
+ public:
+  /// Every entry starts at its safe value. `client_writes[i]`: clients may write entry i; only coils and
+  /// holding registers can be. Misuse (asserts): another size than the map's, or such a table.
+  RegisterBank(const RegisterMap& map, const std::vector<bool>& client_writes);
+
+  /// Does the whole range lie inside the table?
+  bool readable(Table table, std::uint32_t address, std::uint32_t count) const noexcept;
+  /// Does the whole range lie in entries that clients may write?
+  bool writable(Table table, std::uint32_t address, std::uint32_t count) const noexcept;
+
+  Conversion store(const RegisterEntry& entry, double value) noexcept;
+  Decoded load(const RegisterEntry& entry) const noexcept;
+
+  /// One address; bits as 0 or 1. Misuse (asserts): an address outside the table.
+  void set(Table table, std::uint16_t address, std::uint16_t value) noexcept;
+  std::uint16_t get(Table table, std::uint16_t address) const noexcept;
+
+  /// For modbus_reply.
+  modbus_mapping_t* mapping() noexcept { return mapping_.get(); }
+
+ private:
+  struct Extent {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+  };
+  struct FreeMapping {
+    void operator()(modbus_mapping_t* mapping) const noexcept { modbus_mapping_free(mapping); }
+  };
+
+  const Extent& extent(Table table) const noexcept { return extents_[static_cast<std::size_t>(table)]; }
+
+  Extent extents_[4];
+  std::vector<bool> writable_[4];  ///< per address of the extent
+  std::unique_ptr<modbus_mapping_t, FreeMapping> mapping_;
+};
+
+}  // namespace hil::io::modbus

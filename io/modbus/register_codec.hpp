@@ -1,0 +1,38 @@
+#pragma once
+// Values to registers and back, for one entry of a register map.
+//
+// Values are doubles, in the entry's unit. 64-bit integers beyond 2^53 are therefore rounded to the nearest
+// double. A bit (coil, discrete input) is held as a register of 0 or 1 here, so that all tables read alike.
+//
+// Threads: free functions, callable from any thread. No allocation.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "io/modbus/register_map.hpp"
+
+namespace hil::io::modbus {
+
+/// Registers of the widest type.
+inline constexpr std::size_t widest_value = 4;
+
+enum class Conversion : std::uint8_t {
+  exact,      ///< the value fitted (rounding to the nearest raw value included)
+  saturated,  ///< it was outside minimum..maximum or the type, and the nearest end was taken
+  refused,    ///< NaN (encode), or registers that hold NaN or an infinity (decode): nothing was changed
+};
+
+/// Writes `value` into registers[0 .. width_of(entry.type)). The raw value is rounded to the nearest, ties to
+/// even. A boolean is 1 for every value but 0. Infinities saturate. Misuse (asserts): too few registers.
+Conversion encode(const RegisterEntry& entry, double value, std::span<std::uint16_t> registers) noexcept;
+
+struct Decoded {
+  Conversion conversion = Conversion::refused;
+  double value = 0.0;  ///< meaningless when refused
+};
+
+/// The value that registers[0 .. width_of(entry.type)) hold. Misuse (asserts): too few registers.
+Decoded decode(const RegisterEntry& entry, std::span<const std::uint16_t> registers) noexcept;
+
+}  // namespace hil::io::modbus

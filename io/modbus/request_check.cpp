@@ -1,0 +1,155 @@
+#include "io/modbus/request_check.hpp"
+
+#include <modbus/modbus.h>
+
+#include "io/modbus/request_plan.hpp"
+
+namespace hil::io::modbus {
+
+namespace {
+
+constexpr std::uint8_t sound = 0;
+constexpr std::uint8_t illegal_function = MODBUS_EXCEPTION_ILLEGAL_FUNCTION;
+constexpr std::uint8_t illegal_address = MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS;
+constexpr std::uint8_t illegal_value = MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE;
+constexpr std::uint16_t max_registers_written_and_read = 121;
+
+using Pdu = std::span<const std::uint8_t>;  // function code first
+
+std::uint16_t word_at(Pdu pdu, std::size_t position) noexcept {
+  return static_cast<std::uint16_t>(static_cast<unsigned>(pdu[position]) << 8U | pdu[position + 1]);
+}
+
+bool bit_at(Pdu bytes, std::size_t bit) noexcept {
+  return (bytes[bit / 8] >> (bit % 8) & 1U) != 0;
+}
+
+std::uint8_t check_read(Pdu pdu, Table table, std::uint16_t most, const RegisterBank& bank) noexcept {
+  if (pdu.size() != 5) return illegal_value;
+  const std::uint16_t count = word_at(pdu, 3);
+  if (count == 0 || count > most) return illegal_value;
+  return bank.readable(table, word_at(pdu, 1), count) ? sound : illegal_address;
+}
+
+std::uint8_t check_write_one(Pdu pdu, Table table, const RegisterBank& bank) noexcept {
+  if (pdu.size() != 5) return illegal_value;
+  const std::uint16_t value = word_at(pdu, 3);
+  if (table == Table::coil && value != 0x0000 && value != 0xFF00) return illegal_value;
+  return bank.writable(table, word_at(pdu, 1), 1) ? sound : illegal_address;
+}
+
+std::uint8_t check_write_many(Pdu pdu, Table table, std::uint16_t most, const RegisterBank& bank) noexcept {
+  if (pdu.size() < 6) return illegal_value;
+  const std::uint16_t count = word_at(pdu, 3);
+  if (count == 0 || count > most) return illegal_value;
+  const std::size_t bytes = table == Table::coil ? (count + 7U) / 8U : 2U * count;
+  if (pdu[5] != bytes || pdu.size() != 6 + bytes) return illegal_value;
+  return bank.writable(table, word_at(pdu, 1), count) ? sound : illegal_address;
+}
+
+std::uint8_t check_mask_write(Pdu pdu, const RegisterBank& bank) noexcept {
+  if (pdu.size() != 7) return illegal_value;
+  return bank.writable(Table::holding, word_at(pdu, 1), 1) ? sound : illegal_address;
+}
+
+std::uint8_t check_write_and_read(Pdu pdu, const RegisterBank& bank) noexcept {
+  if (pdu.size() < 10) return illegal_value;
+  const std::uint16_t read_count = word_at(pdu, 3);
+  const std::uint16_t write_count = word_at(pdu, 7);
+  if (read_count == 0 || read_count > max_registers_read) return illegal_value;
+  if (write_count == 0 || write_count > max_registers_written_and_read) return illegal_value;
+  if (pdu[9] != 2U * write_count || pdu.size() != 10U + 2U * write_count) return illegal_value;
+  if (!bank.readable(Table::holding, word_at(pdu, 1), read_count)) return illegal_address;
+  return bank.writable(Table::holding, word_at(pdu, 5), write_count) ? sound : illegal_address;
+}
+
+WrittenRange store_registers(std::uint16_t address, std::uint16_t count, Pdu data,
+                             RegisterBank& bank) noexcept {
+  for (std::uint16_t i = 0; i < count; ++i) {
+    bank.set(Table::holding, static_cast<std::uint16_t>(address + i), word_at(data, 2U * i));
+  }
+  return {Table::holding, address, count};
+}
+
+WrittenRange store_bits(std::uint16_t address, std::uint16_t count, Pdu data, RegisterBank& bank) noexcept {
+  for (std::uint16_t i = 0; i < count; ++i) {
+    bank.set(Table::coil, static_cast<std::uint16_t>(address + i), bit_at(data, i) ? 1 : 0);
+  }
+  return {Table::coil, address, count};
+}
+
+}  // namespace
+
+FramingResult find_frame(std::span<const std::uint8_t> bytes) noexcept {
+  // The parts of the header are judged as soon as they are there: garbage is not waited on.
+  if (bytes.size() >= 3 && bytes[2] != 0) return {Framing::hopeless, 0};
+  if (bytes.size() >= 4 && bytes[3] != 0) return {Framing::hopeless, 0};
+  if (bytes.size() < 6) return {Framing::incomplete, 0};
+  const std::size_t length = word_at(bytes, 4);
+  const std::size_t size = 6 + length;
+  if (length < 2 || size > longest_frame) return {Framing::hopeless, 0};
+  if (bytes.size() < size) return {Framing::incomplete, 0};
+  return {Framing::complete, size};
+}
+
+std::uint8_t check_request(std::span<const std::uint8_t> frame, const RegisterBank& bank) noexcept {
+  const Pdu pdu = frame.subspan(header_size);
+  switch (pdu[0]) {
+    case MODBUS_FC_READ_COILS:
+      return check_read(pdu, Table::coil, max_bits_read, bank);
+    case MODBUS_FC_READ_DISCRETE_INPUTS:
+      return check_read(pdu, Table::discrete_input, max_bits_read, bank);
+    case MODBUS_FC_READ_HOLDING_REGISTERS:
+      return check_read(pdu, Table::holding, max_registers_read, bank);
+    case MODBUS_FC_READ_INPUT_REGISTERS:
+      return check_read(pdu, Table::input, max_registers_read, bank);
+    case MODBUS_FC_WRITE_SINGLE_COIL:
+      return check_write_one(pdu, Table::coil, bank);
+    case MODBUS_FC_WRITE_SINGLE_REGISTER:
+      return check_write_one(pdu, Table::holding, bank);
+    case MODBUS_FC_WRITE_MULTIPLE_COILS:
+      return check_write_many(pdu, Table::coil, max_bits_written, bank);
+    case MODBUS_FC_WRITE_MULTIPLE_REGISTERS:
+      return check_write_many(pdu, Table::holding, max_registers_written, bank);
+    case MODBUS_FC_REPORT_SLAVE_ID:
+      return pdu.size() == 1 ? sound : illegal_value;
+    case MODBUS_FC_MASK_WRITE_REGISTER:
+      return check_mask_write(pdu, bank);
+    case MODBUS_FC_WRITE_AND_READ_REGISTERS:
+      return check_write_and_read(pdu, bank);
+    default:
+      // Function 7 (read exception status) too: it is for serial lines, and libmodbus has no answer to it.
+      return illegal_function;
+  }
+}
+
+std::optional<WrittenRange> apply_writes(std::span<const std::uint8_t> frame, RegisterBank& bank) noexcept {
+  const Pdu pdu = frame.subspan(header_size);
+  if (pdu.size() < 5) return std::nullopt;
+  const std::uint16_t address = word_at(pdu, 1);
+  const std::uint16_t argument = word_at(pdu, 3);  // a count, a value or a mask
+  switch (pdu[0]) {
+    case MODBUS_FC_WRITE_SINGLE_COIL:
+      bank.set(Table::coil, address, argument != 0 ? 1 : 0);
+      return WrittenRange{Table::coil, address, 1};
+    case MODBUS_FC_WRITE_SINGLE_REGISTER:
+      bank.set(Table::holding, address, argument);
+      return WrittenRange{Table::holding, address, 1};
+    case MODBUS_FC_WRITE_MULTIPLE_COILS:
+      return store_bits(address, argument, pdu.subspan(6), bank);
+    case MODBUS_FC_WRITE_MULTIPLE_REGISTERS:
+      return store_registers(address, argument, pdu.subspan(6), bank);
+    case MODBUS_FC_MASK_WRITE_REGISTER: {
+      const unsigned old = bank.get(Table::holding, address);
+      const unsigned kept = argument;
+      bank.set(Table::holding, address, static_cast<std::uint16_t>((old & kept) | (word_at(pdu, 5) & ~kept)));
+      return WrittenRange{Table::holding, address, 1};
+    }
+    case MODBUS_FC_WRITE_AND_READ_REGISTERS:
+      return store_registers(word_at(pdu, 5), word_at(pdu, 7), pdu.subspan(10), bank);
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace hil::io::modbus

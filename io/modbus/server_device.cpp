@@ -1,0 +1,213 @@
+#include "io/modbus/server_device.hpp"
+
+#include <pthread.h>
+#include <signal.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "io/modbus/require.hpp"
+
+namespace hil::io::modbus {
+
+namespace {
+
+constexpr auto relaxed = std::memory_order_relaxed;
+
+std::vector<bool> written_by_clients(const RegisterMap& map) {
+  require(mistakes_in(map, Role::server).empty(),
+          "ServerDevice: the register map has mistakes (see mistakes_in)");
+  std::vector<bool> allowed;
+  allowed.reserve(map.entries.size());
+  for (const RegisterEntry& entry : map.entries)
+    allowed.push_back(!entry.writable);
+  return allowed;
+}
+
+bool touches(const RegisterEntry& entry, const WrittenRange& range) {
+  return entry.table == range.table && entry.address < std::uint32_t{range.address} + range.count &&
+         range.address < std::uint32_t{entry.address} + width_of(entry.type);
+}
+
+}  // namespace
+
+ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
+    : settings_(std::move(settings)),
+      map_(std::move(map)),
+      releases_(std::vector<double>{}),
+      readings_(std::vector<Reading>{}),
+      bank_(map_, written_by_clients(map_)),
+      server_(bank_, settings_.limits,
+              {[this] { bring_outputs_up_to_date(); },
+               [this](const WrittenRange& range) { take_inputs(range); }}) {
+  require(settings_.max_age.count() >= 0 && settings_.lockstep_limit.count() > 0,
+          "ServerDevice: a time limit is not positive");
+  build_channels();
+}
+
+ServerDevice::~ServerDevice() {
+  stop();
+}
+
+void ServerDevice::build_channels() {
+  for (std::size_t index = 0; index < map_.entries.size(); ++index) {
+    const RegisterEntry& entry = map_.entries[index];
+    (entry.writable ? outputs_ : inputs_)
+        .push_back({entry.name, entry.unit, entry.minimum, entry.maximum, entry.safe_value});
+    (entry.writable ? output_entries_ : input_entries_).push_back(index);
+    if (!entry.writable) newest_readings_.push_back({entry.safe_value, 0, false});
+  }
+}
+
+void ServerDevice::start(const RunClock& clock, Pacing pacing) {
+  require(!started_, "ServerDevice::start: started already");
+  clock_ = &clock;
+  pacing_ = pacing;
+  std::vector<double> safe_values;
+  for (const ChannelInfo& output : outputs_)
+    safe_values.push_back(output.safe_value);
+  // The slots get their sizes here, so that the tick never allocates.
+  releases_.reset(safe_values);
+  readings_.reset(newest_readings_);
+  stopping_.store(false);
+  safe_requested_.store(false);
+  wake_event_ = Descriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  if (!wake_event_.open()) {
+    throw DeviceError("Modbus server " + settings_.name +
+                      " can not be started: " + std::generic_category().message(errno) + " (eventfd)");
+  }
+  server_.listen(settings_.endpoint, "Modbus server " + settings_.name);
+  port_.store(server_.port());
+  started_ = true;
+  if (pacing_ == Pacing::realtime) thread_ = std::thread([this] { run(); });
+}
+
+void ServerDevice::stop() noexcept {
+  if (!started_) return;
+  stopping_.store(true);
+  if (thread_.joinable()) {
+    wake();
+    thread_.join();
+  }
+  const std::scoped_lock lock(lockstep_mutex_);
+  server_.close();
+  port_.store(0);
+  started_ = false;
+}
+
+// ---- the tick's side
+// -------------------------------------------------------------------------------------------------
+
+void ServerDevice::latch_inputs(std::span<Sample> samples) noexcept {
+  require(samples.size() == inputs_.size(),
+          "ServerDevice::latch_inputs: as many samples as inputs are needed");
+  if (clock_ == nullptr) {
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      samples[i] = Sample{.value = inputs_[i].safe_value};
+    return;
+  }
+  readings_.take_newest();
+  const RunTimeNs max_age_ns =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
+  const RunTimeNs now_ns = clock_->now_ns();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Reading& reading = readings_.current()[i];
+    if (!reading.valid) {
+      samples[i] = Sample{.value = inputs_[i].safe_value};
+    } else if (max_age_ns > 0 && now_ns - reading.time_ns > max_age_ns) {
+      samples[i] = Sample{.value = inputs_[i].safe_value, .time_ns = reading.time_ns};
+    } else {
+      samples[i] = Sample{.value = reading.value, .time_ns = reading.time_ns, .fresh = true};
+    }
+  }
+}
+
+void ServerDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
+  require(values.size() == outputs_.size(),
+          "ServerDevice::release_outputs: as many values as outputs are needed");
+  (void)tick_ns;  // registers carry no time
+  if (clock_ == nullptr) return;
+  std::copy(values.begin(), values.end(), releases_.draft().begin());
+  releases_.publish();  // the thread looks when a client asks: no wake-up
+}
+
+bool ServerDevice::exchange(RunTimeNs tick_ns) {
+  require(started_ && pacing_ == Pacing::lockstep, "ServerDevice::exchange: only after start in lockstep");
+  const std::scoped_lock lock(lockstep_mutex_);
+  exchange_tick_ns_ = tick_ns;
+  bring_outputs_up_to_date();
+  const auto until = std::chrono::steady_clock::now() + settings_.lockstep_limit;
+  while (server_.serve(std::chrono::milliseconds(0), -1)) {
+    if (std::chrono::steady_clock::now() >= until) return false;
+  }
+  return true;
+}
+
+void ServerDevice::enter_safe_state() noexcept {
+  safe_requested_.store(true);
+  if (clock_ == nullptr) return;
+  if (pacing_ == Pacing::realtime) return wake();
+  const std::scoped_lock lock(lockstep_mutex_);
+  bring_outputs_up_to_date();
+}
+
+void ServerDevice::wake() noexcept {
+  const std::uint64_t one = 1;
+  // It can only fail when the event is signalled already.
+  [[maybe_unused]] const ssize_t written = ::write(wake_event_.get(), &one, sizeof(one));
+}
+
+// ---- the server's side
+// -----------------------------------------------------------------------------------------------
+
+void ServerDevice::run() noexcept {
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, nullptr);  // the executive's signals belong to the main thread
+  pthread_setname_np(pthread_self(), "hil-modbus-sv");
+  while (!stopping_.load()) {
+    server_.serve(std::chrono::milliseconds(-1), wake_event_.get());
+    std::uint64_t events = 0;
+    if (::read(wake_event_.get(), &events, sizeof(events)) > 0) bring_outputs_up_to_date();
+  }
+}
+
+void ServerDevice::bring_outputs_up_to_date() noexcept {
+  // The request for safe values is looked at first and obeyed last: it also overrides what was released
+  // before it.
+  const bool safe = safe_requested_.exchange(false);
+  const bool newer = releases_.take_newest();
+  if (!safe && !newer) return;
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    const double value = safe ? outputs_[i].safe_value : releases_.current()[i];
+    count(bank_.store(map_.entries[output_entries_[i]], value));
+  }
+}
+
+void ServerDevice::take_inputs(const WrittenRange& written) noexcept {
+  const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? exchange_tick_ns_ : clock_->now_ns();
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const RegisterEntry& entry = map_.entries[input_entries_[i]];
+    if (!touches(entry, written)) continue;
+    const Decoded decoded = bank_.load(entry);
+    count(decoded.conversion);
+    if (decoded.conversion != Conversion::refused) newest_readings_[i] = {decoded.value, now_ns, true};
+  }
+  std::copy(newest_readings_.begin(), newest_readings_.end(), readings_.draft().begin());
+  readings_.publish();
+}
+
+void ServerDevice::count(Conversion conversion) noexcept {
+  if (conversion == Conversion::saturated) saturated_.fetch_add(1, relaxed);
+  if (conversion == Conversion::refused) refused_.fetch_add(1, relaxed);
+}
+
+DeviceHealth ServerDevice::health() const {
+  return {server_.clients() > 0, ""};
+}
+
+}  // namespace hil::io::modbus

@@ -1,0 +1,115 @@
+#pragma once
+// A Modbus TCP server that outside clients (a PLC as master, an HMI, mbpoll) talk to.
+//
+// inputs() are the registers that clients write: the entries of the map that are not `writable`, which have
+// to be coils or holding registers. outputs() are those that clients read: the `writable` ones, of any table;
+// a client that writes one is refused. Both in the order of the map. A value of several registers is always
+// answered whole, from one release.
+//
+// Real time: a thread of the device's own serves the clients; tick and thread exchange states without ever
+// waiting for each other. A bad client costs a connection (tcp_server.hpp), never the tick. Lockstep: no
+// thread; exchange() serves what has arrived by then, so clients wait between two exchanges.
+//
+// An input is fresh from its first write on, for ever or until it is older than `max_age`.
+//
+// Threads: as in io/device.hpp; port(), counters() and health() from any ordinary thread.
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "io/device.hpp"
+#include "io/modbus/latest_value.hpp"
+#include "io/modbus/register_bank.hpp"
+#include "io/modbus/register_map.hpp"
+#include "io/modbus/tcp_endpoint.hpp"
+#include "io/modbus/tcp_server.hpp"
+
+namespace hil::io::modbus {
+
+struct ServerSettings {
+  std::string name;                   ///< of the device, as in the configuration
+  Endpoint endpoint{"127.0.0.1", 0};  ///< port 0: a free one, see ServerDevice::port
+  ServerLimits limits;
+  std::chrono::milliseconds max_age{0};             ///< of an input that counts as fresh; 0: no limit
+  std::chrono::milliseconds lockstep_limit{1'000};  ///< wall-clock time of one exchange()
+};
+
+class ServerDevice final : public Device {
+ public:
+  /// Does not touch the network. Misuse (asserts): a map in which mistakes_in(map, Role::server) finds
+  /// something; limits that are not positive.
+  ServerDevice(ServerSettings settings, RegisterMap map);
+  ~ServerDevice() override;
+  ServerDevice(const ServerDevice&) = delete;
+  ServerDevice& operator=(const ServerDevice&) = delete;
+
+  const std::string& name() const noexcept override { return settings_.name; }
+  std::span<const ChannelInfo> inputs() const noexcept override { return inputs_; }
+  std::span<const ChannelInfo> outputs() const noexcept override { return outputs_; }
+
+  /// Listens; DeviceError when the port can not be had.
+  void start(const RunClock& clock, Pacing pacing) override;
+  void latch_inputs(std::span<Sample> samples) noexcept override;
+  void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
+  /// False: clients kept sending for the whole `lockstep_limit`.
+  bool exchange(RunTimeNs tick_ns) override;
+  void enter_safe_state() noexcept override;
+  void stop() noexcept override;
+  /// connected: at least one client is.
+  DeviceHealth health() const override;
+
+  /// The port it listens on; 0 before start and after stop.
+  std::uint16_t port() const noexcept { return port_.load(); }
+  ServerCounters counters() const noexcept { return server_.counters(); }
+  /// Outputs and inputs clamped to their range or type, and those refused (NaN): the register, or the input,
+  /// keeps its value.
+  std::uint64_t saturated_values() const noexcept { return saturated_.load(std::memory_order_relaxed); }
+  std::uint64_t refused_values() const noexcept { return refused_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Reading {
+    double value = 0.0;
+    RunTimeNs time_ns = 0;
+    bool valid = false;
+  };
+
+  void build_channels();
+  void run() noexcept;
+  void wake() noexcept;
+  void bring_outputs_up_to_date() noexcept;
+  void take_inputs(const WrittenRange& written) noexcept;
+  void count(Conversion conversion) noexcept;
+
+  const ServerSettings settings_;
+  const RegisterMap map_;
+  std::vector<ChannelInfo> inputs_, outputs_;
+  std::vector<std::size_t> input_entries_, output_entries_;  ///< channel -> index into the map
+
+  // The tick's side.
+  LatestValue<std::vector<double>> releases_;
+  LatestValue<std::vector<Reading>> readings_;
+  std::atomic<bool> safe_requested_{false};
+  std::atomic<bool> stopping_{false};
+  const RunClock* clock_ = nullptr;
+  Pacing pacing_ = Pacing::realtime;
+  bool started_ = false;
+
+  // The server's side: the device's thread, or in lockstep whoever holds lockstep_mutex_.
+  std::mutex lockstep_mutex_;
+  RegisterBank bank_;
+  TcpServer server_;
+  std::vector<Reading> newest_readings_;
+  RunTimeNs exchange_tick_ns_ = 0;
+  Descriptor wake_event_;
+  std::thread thread_;
+  std::atomic<std::uint16_t> port_{0};
+  std::atomic<std::uint64_t> saturated_{0}, refused_{0};
+};
+
+}  // namespace hil::io::modbus

@@ -1,0 +1,68 @@
+#pragma once
+// Sockets for Modbus TCP: resolving, connecting within a limit, listening. libmodbus gets connected sockets
+// only, because its own connect tells a refusal from a silent host by nothing but a missing errno, and uses
+// FD_SET on any descriptor.
+//
+// Threads: free functions, callable from any thread. They block as stated.
+
+#include <sys/socket.h>
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace hil::io::modbus {
+
+/// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  Descriptor() = default;
+  explicit Descriptor(int fd) noexcept : fd_(fd) {}
+  Descriptor(Descriptor&& other) noexcept : fd_(other.release()) {}
+  Descriptor& operator=(Descriptor&& other) noexcept;
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor();
+
+  int get() const noexcept { return fd_; }
+  bool open() const noexcept { return fd_ >= 0; }
+  int release() noexcept;
+  void reset() noexcept;
+
+ private:
+  int fd_ = -1;
+};
+
+struct Endpoint {
+  std::string host = "127.0.0.1";  ///< a name, an IPv4 or an IPv6 address
+  std::uint16_t port = 502;
+
+  std::string to_text() const;
+};
+
+/// A resolved endpoint.
+struct SocketAddress {
+  sockaddr_storage storage{};
+  socklen_t size = 0;
+};
+
+/// The first address the system knows for the endpoint. May block in the resolver. Throws io::DeviceError.
+SocketAddress resolve(const Endpoint& endpoint);
+
+/// What came of an attempt to connect; `fault` is empty exactly when `socket` is open.
+struct Connection {
+  Descriptor socket;
+  std::string fault;  ///< the system's words: "Connection refused", "no answer within 200000 us"
+};
+
+/// A non-blocking connection without delay (TCP_NODELAY). Blocks for `limit` at most.
+Connection connect_within(const SocketAddress& address, std::chrono::microseconds limit);
+
+/// A listening, non-blocking socket. Port 0: a free one, see port_of. Throws io::DeviceError, naming `who`,
+/// the endpoint, the system's answer and what to do.
+Descriptor listen_on(const Endpoint& endpoint, const std::string& who);
+
+/// The local port of a bound socket.
+std::uint16_t port_of(const Descriptor& socket);
+
+}  // namespace hil::io::modbus

@@ -1,0 +1,180 @@
+#include "io/modbus/tcp_server.hpp"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <limits>
+#include <new>
+#include <optional>
+#include <utility>
+
+#include "io/modbus/require.hpp"
+
+namespace hil::io::modbus {
+
+namespace {
+
+constexpr auto relaxed = std::memory_order_relaxed;
+constexpr std::chrono::milliseconds accept_pause{100};
+
+}  // namespace
+
+TcpServer::TcpServer(RegisterBank& bank, ServerLimits limits, Hooks hooks)
+    : bank_(bank),
+      limits_(limits),
+      hooks_(std::move(hooks)),
+      context_(modbus_new_tcp_pi("127.0.0.1", "502")) {
+  if (context_ == nullptr) throw std::bad_alloc();
+  require(limits_.max_connections > 0 && limits_.idle_limit.count() > 0 && limits_.frame_limit.count() > 0,
+          "TcpServer: a limit is not positive");
+}
+
+void TcpServer::listen(const Endpoint& endpoint, const std::string& who) {
+  listener_ = listen_on(endpoint, who);
+  port_ = port_of(listener_);
+}
+
+void TcpServer::close() noexcept {
+  connections_.clear();
+  clients_.store(0, relaxed);
+  listener_.reset();
+  port_ = 0;
+}
+
+bool TcpServer::serve(std::chrono::milliseconds limit, int wake_fd) {
+  Time now = std::chrono::steady_clock::now();
+  const bool accepting = listener_.open() && now >= accept_again_;
+  polled_.clear();
+  polled_.push_back({accepting ? listener_.get() : -1, POLLIN, 0});
+  polled_.push_back({wake_fd, POLLIN, 0});
+  for (const Connection& connection : connections_)
+    polled_.push_back({connection.socket.get(), POLLIN, 0});
+  const int ready = ::poll(polled_.data(), polled_.size(), poll_timeout(limit, now));
+  now = std::chrono::steady_clock::now();
+  std::size_t index = 2;
+  for (Connection& connection : connections_) {
+    if (ready > 0 && polled_[index].revents != 0) receive(connection, now);
+    ++index;
+  }
+  if (ready > 0 && polled_[0].revents != 0) accept_all(now);
+  drop_expired(now);
+  connections_.remove_if([](const Connection& connection) { return connection.closed; });
+  clients_.store(connections_.size(), relaxed);
+  return ready > 0;
+}
+
+TcpServer::Time TcpServer::deadline_of(const Connection& connection) const noexcept {
+  const Time idle = connection.last_request + limits_.idle_limit;
+  return connection.filled == 0 ? idle : std::min(idle, connection.first_byte + limits_.frame_limit);
+}
+
+int TcpServer::poll_timeout(std::chrono::milliseconds limit, Time now) const {
+  Time until = limit.count() < 0 ? Time::max() : now + limit;
+  for (const Connection& connection : connections_)
+    until = std::min(until, deadline_of(connection));
+  if (listener_.open() && accept_again_ > now) until = std::min(until, accept_again_);
+  if (until == Time::max()) return -1;
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - now).count();
+  return static_cast<int>(std::clamp<std::int64_t>(left, 0, std::numeric_limits<int>::max()));
+}
+
+void TcpServer::accept_all(Time now) {
+  // As many as can wait in one round; the rest stay in the kernel's queue for the next.
+  for (std::size_t i = 0; i <= limits_.max_connections; ++i) {
+    Descriptor socket(::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    if (!socket.open()) {
+      if (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM) {
+        counters_.refused.fetch_add(1, relaxed);
+        accept_again_ = now + accept_pause;
+      }
+      return;
+    }
+    if (connections_.size() >= limits_.max_connections) {
+      counters_.refused.fetch_add(1, relaxed);
+      continue;
+    }
+    const int on = 1;
+    ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
+    Connection& connection = connections_.emplace_back();
+    connection.socket = std::move(socket);
+    connection.last_request = now;
+    counters_.accepted.fetch_add(1, relaxed);
+  }
+}
+
+void TcpServer::receive(Connection& connection, Time now) {
+  const ssize_t got = ::recv(connection.socket.get(), connection.buffer.data() + connection.filled,
+                             connection.buffer.size() - connection.filled, 0);
+  if (got <= 0) {
+    const bool nothing_yet = got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR);
+    connection.closed = !nothing_yet;
+    return;
+  }
+  if (connection.filled == 0) connection.first_byte = now;
+  connection.filled += static_cast<std::size_t>(got);
+
+  std::span<const std::uint8_t> rest = std::span(connection.buffer).first(connection.filled);
+  while (!connection.closed && !rest.empty()) {
+    const FramingResult found = find_frame(rest);
+    if (found.framing == Framing::incomplete) break;
+    if (found.framing == Framing::hopeless) {
+      counters_.malformed.fetch_add(1, relaxed);
+      connection.closed = true;
+      break;
+    }
+    answer(connection, rest.first(found.size));
+    connection.last_request = now;
+    connection.first_byte = now;
+    rest = rest.subspan(found.size);
+  }
+  std::copy(rest.begin(), rest.end(), connection.buffer.begin());
+  connection.filled = rest.size();
+}
+
+void TcpServer::answer(Connection& connection, std::span<const std::uint8_t> frame) {
+  counters_.requests.fetch_add(1, relaxed);
+  modbus_set_socket(context_.get(), connection.socket.get());
+  // libmodbus may look at the longest header of a request before it knows the function.
+  std::array<std::uint8_t, longest_frame> request{};
+  std::copy(frame.begin(), frame.end(), request.begin());
+
+  const std::uint8_t exception = check_request(frame, bank_);
+  int sent = -1;
+  if (exception != 0) {
+    counters_.exceptions.fetch_add(1, relaxed);
+    sent = modbus_reply_exception(context_.get(), request.data(), exception);
+  } else {
+    if (hooks_.before_request) hooks_.before_request();
+    const std::optional<WrittenRange> written = apply_writes(frame, bank_);
+    if (written && hooks_.after_write) hooks_.after_write(*written);
+    // Carries out the same writes once more, to the same effect, and sends the reply.
+    sent = modbus_reply(context_.get(), request.data(), static_cast<int>(frame.size()), bank_.mapping());
+  }
+  modbus_set_socket(context_.get(), -1);
+  if (sent < 0) {
+    counters_.dropped_deaf.fetch_add(1, relaxed);
+    connection.closed = true;
+  } else {
+    counters_.replies.fetch_add(1, relaxed);
+  }
+}
+
+void TcpServer::drop_expired(Time now) {
+  for (Connection& connection : connections_) {
+    if (connection.closed || now < deadline_of(connection)) continue;
+    counters_.dropped_silent.fetch_add(1, relaxed);
+    connection.closed = true;
+  }
+}
+
+ServerCounters TcpServer::counters() const noexcept {
+  return {counters_.requests.load(relaxed),       counters_.replies.load(relaxed),
+          counters_.exceptions.load(relaxed),     counters_.malformed.load(relaxed),
+          counters_.accepted.load(relaxed),       counters_.refused.load(relaxed),
+          counters_.dropped_silent.load(relaxed), counters_.dropped_deaf.load(relaxed)};
+}
+
+}  // namespace hil::io::modbus
