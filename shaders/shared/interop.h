@@ -10,7 +10,10 @@
 #define RTSTDB_SHARED_INTEROP_H
 
 #ifdef __cplusplus
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <string_view>
 #include <glm/ext/vector_float2.hpp>
 #include <glm/ext/vector_float3.hpp>
 #include <glm/ext/vector_float4.hpp>
@@ -31,13 +34,45 @@ using glm::uvec4;
 using glm::vec2;
 using glm::vec3;
 using glm::vec4;
+
+/// One field of a shared struct as the C++ compiler placed it.
+struct Field {
+  std::string_view type;
+  std::string_view name;
+  std::size_t offset_bytes;
+  std::size_t size_bytes;
+};
+
+/// Layout<Foo>::fields: the fields of a shared struct, in order.
+template <class Struct>
+struct Layout;
+
+/// Scalar layout of 4-byte components leaves no gaps: each field begins where the one before it ends.
+template <std::size_t count>
+constexpr bool has_scalar_layout(const std::array<Field, count>& fields, std::size_t size_bytes,
+                                 std::size_t alignment) {
+  std::size_t next = 0;
+  for (const Field& field : fields) {
+    if (field.offset_bytes != next) return false;
+    next += field.size_bytes;
+  }
+  return next == size_bytes && alignment == sizeof(std::uint32_t);
+}
 }  // namespace rtstdb::shared
 #define RTSTDB_DECLARE_FIELD(type, name) type name;
-#define RTSTDB_STRUCT(name)                   \
-  namespace rtstdb::shared {                  \
-  struct name {                               \
-    RTSTDB_FIELDS_##name(RTSTDB_DECLARE_FIELD) \
-  };                                          \
+#define RTSTDB_DESCRIBE_FIELD(type, name) Field{#type, #name, offsetof(Struct, name), sizeof(type)},
+#define RTSTDB_STRUCT(name)                                                                          \
+  namespace rtstdb::shared {                                                                         \
+  struct name {                                                                                      \
+    RTSTDB_FIELDS_##name(RTSTDB_DECLARE_FIELD)                                                       \
+  };                                                                                                 \
+  template <>                                                                                        \
+  struct Layout<name> {                                                                              \
+    using Struct = name;                                                                             \
+    static constexpr std::array fields{RTSTDB_FIELDS_##name(RTSTDB_DESCRIBE_FIELD)};                 \
+    static_assert(has_scalar_layout(fields, sizeof(Struct), alignof(Struct)),                        \
+                  #name " is laid out differently on the GPU");                                      \
+  };                                                                                                 \
   }
 #define RTSTDB_CONSTANT(name, value)             \
   namespace rtstdb::shared {                     \

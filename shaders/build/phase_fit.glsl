@@ -1,0 +1,37 @@
+// Boxes of the inner nodes, bottom-up: of the two children the one that arrives second goes on to the parent. Nobody waits,
+// so no forward progress between workgroups is assumed. Minimum and maximum do not depend on the order of arrival.
+#ifndef RTSTDB_BUILD_PHASE_FIT_GLSL
+#define RTSTDB_BUILD_PHASE_FIT_GLSL
+#include "build/scratch.glsl"
+
+Box box_of_child(uint child, uint sorted_half) {
+  // Member by member: glslang 12 gives the two sides of a conditional over buffer structs different types.
+  Box box;
+  if ((child & leaf_child_bit) != 0u) {
+    const uint primitive = values[sorted_half + (child & ~leaf_child_bit)];
+    box.lo = bounds[primitive].lo;
+    box.hi = bounds[primitive].hi;
+  } else {
+    box.lo = node_bounds[child].lo;
+    box.hi = node_bounds[child].hi;
+  }
+  return box;
+}
+
+// `sorted_half`: where the sorted values begin in their ping-pong buffer.
+void fit_from_leaf(uint leaf, uint count, uint sorted_half) {
+  uint node = parents[count - 1u + leaf];
+  while (true) {
+    memoryBarrierBuffer();
+    if (atomicAdd(arrivals[node], 1u) == 0u) break;
+    memoryBarrierBuffer();
+    const uvec4 children = binary[node];
+    const Box box = box_union(box_of_child(children.x, sorted_half), box_of_child(children.y, sorted_half));
+    node_bounds[node].lo = box.lo;
+    node_bounds[node].hi = box.hi;
+    if (node == 0u) break;
+    node = parents[node];
+  }
+}
+
+#endif

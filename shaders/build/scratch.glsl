@@ -1,0 +1,35 @@
+// The builder's buffers, the same bindings 0-10 in every pass, and what each holds.
+//
+// A build of n primitives, worked example with n = 4 and centres a < b < c < d on a line:
+//   bounds        n boxes                                                     boxes of primitives 0..3
+//   keys, values  Morton codes and primitive numbers, sorted together         [a b c d], [2 0 3 1]
+//   binary        n-1 inner nodes: left, right, first, last; a child with     root {1, 2, 0, 3}, {leaf 0, leaf 1, 0, 1}, ...
+//                 bit 31 is a leaf, counted in sorted order; 0 is the root
+//   parents       of n-1 inner nodes, then of n leaves
+//   node_bounds   boxes of the inner nodes
+//   arrivals      per inner node: how many of its children are ready
+//   queue         collapse: (binary node, wide node) of this level and the next
+//   children      collapse: 8 binary children of each wide node of this level
+//   offsets       histograms of the sort; collapse: where each wide node's inner children stand in the next level
+//   wide          the node pool that traversal reads, as words of uvec4
+#ifndef RTSTDB_BUILD_SCRATCH_GLSL
+#define RTSTDB_BUILD_SCRATCH_GLSL
+#include "common/bounds.glsl"
+#include "shared/build.h"
+#include "shared/node.h"
+
+layout(set = 0, binding = 0, scalar) buffer BoundsBuffer { Box bounds[]; };
+layout(set = 0, binding = 1, scalar) buffer KeysBuffer { uvec2 keys[]; };
+layout(set = 0, binding = 2, scalar) buffer ValuesBuffer { uint values[]; };
+layout(set = 0, binding = 3, scalar) buffer BinaryBuffer { uvec4 binary[]; };
+layout(set = 0, binding = 4, scalar) buffer ParentsBuffer { uint parents[]; };
+layout(set = 0, binding = 5, scalar) coherent buffer NodeBoundsBuffer { Box node_bounds[]; };
+layout(set = 0, binding = 6, scalar) coherent buffer ArrivalsBuffer { uint arrivals[]; };
+layout(set = 0, binding = 7, scalar) buffer QueueBuffer { uvec2 queue[]; };
+layout(set = 0, binding = 8, scalar) buffer OffsetsBuffer { uint offsets[]; };
+layout(set = 0, binding = 9, scalar) buffer StateBuffer { uint state[]; };
+layout(set = 0, binding = 10, scalar) buffer WideBuffer { uvec4 wide[]; };
+
+const uint leaf_child_bit = 0x80000000u;
+
+#endif

@@ -1,0 +1,152 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/prelude.glsl"
+// A whole TLAS of at most small_build_max instances by one workgroup in one dispatch, since on lavapipe every dispatch
+// costs as much as hundreds of instances. The same phases as the passes of a large build, with a bitonic sort.
+#include "build/phase_collapse.glsl"
+#include "build/phase_hierarchy.glsl"
+#include "build/phase_instances.glsl"
+#include "build/phase_morton.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { SmallBuildArgs args; };
+
+const uint lanes = 64u;
+
+// 24 KiB: the largest part of the 32 KiB that every device has.
+shared uvec2 sort_keys[small_build_max];
+shared uint sort_values[small_build_max];
+shared uint next_count;
+shared vec3 lane_lo[lanes];
+shared vec3 lane_hi[lanes];
+
+void make_instances(uint lane) {
+  vec3 lo = vec3(3e38);
+  vec3 hi = vec3(-3e38);
+  for (uint i = lane; i < args.count; i += lanes) {
+    const Instance instance = write_instance(i, args.window_begin);
+    if (i >= args.visible_count) continue;
+    const Box box = bounds_of(instance, args.window_s);
+    bounds[i] = box;
+    lo = min(lo, center_of(box));
+    hi = max(hi, center_of(box));
+  }
+  lane_lo[lane] = lo;
+  lane_hi[lane] = hi;
+  barrier();
+  if (lane == 0u) {
+    for (uint k = 1u; k < lanes; ++k) {
+      lane_lo[0] = min(lane_lo[0], lane_lo[k]);
+      lane_hi[0] = max(lane_hi[0], lane_hi[k]);
+    }
+  }
+  barrier();
+}
+
+bool after(uint a, uint b) {
+  const uvec2 ka = sort_keys[a];
+  const uvec2 kb = sort_keys[b];
+  if (ka.y != kb.y) return ka.y > kb.y;
+  if (ka.x != kb.x) return ka.x > kb.x;
+  return sort_values[a] > sort_values[b];
+}
+
+void sort_by_code(uint lane) {
+  uint padded = 1u;
+  while (padded < args.visible_count) padded *= 2u;
+  for (uint i = lane; i < padded; i += lanes) {
+    sort_keys[i] = i < args.visible_count ? morton_code(center_of(bounds[i]), lane_lo[0], lane_hi[0]) : uvec2(0xFFFFFFFFu);
+    sort_values[i] = i;
+  }
+  for (uint size = 2u; size <= padded; size *= 2u) {
+    for (uint distance = size / 2u; distance >= 1u; distance /= 2u) {
+      barrier();
+      for (uint k = lane; k < padded / 2u; k += lanes) {
+        const uint a = 2u * k - (k & (distance - 1u));
+        const uint b = a + distance;
+        if (after(a, b) == ((a & size) == 0u)) {
+          const uvec2 key = sort_keys[a];
+          const uint value = sort_values[a];
+          sort_keys[a] = sort_keys[b];
+          sort_values[a] = sort_values[b];
+          sort_keys[b] = key;
+          sort_values[b] = value;
+        }
+      }
+    }
+  }
+  barrier();
+  for (uint i = lane; i < args.visible_count; i += lanes) {
+    keys[i] = sort_keys[i];
+    values[i] = sort_values[i];
+    arrivals[i] = 0u;
+  }
+  memoryBarrierBuffer();
+  barrier();
+}
+
+void main() {
+  const uint lane = gl_LocalInvocationID.x;
+  make_instances(lane);
+  if (args.visible_count == 0u) return;
+  sort_by_code(lane);
+  for (uint i = lane; i + 1u < args.visible_count; i += lanes) build_inner_node(int(i), int(args.visible_count));
+  memoryBarrierBuffer();
+  barrier();
+  if (args.visible_count > 1u) {
+    for (uint i = lane; i < args.visible_count; i += lanes) fit_from_leaf(i, args.visible_count, 0u);
+  }
+  memoryBarrierBuffer();
+  barrier();
+
+  BuildArgs build;
+  build.count = args.visible_count;
+  build.max_leaf = 1u;
+  build.leaf_bits = ref_instance_bit;
+  build.node_base = args.node_base;
+  if (args.visible_count == 1u) {
+    if (lane == 0u) write_single_leaf_root(build, 0u);
+    return;
+  }
+  uint level_count = 1u;
+  uint level_first = 0u;
+  uint half_index = 0u;
+  if (lane == 0u) queue[0] = uvec2(0u, args.node_base);
+  memoryBarrierBuffer();
+  barrier();
+  while (level_count > 0u) {
+    for (uint i = lane; i < level_count; i += lanes) {
+      const uint node = queue[half_index * args.half_size + i].x;
+      offsets[i] = inner_children(choose_children(node, 1u, 0u), 1u);
+    }
+    memoryBarrierBuffer();
+    barrier();
+    if (lane == 0u) {
+      uint total = 0u;
+      for (uint i = 0u; i < level_count; ++i) {
+        const uint here = offsets[i];
+        offsets[i] = total;
+        total += here;
+      }
+      next_count = total;
+    }
+    memoryBarrierBuffer();
+    barrier();
+    const uint next_level = args.node_base + level_first + level_count;
+    for (uint i = lane; i < level_count; i += lanes) {
+      const uvec2 entry = queue[half_index * args.half_size + i];
+      const WideChildren children = choose_children(entry.x, 1u, 0u);
+      write_wide_node(entry.y, children, next_level + offsets[i], build, 0u);
+      uint place = (1u - half_index) * args.half_size + offsets[i];
+      uint next = next_level + offsets[i];
+      for (uint k = 0u; k < children.count; ++k) {
+        if (stays_inner(children.child[k], 1u)) queue[place++] = uvec2(children.child[k], next++);
+      }
+    }
+    level_first += level_count;
+    level_count = next_count;
+    half_index = 1u - half_index;
+    memoryBarrierBuffer();
+    barrier();
+  }
+}

@@ -1,0 +1,27 @@
+// Axis-aligned boxes.
+#ifndef RTSTDB_COMMON_BOUNDS_GLSL
+#define RTSTDB_COMMON_BOUNDS_GLSL
+
+struct Box {
+  vec3 lo;
+  vec3 hi;
+};
+
+Box box_union(Box a, Box b) { return Box(min(a.lo, b.lo), max(a.hi, b.hi)); }
+
+float box_half_area(Box b) {
+  const vec3 e = max(b.hi - b.lo, vec3(0.0));
+  return e.x * e.y + e.y * e.z + e.z * e.x;
+}
+
+// Floats as unsigned integers of the same order, for atomic minimum and maximum.
+uint ordered(float x) {
+  const uint bits = floatBitsToUint(x);
+  return bits ^ ((bits >> 31) != 0u ? 0xFFFFFFFFu : 0x80000000u);
+}
+
+float unordered(uint bits) {
+  return uintBitsToFloat(bits ^ ((bits >> 31) != 0u ? 0x80000000u : 0xFFFFFFFFu));
+}
+
+#endif

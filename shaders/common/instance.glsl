@@ -1,0 +1,92 @@
+// Making instances and their conservative bounds over a window, and reading instances back as texels.
+#ifndef RTSTDB_COMMON_INSTANCE_GLSL
+#define RTSTDB_COMMON_INSTANCE_GLSL
+#include "common/bounds.glsl"
+#include "common/motion.glsl"
+#include "shared/entity.h"
+
+// Box of an oriented box: centre and half extents in the entity frame, turned by q about the entity's origin at p.
+Box box_of_oriented(vec3 p, vec4 q, vec3 center, vec3 half_extent) {
+  const vec3 c = p + rotate(q, center);
+  const vec3 e = abs(rotate(q, vec3(half_extent.x, 0.0, 0.0))) + abs(rotate(q, vec3(0.0, half_extent.y, 0.0))) +
+                 abs(rotate(q, vec3(0.0, 0.0, half_extent.z)));
+  return Box(c - e, c + e);
+}
+
+// Everything the oriented box covers during [0, window_s]. The union of both end boxes (paper, Eq. 1) loses the bulge of the
+// arc; between its ends an arc leaves its chord by at most rho phi^2 / 8, so the union grows by that, and never beyond the
+// ball of radius rho about the moving centre. Proof and reference: rtstdb/geometry/motion_bounds.hpp.
+Box motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 half_extent, float window_s) {
+  const vec3 p_end = p + v * window_s;
+  const Box begin = box_of_oriented(p, q, center, half_extent);
+  const Box end = box_of_oriented(p_end, orientation_at(q, w, window_s), center, half_extent);
+  const float rho = length(abs(center) + half_extent);
+  const float phi = length(w) * window_s;
+  const float bulge = rho * phi * phi * 0.125;
+  // Rounding of this and of the pose at query time.
+  const float reach = max(max(abs(p.x), abs(p.y)), abs(p.z)) + length(v) * window_s + rho;
+  const float slop = 2e-6 * reach + rho * phi * 2e-6;
+  Box result;
+  result.lo = max(min(begin.lo, end.lo) - bulge, min(p, p_end) - rho) - slop;
+  result.hi = min(max(begin.hi, end.hi) + bulge, max(p, p_end) + rho) + slop;
+  return result;
+}
+
+struct Instance {
+  vec3 p;
+  uint mask;
+  vec4 q;
+  vec3 v;
+  uint blas_root;
+  vec3 w;
+  uint entity;
+  vec3 scale;
+  vec3 box_center;
+  vec3 box_half;
+};
+
+Instance instance_of(EntityRecord row, GeometryRecord geometry, uvec2 window_begin) {
+  const float age_s = seconds_between(row.valid_from, window_begin);
+  Instance instance;
+  instance.p = row.p_world_m + row.v_world_mps * age_s;
+  instance.q = orientation_at(row.q_world, row.w_world_radps, age_s);
+  instance.v = row.v_world_mps;
+  instance.w = row.w_world_radps;
+  instance.mask = row.mask;
+  instance.blas_root = geometry.root;
+  instance.entity = row.index;
+  instance.scale = row.scale;
+  instance.box_center = geometry.box_center_m;
+  instance.box_half = geometry.box_half_m;
+  return instance;
+}
+
+Box bounds_of(Instance i, float window_s) {
+  return motion_bounds(i.p, i.q, i.v, i.w, i.box_center * i.scale, i.box_half * i.scale, window_s);
+}
+
+// What a query needs first; the box is read only where it is used.
+Instance fetch_instance(samplerBuffer instances, uint index) {
+  const int base = int(index * instance_texels);
+  const vec4 t0 = texelFetch(instances, base);
+  const vec4 t2 = texelFetch(instances, base + 2);
+  const vec4 t3 = texelFetch(instances, base + 3);
+  Instance instance;
+  instance.p = t0.xyz;
+  instance.mask = floatBitsToUint(t0.w);
+  instance.q = texelFetch(instances, base + 1);
+  instance.v = t2.xyz;
+  instance.blas_root = floatBitsToUint(t2.w);
+  instance.w = t3.xyz;
+  instance.entity = floatBitsToUint(t3.w);
+  instance.scale = texelFetch(instances, base + 4).xyz;
+  return instance;
+}
+
+void fetch_instance_box(samplerBuffer instances, uint index, inout Instance instance) {
+  const int base = int(index * instance_texels);
+  instance.box_center = texelFetch(instances, base + 5).xyz;
+  instance.box_half = texelFetch(instances, base + 6).xyz;
+}
+
+#endif

@@ -1,0 +1,33 @@
+// Motion of an entity as a function of time. Mirrors rtstdb/geometry/motion.cpp in single precision.
+#ifndef RTSTDB_COMMON_MOTION_GLSL
+#define RTSTDB_COMMON_MOTION_GLSL
+
+vec3 rotate(vec4 q, vec3 p) {
+  const vec3 t = 2.0 * cross(q.xyz, p);
+  return p + q.w * t + cross(q.xyz, t);
+}
+
+vec4 conjugate(vec4 q) { return vec4(-q.xyz, q.w); }
+
+vec4 quat_product(vec4 a, vec4 b) {
+  return vec4(a.w * b.xyz + b.w * a.xyz + cross(a.xyz, b.xyz), a.w * b.w - dot(a.xyz, b.xyz));
+}
+
+// Exponential map: the rotation by |w| t about w. Branch-free; the series takes over where the quotient loses digits.
+vec4 rotation_after(vec3 w, float t) {
+  const float rate = length(w);
+  const float half_angle = 0.5 * rate * t;
+  const float quotient = half_angle * half_angle < 1e-6 ? 0.5 * t * (1.0 - half_angle * half_angle / 6.0)
+                                                         : sin(half_angle) / max(rate, 1e-30);
+  return vec4(w * quotient, cos(half_angle));
+}
+
+vec4 orientation_at(vec4 q, vec3 w, float t) { return normalize(quat_product(rotation_after(w, t), q)); }
+
+// Difference of two int64 nanosecond instants in seconds.
+float seconds_between(uvec2 from, uvec2 to) {
+  const int64_t ns = int64_t(packUint2x32(to)) - int64_t(packUint2x32(from));
+  return float(double(ns) * 1e-9);
+}
+
+#endif
