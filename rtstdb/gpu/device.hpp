@@ -5,12 +5,12 @@
 // Threads: creation calls from any one thread at a time (setup). A Recorder and a Timeline belong to one
 // thread. Lost device: after DeviceLost every object of that device only may be destroyed.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <rtstdb/database.hpp>
@@ -95,36 +95,58 @@ class Bindings {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Records commands into one re-usable command buffer.
+/// Records commands into one re-usable command buffer, which may be submitted any number of times. A later
+/// submission of the same device sees everything that an earlier one wrote, so barriers are needed only
+/// inside. What was recorded must outlive its last submission: pipelines, bindings, buffers. Destroying a
+/// recorder waits for its submission. Nothing here allocates memory of this room's own after creation.
 class Recorder {
  public:
   Recorder();
   ~Recorder();
   Recorder(Recorder&&) noexcept;
   Recorder& operator=(Recorder&&) noexcept;
+  explicit operator bool() const noexcept { return impl_ != nullptr; }
 
   static constexpr std::uint32_t max_timestamps = 16;
 
   /// Starts anew. Misuse while a submission of this recorder is not finished.
   void begin();
-  /// `groups` workgroups of the pipeline's group size; 0 records nothing. Push constants: exactly the
-  /// struct's bytes.
+  /// `groups` workgroups of the pipeline's group size, at most DeviceLimits::max_groups; 0 records nothing.
+  /// Push constants: exactly the struct's bytes, {} where there are none.
   void dispatch(const Pipeline& pipeline, const Bindings& bindings, std::span<const std::byte> push_constants,
                 std::uint32_t groups);
   template <class Args>
-  void dispatch(const Pipeline& pipeline, const Bindings& bindings, const Args& args, std::uint32_t groups) {
+  requires(std::is_trivially_copyable_v<Args> &&
+           !std::is_convertible_v<Args, std::span<const std::byte>>) void dispatch(const Pipeline& pipeline,
+                                                                                   const Bindings& bindings,
+                                                                                   const Args& args,
+                                                                                   std::uint32_t groups) {
     dispatch(pipeline, bindings, std::as_bytes(std::span(&args, 1)), groups);
   }
-  /// Groups from three uint32 at `offset_bytes`.
+  /// Groups from three uint32 at `offset_bytes`, a multiple of 4, of a buffer made for it. The shader that
+  /// writes them keeps to DeviceLimits::max_groups.
   void dispatch_indirect(const Pipeline& pipeline, const Bindings& bindings,
                          std::span<const std::byte> push_constants, const Buffer& counts,
                          std::size_t offset_bytes);
-  /// What was recorded before is finished and visible before what comes after; includes the host's reads at
-  /// the end.
+  template <class Args>
+  requires(std::is_trivially_copyable_v<Args> &&
+           !std::is_convertible_v<
+               Args, std::span<const std::byte>>) void dispatch_indirect(const Pipeline& pipeline,
+                                                                         const Bindings& bindings,
+                                                                         const Args& args,
+                                                                         const Buffer& counts,
+                                                                         std::size_t offset_bytes) {
+    dispatch_indirect(pipeline, bindings, std::as_bytes(std::span(&args, 1)), counts, offset_bytes);
+  }
+  /// What was recorded before is finished and visible before what comes after. Without one, two commands may
+  /// run at once. The host's reads after the submission need none.
   void barrier();
+  /// Going over a buffer's end is misuse. Zero bytes record nothing. The ranges must not overlap.
   void copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset,
             std::size_t size_bytes);
+  /// Offset and size are multiples of 4.
   void fill(const Buffer& buffer, std::size_t offset_bytes, std::size_t size_bytes, std::uint32_t word);
+  /// The instant at which everything recorded before is finished; each slot once per begin.
   void timestamp(std::uint32_t slot);
   void end();
 
@@ -138,25 +160,33 @@ class Recorder {
 
 enum class WaitResult : std::uint8_t { done, timeout, lost };
 
-/// The order in which submissions finish: each has a number, and a later number finishes later.
+/// The order in which submissions finish: each has a number, and a later number finishes later. Several
+/// timelines of one device share its queue: their submissions take turns, a submit may wait for another's.
+/// Destroying a timeline waits for its submissions.
 class Timeline {
  public:
   Timeline();
   ~Timeline();
   Timeline(Timeline&&) noexcept;
   Timeline& operator=(Timeline&&) noexcept;
+  explicit operator bool() const noexcept { return impl_ != nullptr; }
 
-  /// Returns the submission's number, or 0 when the device is lost.
+  /// Returns the submission's number, or 0 when the device is lost (any failure counts as lost: nobody knows
+  /// what was done). Misuse: a recorder that was not ended, or whose last submission is not finished.
   std::uint64_t submit(Recorder& recorder);
+  /// Zero or less asks and does not wait. Misuse: a number that submit has not returned. Number 0 is done, or
+  /// lost when the device is.
   WaitResult wait(std::uint64_t number, std::int64_t timeout_ns);
-  /// Nanoseconds between two timestamps of a finished submission of `recorder`.
+  /// Nanoseconds between two timestamps of the last submission of `recorder`, which must be finished and have
+  /// both; negative when `to_slot` came first. 0 when the device is lost.
   std::int64_t elapsed_ns(const Recorder& recorder, std::uint32_t from_slot, std::uint32_t to_slot) const;
 
   struct Impl;
 
  private:
   friend class Device;
-  std::unique_ptr<Impl> impl_;
+  friend class Recorder;
+  std::shared_ptr<Impl> impl_;  // a recorder in flight knows where it was submitted
 };
 
 struct DeviceOptions {
@@ -189,6 +219,7 @@ class Device {
   /// Checks the shader's reflected bindings, push-constant size and group size against the table; a
   /// difference is an internal fault and asserts.
   Result<Pipeline> create_pipeline(ShaderId shader);
+  Result<Pipeline> create_pipeline(const ShaderInfo& shader);  ///< a shader of another table: tests
   /// `buffers` in the order of the shader's bindings. A buffer without the view that the table asks for is
   /// misuse.
   Result<Bindings> create_bindings(const Pipeline& pipeline, std::span<const Buffer* const> buffers);
@@ -198,8 +229,8 @@ class Device {
   struct Impl;
 
  private:
-  explicit Device(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  explicit Device(std::shared_ptr<Impl> impl);
+  std::shared_ptr<Impl> impl_;  // what the device made keeps it alive
 };
 
 }  // namespace rtstdb::gpu

@@ -2,12 +2,15 @@
 // The table of all shaders. shaders/table.def holds one line per shader:
 //     SHADER(trace_closest, "query/trace_closest.comp", 64, RayArgs, "TTTTSS")
 // name, source under shaders/, local_size_x, the struct of its push constants (shaders/shared), and one
-// letter per binding in order: S storage, T texel buffer of uvec4, F texel buffer of vec4. The build compiles
-// every line, validates it and embeds it; the device checks at load that the compiled code says the same.
+// letter per binding in order: S storage, T texel buffer of uvec4, F texel buffer of vec4. A shader without
+// push constants says NoArgs. The build compiles every line, validates it and embeds it; the device checks at
+// load that the compiled code says the same.
 
 #include <cstdint>
 #include <span>
 #include <string_view>
+
+#include "shaders/shared/interop.h"
 
 namespace rtstdb::gpu {
 
@@ -22,11 +25,13 @@ struct ShaderInfo {
   std::string_view name;
   std::string_view source;
   std::uint32_t group_size = 0;
+  std::span<const shared::Field> push_constants;  ///< the fields of the args struct; empty: NoArgs
   std::uint32_t push_constant_bytes = 0;
   std::string_view bindings;
   std::span<const std::uint32_t> spirv;
 };
 
+/// The line of the table. `shader` is one of the table's names.
 const ShaderInfo& shader_info(ShaderId shader) noexcept;
 
 }  // namespace rtstdb::gpu

@@ -1,0 +1,52 @@
+# Shaders become words inside the programs: compiled by glslangValidator, checked by spirv-val, embedded from the build tree.
+# GLSL includes by the path in the repository ("shaders/shared/interop.h") or by the path under shaders/.
+find_program(GLSLANG_VALIDATOR glslangValidator REQUIRED)
+find_program(SPIRV_VAL spirv-val REQUIRED)
+
+# Compiles one shader into `directory`/`name`.h, which defines `const uint32_t name_words[]`, and puts that path into
+# `result`. Further arguments are options of glslangValidator, such as -DNAME=value.
+function(hil_compile_shader result directory name source)
+  set(words ${directory}/${name}.h)
+  set(binary ${directory}/${name}.spv)
+  set(compile ${GLSLANG_VALIDATOR} -V --quiet --target-env vulkan1.3 -I${PROJECT_SOURCE_DIR} -I${PROJECT_SOURCE_DIR}/shaders ${ARGN})
+  add_custom_command(
+    OUTPUT ${words}
+    COMMAND ${compile} -o ${binary} ${source}
+    COMMAND ${SPIRV_VAL} --target-env vulkan1.3 --scalar-block-layout ${binary}
+    COMMAND ${compile} --depfile ${words}.d --vn ${name}_words -o ${words} ${source}
+    DEPENDS ${source}
+    DEPFILE ${words}.d
+    COMMENT "Shader ${name}"
+    VERBATIM)
+  set(${result} ${words} PARENT_SCOPE)
+endfunction()
+
+# Compiles every SHADER line of a table (the form is told in rtstdb/gpu/shader.hpp; sources lie under `root`) and writes
+# `directory`/words.inc, which defines name_words for each name. `target` builds them all.
+function(hil_shader_table target table root directory)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${table})
+  file(STRINGS ${table} lines REGEX "^ *SHADER\\(")
+  set(headers "")
+  set(includes "")
+  set(missing "")
+  foreach(line IN LISTS lines)
+    if(NOT line MATCHES "^ *SHADER\\(([a-z0-9_]+), *\"([^\"]+)\", *[0-9]+, *[A-Za-z0-9_]+, *\"[STF]*\"\\)$")
+      message(FATAL_ERROR "${table}: not a line of the form SHADER(name, \"source\", group_size, Args, \"STF\"): ${line}")
+    endif()
+    set(name ${CMAKE_MATCH_1})
+    set(source ${root}/${CMAKE_MATCH_2})
+    if(NOT EXISTS ${source})
+      list(APPEND missing ${source})
+      continue()
+    endif()
+    hil_compile_shader(header ${directory} ${name} ${source})
+    list(APPEND headers ${header})
+    string(APPEND includes "#include \"${header}\"\n")
+  endforeach()
+  if(missing)
+    list(JOIN missing "\n  " missing)
+    message(FATAL_ERROR "${table} names shaders that do not exist:\n  ${missing}")
+  endif()
+  file(CONFIGURE OUTPUT ${directory}/words.inc CONTENT "${includes}" @ONLY)
+  add_custom_target(${target} DEPENDS ${headers})
+endfunction()

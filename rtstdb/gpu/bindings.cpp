@@ -1,0 +1,84 @@
+#include <algorithm>
+#include <utility>
+
+#include "rtstdb/gpu/buffer_impl.hpp"
+#include "rtstdb/gpu/pipeline_impl.hpp"
+
+namespace rtstdb::gpu {
+namespace {
+
+/// Room for exactly one set of these bindings.
+vk::raii::DescriptorPool create_pool(const vk::raii::Device& device, std::string_view letters) {
+  const auto storage = static_cast<std::uint32_t>(std::count(letters.begin(), letters.end(), 'S'));
+  const auto texel = static_cast<std::uint32_t>(letters.size()) - storage;
+  std::vector<vk::DescriptorPoolSize> sizes;
+  if (storage != 0) sizes.emplace_back(vk::DescriptorType::eStorageBuffer, storage);
+  if (texel != 0) sizes.emplace_back(vk::DescriptorType::eUniformTexelBuffer, texel);
+  return {device,
+          vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet, 1, sizes)};
+}
+
+const vk::raii::BufferView& view_of(const Buffer::Impl& buffer, char letter) {
+  const vk::raii::BufferView& view = letter == 'T' ? buffer.texel_uint4 : buffer.texel_float4;
+  RTSTDB_ASSERT(*view != vk::BufferView{});
+  return view;
+}
+
+void write_set(const vk::raii::Device& device, vk::DescriptorSet set, std::string_view letters,
+               std::span<const Buffer::Impl* const> buffers) {
+  std::vector<vk::DescriptorBufferInfo> ranges(letters.size());
+  std::vector<vk::BufferView> views(letters.size());
+  std::vector<vk::WriteDescriptorSet> writes;
+  for (std::uint32_t i = 0; i < letters.size(); ++i) {
+    vk::WriteDescriptorSet write(set, i, 0, 1);
+    if (letters[i] == 'S') {
+      ranges[i] = vk::DescriptorBufferInfo(*buffers[i]->buffer, 0, VK_WHOLE_SIZE);
+      write.descriptorType = vk::DescriptorType::eStorageBuffer;
+      write.pBufferInfo = &ranges[i];
+    } else {
+      views[i] = *view_of(*buffers[i], letters[i]);
+      write.descriptorType = vk::DescriptorType::eUniformTexelBuffer;
+      write.pTexelBufferView = &views[i];
+    }
+    writes.push_back(write);
+  }
+  device.updateDescriptorSets(writes, {});
+}
+
+}  // namespace
+
+Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<const Buffer* const> buffers) {
+  RTSTDB_ASSERT(pipeline.impl_ != nullptr);
+  const Pipeline::Impl& of = *pipeline.impl_;
+  RTSTDB_ASSERT(buffers.size() == of.letters.size());
+  std::vector<const Buffer::Impl*> parts;
+  for (std::size_t i = 0; i < buffers.size(); ++i) {
+    RTSTDB_ASSERT(buffers[i] != nullptr && buffers[i]->impl_ != nullptr);
+    const Buffer::Impl& buffer = *buffers[i]->impl_;
+    RTSTDB_ASSERT(buffer.device == impl_);
+    if (of.letters[i] == 'S' && buffer.options.size_bytes > limits().max_storage_range_bytes) {
+      return Error{ErrorCode::capacity,
+                   "buffer \"" + buffer.options.name + "\" of " + std::to_string(buffer.options.size_bytes) +
+                       " bytes passes the limit of " + std::to_string(limits().max_storage_range_bytes) +
+                       " bytes in one storage binding on " + info().name};
+    }
+    parts.push_back(&buffer);
+  }
+  return impl_->attempt("bindings of " + of.name + " can not be created", [&]() -> Result<Bindings> {
+    Bindings bindings;
+    bindings.impl_ = std::make_unique<Bindings::Impl>(Bindings::Impl{.device = impl_, .letters = of.letters});
+    if (of.letters.empty()) return bindings;
+    bindings.impl_->pool = create_pool(impl_->device, of.letters);
+    const vk::DescriptorSetAllocateInfo one(*bindings.impl_->pool, *of.set_layout);
+    bindings.impl_->set = std::move(vk::raii::DescriptorSets(impl_->device, one).front());
+    write_set(impl_->device, *bindings.impl_->set, of.letters, parts);
+    return bindings;
+  });
+}
+
+Bindings::Bindings() = default;
+Bindings::~Bindings() = default;
+Bindings::Bindings(Bindings&&) noexcept = default;
+Bindings& Bindings::operator=(Bindings&&) noexcept = default;
+
+}  // namespace rtstdb::gpu

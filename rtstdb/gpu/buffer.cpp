@@ -1,0 +1,95 @@
+#include <optional>
+#include <utility>
+
+#include "rtstdb/gpu/buffer_impl.hpp"
+
+namespace rtstdb::gpu {
+namespace {
+
+constexpr std::size_t texel_bytes = 16;
+
+vk::BufferUsageFlags usage_of(const BufferOptions& options) {
+  using Usage = vk::BufferUsageFlagBits;
+  vk::BufferUsageFlags usage = Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst;
+  if (options.texel_uint4 || options.texel_float4) usage |= Usage::eUniformTexelBuffer;
+  if (options.indirect) usage |= Usage::eIndirectBuffer;
+  return usage;
+}
+
+/// The limit that the buffer would pass, in words.
+std::optional<std::string> passed_limit(const Device::Impl& device, const BufferOptions& options) {
+  const auto sentence = [&](std::size_t limit, const char* of_what) {
+    return "buffer \"" + options.name + "\" of " + std::to_string(options.size_bytes) +
+           " bytes passes the limit of " + std::to_string(limit) + " " + of_what + " on " + device.info.name;
+  };
+  if (options.size_bytes > device.limits.max_allocation_bytes) {
+    return sentence(device.limits.max_allocation_bytes, "bytes in one allocation");
+  }
+  const bool texels = options.texel_uint4 || options.texel_float4;
+  if (texels && options.size_bytes / texel_bytes > device.limits.max_texel_elements) {
+    return sentence(device.limits.max_texel_elements, "texels in one view");
+  }
+  if (device.allocations >= device.max_allocations) return sentence(device.max_allocations, "allocations");
+  return std::nullopt;
+}
+
+/// Tries the suitable memory types from best to worst: the best one may be small and full.
+vk::raii::DeviceMemory allocate(const Device::Impl& device, const vk::MemoryRequirements& needs,
+                                Memory memory) {
+  for (const std::uint32_t type : rank_memory_types(device.memory_types, needs.memoryTypeBits, memory)) {
+    try {
+      return {device.device, vk::MemoryAllocateInfo(needs.size, type)};
+    } catch (
+        const vk::OutOfDeviceMemoryError&) {  // NOLINT(bugprone-empty-catch): the next type may have room
+    }
+  }
+  throw vk::OutOfDeviceMemoryError("every suitable memory type is full");
+}
+
+}  // namespace
+
+Buffer::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions& options_in)
+    : device(std::move(device_in)), options(options_in), allocation(*device) {
+  const vk::raii::Device& d = device->device;
+  buffer = vk::raii::Buffer(d, vk::BufferCreateInfo({}, options.size_bytes, usage_of(options)));
+  device->name(vk::ObjectType::eBuffer, reinterpret_cast<std::uint64_t>(static_cast<VkBuffer>(*buffer)),
+               options.name);
+  memory = allocate(*device, buffer.getMemoryRequirements(), options.memory);
+  buffer.bindMemory(*memory, 0);
+  const auto view = [&](vk::Format format) {
+    return vk::raii::BufferView(d, vk::BufferViewCreateInfo({}, *buffer, format, 0, VK_WHOLE_SIZE));
+  };
+  if (options.texel_uint4) texel_uint4 = view(vk::Format::eR32G32B32A32Uint);
+  if (options.texel_float4) texel_float4 = view(vk::Format::eR32G32B32A32Sfloat);
+  if (options.memory != Memory::device) mapped = static_cast<std::byte*>(memory.mapMemory(0, VK_WHOLE_SIZE));
+}
+
+Result<Buffer> Device::create_buffer(const BufferOptions& options) {
+  const bool texels = options.texel_uint4 || options.texel_float4;
+  RTSTDB_ASSERT(options.size_bytes != 0);
+  RTSTDB_ASSERT(!texels || options.size_bytes % texel_bytes == 0);
+  if (const auto limit = passed_limit(*impl_, options)) return Error{ErrorCode::capacity, *limit};
+  const std::string what = "buffer \"" + options.name + "\" of " + std::to_string(options.size_bytes) +
+                           " bytes can not be created";
+  return impl_->attempt(what, [&]() -> Result<Buffer> {
+    Buffer buffer;
+    buffer.impl_ = std::make_unique<Buffer::Impl>(impl_, options);
+    return buffer;
+  });
+}
+
+Buffer::Buffer() = default;
+Buffer::~Buffer() = default;
+Buffer::Buffer(Buffer&&) noexcept = default;
+Buffer& Buffer::operator=(Buffer&&) noexcept = default;
+
+std::size_t Buffer::size_bytes() const noexcept {
+  return impl_ ? impl_->options.size_bytes : 0;
+}
+
+std::span<std::byte> Buffer::host() const noexcept {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->mapped != nullptr);
+  return {impl_->mapped, impl_->options.size_bytes};
+}
+
+}  // namespace rtstdb::gpu

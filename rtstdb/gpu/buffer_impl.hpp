@@ -1,0 +1,29 @@
+#pragma once
+
+#include "rtstdb/gpu/device_impl.hpp"
+
+namespace rtstdb::gpu {
+
+struct Buffer::Impl {
+  /// One of the device's limited number of allocations.
+  struct Allocation {
+    explicit Allocation(Device::Impl& device_in) : device(&device_in) { ++device->allocations; }
+    Allocation(const Allocation&) = delete;
+    Allocation& operator=(const Allocation&) = delete;
+    ~Allocation() { --device->allocations; }
+    Device::Impl* device;
+  };
+
+  std::shared_ptr<Device::Impl> device;
+  BufferOptions options;
+  Allocation allocation;
+  vk::raii::DeviceMemory memory{nullptr};
+  vk::raii::Buffer buffer{nullptr};
+  vk::raii::BufferView texel_uint4{nullptr};
+  vk::raii::BufferView texel_float4{nullptr};
+  std::byte* mapped = nullptr;  ///< null for Memory::device
+
+  Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions& options_in);
+};
+
+}  // namespace rtstdb::gpu

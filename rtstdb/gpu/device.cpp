@@ -1,0 +1,121 @@
+#include "rtstdb/gpu/device.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "rtstdb/gpu/device_impl.hpp"
+#include "rtstdb/gpu/loader.hpp"
+#include "rtstdb/gpu/required_features.hpp"
+
+namespace rtstdb::gpu {
+namespace {
+
+vk::raii::Device create_device(const PhysicalDevice& chosen) {
+  const float priority = 1.0f;
+  const vk::DeviceQueueCreateInfo queue({}, chosen.queue_family, 1, &priority);
+  FeatureChain features = required_features();
+  vk::DeviceCreateInfo options({}, queue);
+  options.pNext = &features.get<vk::PhysicalDeviceFeatures2>();
+  return {chosen.handle, options};
+}
+
+std::vector<MemoryTraits> describe_memory(const vk::raii::PhysicalDevice& device) {
+  using Flag = vk::MemoryPropertyFlagBits;
+  constexpr auto plain = Flag::eDeviceLocal | Flag::eHostVisible | Flag::eHostCoherent | Flag::eHostCached;
+  const auto properties = device.getMemoryProperties();
+  std::vector<MemoryTraits> types;
+  for (std::uint32_t i = 0; i < properties.memoryTypeCount; ++i) {
+    const auto flags = properties.memoryTypes[i].propertyFlags;
+    types.push_back({.device_local = bool(flags & Flag::eDeviceLocal),
+                     .host_visible = bool(flags & Flag::eHostVisible),
+                     .host_coherent = bool(flags & Flag::eHostCoherent),
+                     .host_cached = bool(flags & Flag::eHostCached),
+                     .special = bool(flags & ~plain)});
+  }
+  return types;
+}
+
+std::uint64_t mask_of_bits(std::uint32_t bits) {
+  return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
+}
+
+}  // namespace
+
+Device::Impl::Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen)
+    : instance(std::move(instance_in)),
+      physical_device(chosen.handle),
+      info(chosen.candidate.info),
+      queue_family(chosen.queue_family),
+      device(create_device(chosen)),
+      queue(device, queue_family, 0),
+      pipeline_cache(device, vk::PipelineCacheCreateInfo{}) {
+  const auto chain =
+      physical_device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceMaintenance3Properties,
+                                     vk::PhysicalDeviceMaintenance4Properties>();
+  const auto& core = chain.get<vk::PhysicalDeviceProperties2>().properties.limits;
+  limits.max_storage_range_bytes = core.maxStorageBufferRange;
+  limits.max_texel_elements = core.maxTexelBufferElements;
+  limits.max_groups = core.maxComputeWorkGroupCount[0];
+  const std::size_t max_buffer_bytes = chain.get<vk::PhysicalDeviceMaintenance4Properties>().maxBufferSize;
+  limits.max_allocation_bytes = std::min<std::size_t>(
+      chain.get<vk::PhysicalDeviceMaintenance3Properties>().maxMemoryAllocationSize, max_buffer_bytes);
+  max_group_size = std::min(core.maxComputeWorkGroupSize[0], core.maxComputeWorkGroupInvocations);
+  max_allocations = core.maxMemoryAllocationCount;
+  timestamp_period_ns = static_cast<double>(core.timestampPeriod);
+  timestamp_mask = mask_of_bits(physical_device.getQueueFamilyProperties()[queue_family].timestampValidBits);
+  memory_types = describe_memory(physical_device);
+}
+
+void Device::Impl::name(vk::ObjectType type, std::uint64_t handle, const std::string& text) const {
+  if (instance->has_debug_names) device.setDebugUtilsObjectNameEXT({type, handle, text.c_str()});
+}
+
+Device::Device(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Device::~Device() = default;
+
+Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options) {
+  auto instance = Instance::open(vulkan_loader_library, options.validation);
+  if (!instance) return instance.error();
+  try {
+    auto devices = physical_devices(*instance.value());
+    std::vector<Candidate> candidates;
+    candidates.reserve(devices.size());
+    for (const PhysicalDevice& device : devices)
+      candidates.push_back(device.candidate);
+    const auto chosen = choose_device(options.select, candidates);
+    if (!chosen) return chosen.error();
+    auto impl = std::make_shared<Impl>(std::move(instance).value(), std::move(devices[chosen.value()]));
+    return std::unique_ptr<Device>(new Device(std::move(impl)));
+  } catch (const vk::SystemError& failure) {
+    return to_error(failure, "the Vulkan device can not be opened");
+  }
+}
+
+std::vector<DeviceInfo> Device::list() {
+  std::vector<DeviceInfo> infos;
+  const auto instance = Instance::open(vulkan_loader_library, false);
+  if (!instance) return infos;
+  try {
+    for (PhysicalDevice& device : physical_devices(*instance.value())) {
+      infos.push_back(std::move(device.candidate.info));
+    }
+  } catch (const vk::SystemError&) {
+    infos.clear();  // a driver that can not even be asked offers nothing
+  }
+  return infos;
+}
+
+const DeviceInfo& Device::info() const noexcept {
+  return impl_->info;
+}
+const DeviceLimits& Device::limits() const noexcept {
+  return impl_->limits;
+}
+bool Device::lost() const noexcept {
+  return impl_->lost;
+}
+std::vector<std::string> Device::validation_messages() const {
+  return impl_->instance->validation_log.messages();
+}
+
+}  // namespace rtstdb::gpu

@@ -1,0 +1,68 @@
+#include "rtstdb/gpu/device_choice.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <optional>
+
+namespace rtstdb::gpu {
+namespace {
+
+constexpr std::string_view install_hint =
+    "install a Vulkan 1.3 driver (Debian: mesa-vulkan-drivers, which also holds the software device "
+    "llvmpipe)";
+
+std::optional<std::size_t> as_index(std::string_view text) {
+  std::size_t index = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, index);
+  if (text.empty() || stop != end || error != std::errc()) return std::nullopt;
+  return index;
+}
+
+bool contains_ignoring_case(std::string_view text, std::string_view part) {
+  const auto same = [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); };
+  return std::search(text.begin(), text.end(), part.begin(), part.end(), same) != text.end();
+}
+
+std::string list_of(std::span<const Candidate> candidates) {
+  std::string text;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (i != 0) text += ", ";
+    text += std::to_string(i) + " \"" + candidates[i].info.name + "\"";
+    if (!candidates[i].unfit.empty()) text += " (unfit: " + candidates[i].unfit + ")";
+  }
+  return text;
+}
+
+Error none_fits(std::string_view looked_for, std::span<const Candidate> candidates) {
+  std::string message = "no Vulkan device: looked for " + std::string(looked_for) + ", found ";
+  message += candidates.empty() ? "none" : list_of(candidates);
+  // Where a fit device exists, another choice helps; else only a driver does.
+  const bool any_fit =
+      std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.unfit.empty(); });
+  message += "; ";
+  message += any_fit ? "choose one of these or \"auto\"" : install_hint;
+  return {ErrorCode::no_device, message};
+}
+
+}  // namespace
+
+Result<std::size_t> choose_device(std::string_view select, std::span<const Candidate> candidates) {
+  if (const auto index = as_index(select)) {
+    if (*index < candidates.size() && candidates[*index].unfit.empty()) return *index;
+    return none_fits("index " + std::string(select), candidates);
+  }
+  const bool by_name = select != "auto";
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Candidate& candidate = candidates[i];
+    if (!candidate.unfit.empty()) continue;
+    if (by_name && !contains_ignoring_case(candidate.info.name, select)) continue;
+    if (!best || candidate.kind < candidates[*best].kind) best = i;
+  }
+  if (best) return *best;
+  return none_fits(by_name ? "a name with \"" + std::string(select) + "\"" : "any", candidates);
+}
+
+}  // namespace rtstdb::gpu

@@ -1,0 +1,54 @@
+#pragma once
+// What the parts of the room share behind device.hpp. Each part keeps the device alive, so that the order in
+// which the owner drops them does not matter.
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "rtstdb/gpu/device.hpp"
+#include "rtstdb/gpu/instance.hpp"
+#include "rtstdb/gpu/memory_choice.hpp"
+#include "rtstdb/gpu/vulkan.hpp"
+
+namespace rtstdb::gpu {
+
+struct Device::Impl {
+  std::unique_ptr<Instance> instance;
+  vk::raii::PhysicalDevice physical_device;
+  DeviceInfo info;
+  DeviceLimits limits;
+  std::uint32_t max_allocations = 0;
+  std::uint32_t max_group_size = 0;
+  double timestamp_period_ns = 0.0;
+  std::uint64_t timestamp_mask = 0;
+  std::vector<MemoryTraits> memory_types;
+  std::uint32_t queue_family = 0;
+  vk::raii::Device device;
+  vk::raii::Queue queue;
+  vk::raii::PipelineCache pipeline_cache;
+  std::mutex queue_mutex;  ///< Vulkan wants one caller at a time; two Timelines may submit at once
+  std::atomic<bool> lost{false};
+  std::atomic<std::uint32_t> allocations{0};
+
+  Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen);
+
+  const vk::raii::DeviceDispatcher& vk() const { return *device.getDispatcher(); }
+  void name(vk::ObjectType type, std::uint64_t handle, const std::string& text) const;
+
+  /// Runs a setup step that may throw Vulkan's errors; `what` begins the sentence of a failure.
+  template <class Step>
+  auto attempt(const std::string& what, Step step) -> decltype(step()) {
+    if (lost) return Error{ErrorCode::device_lost, what + ": the device is lost"};
+    try {
+      return step();
+    } catch (const vk::SystemError& failure) {
+      Error error = to_error(failure, what);
+      if (error.code == ErrorCode::device_lost) lost = true;
+      return error;
+    }
+  }
+};
+
+}  // namespace rtstdb::gpu

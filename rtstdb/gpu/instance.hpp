@@ -1,0 +1,51 @@
+#pragma once
+// The Vulkan instance, with what the validation layer says, and its physical devices as candidates.
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/gpu/device_choice.hpp"
+#include "rtstdb/gpu/vulkan.hpp"
+
+namespace rtstdb::gpu {
+
+/// The errors and warnings of the validation layer, each text once. Thread-safe: the layer reports from
+/// whatever thread calls Vulkan.
+class ValidationLog {
+ public:
+  void add(std::string_view message);
+  std::vector<std::string> messages() const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<std::string> messages_;
+};
+
+struct Instance {
+  vk::raii::Context context;
+  vk::raii::Instance instance;
+  bool has_debug_names;  ///< VK_EXT_debug_utils is on
+  ValidationLog validation_log;
+  vk::raii::DebugUtilsMessengerEXT messenger;  ///< null without validation
+
+  Instance(vk::raii::Context context_in, vk::raii::Instance instance_in, bool has_debug_names_in);
+
+  /// Errors: no_device: no loader, no driver, a loader older than 1.3, or validation asked for and its layer
+  /// missing.
+  static Result<std::unique_ptr<Instance>> open(const char* loader_library, bool validation);
+};
+
+struct PhysicalDevice {
+  vk::raii::PhysicalDevice handle;
+  Candidate candidate;
+  std::uint32_t queue_family;  ///< can compute and has timestamps; meaningless when the candidate is unfit
+};
+
+/// In the loader's order, which is the order of the devices' indices.
+std::vector<PhysicalDevice> physical_devices(const Instance& instance);
+
+}  // namespace rtstdb::gpu

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+
+#include "rtstdb/gpu/device_impl.hpp"
+
+namespace rtstdb::gpu {
+
+struct Pipeline::Impl {
+  std::shared_ptr<Device::Impl> device;
+  std::string name;
+  std::string letters;  ///< of the bindings
+  std::uint32_t group_size = 0;
+  std::uint32_t push_constant_bytes = 0;
+  vk::raii::DescriptorSetLayout set_layout;
+  vk::raii::PipelineLayout layout;
+  vk::raii::Pipeline pipeline;
+
+  Impl(std::shared_ptr<Device::Impl> device_in, const ShaderInfo& shader);
+};
+
+struct Bindings::Impl {
+  std::shared_ptr<Device::Impl> device;
+  std::string letters;
+  vk::raii::DescriptorPool pool{nullptr};
+  vk::raii::DescriptorSet set{nullptr};  ///< null when the pipeline has no bindings
+};
+
+}  // namespace rtstdb::gpu

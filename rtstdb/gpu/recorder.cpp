@@ -1,0 +1,156 @@
+#include <limits>
+#include <utility>
+
+#include "rtstdb/gpu/buffer_impl.hpp"
+#include "rtstdb/gpu/pipeline_impl.hpp"
+#include "rtstdb/gpu/recorder_impl.hpp"
+
+namespace rtstdb::gpu {
+namespace {
+
+using Stage = vk::PipelineStageFlagBits2;
+using Access = vk::AccessFlagBits2;
+
+constexpr vk::PipelineStageFlags2 work_stages = Stage::eComputeShader | Stage::eAllTransfer;
+constexpr vk::AccessFlags2 work_writes = Access::eShaderWrite | Access::eTransferWrite;
+constexpr vk::AccessFlags2 work_reads = Access::eShaderRead | Access::eTransferRead;
+
+void order(const vk::raii::CommandBuffer& commands, vk::PipelineStageFlags2 later_stages,
+           vk::AccessFlags2 later_accesses) {
+  const vk::MemoryBarrier2 barrier(work_stages, work_writes, later_stages, later_accesses);
+  commands.pipelineBarrier2(vk::DependencyInfo({}, barrier));
+}
+
+void order_work(const vk::raii::CommandBuffer& commands) {
+  order(commands, work_stages | Stage::eDrawIndirect,
+        work_reads | work_writes | Access::eIndirectCommandRead);
+}
+
+vk::raii::CommandBuffer allocate_commands(const vk::raii::Device& device, vk::CommandPool pool) {
+  const vk::CommandBufferAllocateInfo one(pool, vk::CommandBufferLevel::ePrimary, 1);
+  return std::move(vk::raii::CommandBuffers(device, one).front());
+}
+
+bool in_range(const Buffer::Impl& buffer, std::size_t offset, std::size_t size) {
+  return offset <= buffer.options.size_bytes && size <= buffer.options.size_bytes - offset;
+}
+
+void bind(const Recorder::Impl& recorder, const Pipeline::Impl& pipeline, const Bindings::Impl& bindings,
+          std::span<const std::byte> push_constants) {
+  RTSTDB_ASSERT(recorder.state == Recorder::Impl::State::recording);
+  RTSTDB_ASSERT(pipeline.device == recorder.device && bindings.device == recorder.device);
+  RTSTDB_ASSERT(bindings.letters == pipeline.letters);
+  RTSTDB_ASSERT(push_constants.size() == pipeline.push_constant_bytes);
+  const vk::raii::CommandBuffer& commands = recorder.commands;
+  constexpr auto compute = vk::PipelineBindPoint::eCompute;
+  commands.bindPipeline(compute, *pipeline.pipeline);
+  if (!pipeline.letters.empty()) commands.bindDescriptorSets(compute, *pipeline.layout, 0, *bindings.set, {});
+  if (!push_constants.empty()) {
+    commands.pushConstants<std::byte>(*pipeline.layout, vk::ShaderStageFlagBits::eCompute, 0, push_constants);
+  }
+}
+
+}  // namespace
+
+Recorder::Impl::Impl(std::shared_ptr<Device::Impl> device_in)
+    : device(std::move(device_in)),
+      pool(device->device, vk::CommandPoolCreateInfo({}, device->queue_family)),
+      commands(allocate_commands(device->device, *pool)),
+      timestamps(device->device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, max_timestamps)) {}
+
+Recorder::Impl::~Impl() {
+  if (submitted_to) submitted_to->wait(number, std::numeric_limits<std::uint64_t>::max());
+}
+
+bool Recorder::Impl::finished() const noexcept {
+  return !submitted_to || submitted_to->wait(number, 0) != WaitResult::timeout;
+}
+
+Result<Recorder> Device::create_recorder() {
+  return impl_->attempt("a recorder can not be created", [&]() -> Result<Recorder> {
+    Recorder recorder;
+    recorder.impl_ = std::make_unique<Recorder::Impl>(impl_);
+    return recorder;
+  });
+}
+
+Recorder::Recorder() = default;
+Recorder::~Recorder() = default;
+Recorder::Recorder(Recorder&&) noexcept = default;
+Recorder& Recorder::operator=(Recorder&&) noexcept = default;
+
+void Recorder::begin() {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state != Impl::State::recording);
+  RTSTDB_ASSERT(impl_->finished());
+  impl_->state = Impl::State::recording;
+  impl_->written_slots = 0;
+  const Device::Impl& device = *impl_->device;
+  const VkCommandBufferBeginInfo options{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO, nullptr, 0, nullptr};
+  const bool ok = device.vk().vkResetCommandPool(*device.device, *impl_->pool, 0) == VK_SUCCESS &&
+                  device.vk().vkBeginCommandBuffer(*impl_->commands, &options) == VK_SUCCESS;
+  if (!ok) {
+    impl_->device->lost = true;
+    return;
+  }
+  order_work(impl_->commands);  // what earlier submissions wrote
+}
+
+void Recorder::dispatch(const Pipeline& pipeline, const Bindings& bindings,
+                        std::span<const std::byte> push_constants, std::uint32_t groups) {
+  RTSTDB_ASSERT(impl_ != nullptr && pipeline.impl_ != nullptr && bindings.impl_ != nullptr);
+  RTSTDB_ASSERT(groups <= impl_->device->limits.max_groups);
+  if (groups == 0) return;
+  bind(*impl_, *pipeline.impl_, *bindings.impl_, push_constants);
+  impl_->commands.dispatch(groups, 1, 1);
+}
+
+void Recorder::dispatch_indirect(const Pipeline& pipeline, const Bindings& bindings,
+                                 std::span<const std::byte> push_constants, const Buffer& counts,
+                                 std::size_t offset_bytes) {
+  RTSTDB_ASSERT(impl_ != nullptr && pipeline.impl_ != nullptr && bindings.impl_ != nullptr &&
+                counts.impl_ != nullptr);
+  RTSTDB_ASSERT(counts.impl_->options.indirect && offset_bytes % sizeof(std::uint32_t) == 0);
+  RTSTDB_ASSERT(in_range(*counts.impl_, offset_bytes, sizeof(VkDispatchIndirectCommand)));
+  bind(*impl_, *pipeline.impl_, *bindings.impl_, push_constants);
+  impl_->commands.dispatchIndirect(*counts.impl_->buffer, offset_bytes);
+}
+
+void Recorder::barrier() {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
+  order_work(impl_->commands);
+}
+
+void Recorder::copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset,
+                    std::size_t size_bytes) {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
+  RTSTDB_ASSERT(from.impl_ != nullptr && to.impl_ != nullptr);
+  RTSTDB_ASSERT(in_range(*from.impl_, from_offset, size_bytes) && in_range(*to.impl_, to_offset, size_bytes));
+  if (size_bytes == 0) return;
+  impl_->commands.copyBuffer(*from.impl_->buffer, *to.impl_->buffer,
+                             vk::BufferCopy(from_offset, to_offset, size_bytes));
+}
+
+void Recorder::fill(const Buffer& buffer, std::size_t offset_bytes, std::size_t size_bytes,
+                    std::uint32_t word) {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
+  RTSTDB_ASSERT(buffer.impl_ != nullptr && in_range(*buffer.impl_, offset_bytes, size_bytes));
+  RTSTDB_ASSERT(offset_bytes % sizeof(word) == 0 && size_bytes % sizeof(word) == 0);
+  if (size_bytes == 0) return;
+  impl_->commands.fillBuffer(*buffer.impl_->buffer, offset_bytes, size_bytes, word);
+}
+
+void Recorder::timestamp(std::uint32_t slot) {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
+  RTSTDB_ASSERT(slot < max_timestamps && (impl_->written_slots >> slot & 1u) == 0);
+  impl_->written_slots |= 1u << slot;
+  impl_->commands.writeTimestamp2(Stage::eAllCommands, *impl_->timestamps, slot);
+}
+
+void Recorder::end() {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
+  order(impl_->commands, Stage::eHost, Access::eHostRead);
+  impl_->state = Impl::State::recorded;
+  if (impl_->device->vk().vkEndCommandBuffer(*impl_->commands) != VK_SUCCESS) impl_->device->lost = true;
+}
+
+}  // namespace rtstdb::gpu
