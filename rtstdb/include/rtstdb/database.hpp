@@ -58,11 +58,17 @@ struct VersionInfo {
   WorldTime time{};  ///< from when it holds
 };
 
+/// Every submitted transaction is pending or counted once in the second group.
 struct TransactionCounts {
-  std::uint64_t submitted = 0, committed = 0, late = 0, missed = 0, refused = 0, conflicts = 0, cancelled = 0,
-                bad_input = 0;
-  std::uint64_t firm_late_commits = 0;  ///< always 0, or the database broke its word
-  std::uint64_t hard_misses = 0;
+  std::uint64_t submitted = 0;
+  std::uint64_t committed = 0, truncated = 0, late = 0, missed = 0, refused = 0, conflicts = 0, cancelled = 0,
+                bad_input = 0, device_lost = 0;
+  /// Firm commits that could be read only after their deadline: always 0, or the database broke its word.
+  std::uint64_t firm_late_commits = 0;
+  /// Firm commits made in time whose outcome reached its owner after the deadline: between the two the
+  /// operating system took the processor away.
+  std::uint64_t firm_handed_over_late = 0;
+  std::uint64_t hard_misses = 0;  ///< of those late: of class hard
 };
 
 struct Health {

@@ -22,6 +22,9 @@ inline constexpr double max_scale = 1e5;
 inline constexpr double min_scale = 1e-6;
 /// The times of one batch may span this much: beyond it motion bounds grow useless.
 inline constexpr std::int64_t max_query_window_ns = 1'000'000'000;
+/// World times lie within +- this (146 years), so that no difference of two of them overflows. The empty
+/// database holds from its negative on.
+inline constexpr std::int64_t max_world_time_ns = (std::int64_t{1} << 62) - 1;
 inline constexpr std::uint8_t max_importance = 7;
 
 }  // namespace rtstdb

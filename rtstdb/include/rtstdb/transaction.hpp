@@ -16,7 +16,8 @@
 
 namespace rtstdb {
 
-/// Counts commits with writes; 0 is the empty database.
+/// Numbers the commits with writes, ascending; 0 is the empty database. A number whose transaction came to
+/// nothing after it had begun is not given again.
 using Version = std::uint64_t;
 
 enum class DeadlineClass : std::uint8_t {
@@ -51,7 +52,7 @@ enum class Status : std::uint8_t {
   idle,         ///< never submitted
   pending,      ///< submitted, no outcome yet
   committed,    ///< done in time
-  late,         ///< done after its deadline (hard, soft)
+  late,         ///< done after its deadline (hard, soft), answers whole or not
   missed,       ///< firm: the deadline passed before it could be published; nothing was done
   refused,      ///< admission: could not be met, see earliest_feasible; nothing was done
   conflict,     ///< a precondition did not hold; nothing was done
@@ -86,14 +87,25 @@ struct BadInput {
   double values[4] = {};
 };
 
+/// Which precondition did not hold.
+struct Conflict {
+  std::uint32_t precondition = 0;  ///< ordinal among the transaction's expect calls
+  EntityId entity;
+  bool entity_exists = false;
+  Version written_by = 0;  ///< of the entity, when it exists
+};
+
 struct Outcome {
   Status status = Status::idle;
   BadInput bad_input;
+  Conflict conflict;
+  bool truncated = false;    ///< at least one answer is incomplete or overflowed, also when late
   Version version = 0;       ///< the version made, or read
   WorldTime version_time{};  ///< from when that version holds
   // Five timestamps on the deadline clock; zero where the transaction did not get that far.
   ClockTime submitted{}, admitted{}, started{}, computed{}, published{};
-  Nanoseconds lateness{0};                        ///< published - deadline when late
+  /// Late: published - deadline. Missed: how long the deadline had passed when the transaction was given up.
+  Nanoseconds lateness{0};
   Nanoseconds predicted_cost{0}, actual_cost{0};  ///< started to published
   Nanoseconds gpu_time{0};                        ///< of the actual cost, spent on the device
   ClockTime earliest_feasible{};  ///< refused: the earliest deadline that would have been admitted
@@ -107,7 +119,9 @@ struct Outcome {
 
 const char* to_string(Status status) noexcept;
 const char* to_string(DeadlineClass deadline_class) noexcept;
+const char* to_string(BadInputReason reason) noexcept;
 /// One sentence for the user, with the values. Allocates: not in the tick.
+std::string describe(const BadInput& bad_input);
 std::string describe(const Outcome& outcome);
 
 struct TransactionOptions {
@@ -122,7 +136,7 @@ class Transaction {
  public:
   virtual ~Transaction() = default;
 
-  /// Empties the transaction and sets its terms. Misuse while pending.
+  /// Empties the transaction and sets its terms; needed before each submit. Misuse while pending.
   virtual void begin(const Terms& terms) noexcept = 0;
 
   /// The transaction is a conflict unless the entity exists / was last written by exactly this version.
@@ -141,7 +155,7 @@ class Transaction {
   virtual void ask(RegionQuery& query, std::uint32_t count) noexcept = 0;
   virtual void ask(OverlapQuery& query, std::uint32_t count) noexcept = 0;
 
-  /// After the outcome: the id of a created entity.
+  /// After the outcome: the id of a created entity; invalid when the transaction came to nothing.
   virtual EntityId created(std::uint32_t ordinal) const noexcept = 0;
   /// Any thread may poll; the rest of the outcome is valid once this is neither idle nor pending.
   virtual Status status() const noexcept = 0;

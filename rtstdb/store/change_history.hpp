@@ -1,0 +1,62 @@
+#pragma once
+// The last row changes, each with the row as it was before: what older versions are read from. A ring of
+// fixed size; the newest change of every index starts a chain to its older ones. Allocates in the constructor
+// alone. One thread.
+
+#include <cstdint>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+namespace rtstdb::store {
+
+class ChangeHistory {
+ public:
+  ChangeHistory(std::uint32_t max_entities, std::uint32_t retained_changes);
+
+  /// Version `version` changes the row at `index`, which was `before`. Versions never go back; one change per
+  /// index and version.
+  void record(Version version, std::uint32_t index, const EntityState& before) noexcept;
+
+  /// The row at `index` in `version`, which is kept; `current` is the newest. Takes as many steps as that row
+  /// has changes newer than the version.
+  const EntityState& state_at(Version version, std::uint32_t index,
+                              const EntityState& current) const noexcept {
+    const EntityState* state = &current;
+    for (std::uint64_t number = newest_of_index_[index]; in_ring(number); number = at(number).previous) {
+      if (at(number).version <= version) break;
+      state = &at(number).before;
+    }
+    return *state;
+  }
+
+  /// The oldest version that can still be read.
+  Version oldest_kept() const noexcept { return oldest_kept_; }
+
+  /// Calls visit(index) for every change that a version in (after, up_to] made; `after` is kept.
+  template <class Visit>
+  void for_each_between(Version after, Version up_to, Visit visit) const noexcept {
+    for (std::uint64_t number = newest_; in_ring(number) && at(number).version > after; --number) {
+      if (at(number).version <= up_to) visit(at(number).index);
+    }
+  }
+
+ private:
+  struct Change {
+    Version version = 0;
+    std::uint64_t previous = 0;  ///< number of the next older change of the same index; 0: none
+    std::uint32_t index = 0;
+    EntityState before;
+  };
+
+  // Changes are numbered from 1 on; number n lies in slot n mod size until n + size overwrites it.
+  const Change& at(std::uint64_t number) const noexcept { return ring_[number % ring_.size()]; }
+  bool in_ring(std::uint64_t number) const noexcept { return number != 0 && number + ring_.size() > newest_; }
+
+  std::vector<Change> ring_;
+  std::vector<std::uint64_t> newest_of_index_;
+  std::uint64_t newest_ = 0;
+  Version oldest_kept_ = 0;
+};
+
+}  // namespace rtstdb::store

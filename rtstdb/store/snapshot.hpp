@@ -1,0 +1,35 @@
+#pragma once
+// The rows of one version, as the store holds them: nothing is copied.
+//
+// Threads: the store's. Lifetime: the store's. Pointers from row() hold until the store is changed next
+// (stage, publish, settle, discard).
+
+#include <cstdint>
+#include <vector>
+
+#include "rtstdb/query/executor.hpp"
+
+namespace rtstdb::store {
+
+class Store;
+
+class Snapshot final : public query::RowSource {
+ public:
+  Snapshot(const Store& store, VersionInfo version) : store_(&store), version_(version) {}
+
+  Version version() const noexcept override { return version_.version; }
+  WorldTime time() const noexcept override { return version_.time; }
+  std::uint32_t index_limit() const noexcept override;
+  /// Misuse once still_kept() is false.
+  const EntityState* row(std::uint32_t index) const noexcept override;
+  bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept override;
+
+  /// False when later commits have overwritten what the version is read from, or when it was discarded.
+  bool still_kept() const noexcept;
+
+ private:
+  const Store* store_;
+  VersionInfo version_;
+};
+
+}  // namespace rtstdb::store

@@ -1,0 +1,259 @@
+#include "rtstdb/store/store.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <rtstdb/limits.hpp>
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/geometry/row_check.hpp"
+
+namespace rtstdb::store {
+
+namespace {
+
+constexpr VersionInfo empty_world{0, world_time_ns(-max_world_time_ns)};
+
+double seconds(WorldTime time) {
+  return seconds_between(WorldTime{}, time);
+}
+
+bool within_limits(WorldTime time) {
+  return time >= world_time_ns(-max_world_time_ns) && time <= world_time_ns(max_world_time_ns);
+}
+
+BadInput refusal(BadInputReason reason, double value = 0.0, double other_value = 0.0) {
+  BadInput fault;
+  fault.reason = reason;
+  fault.values[0] = value;
+  fault.values[1] = other_value;
+  return fault;
+}
+
+BadInput time_out_of_limits(WorldTime time) {
+  return refusal(BadInputReason::out_of_limits, seconds(time));
+}
+
+}  // namespace
+
+Store::Store(StoreOptions options)
+    : options_(std::move(options)),
+      current_(options_.max_entities),
+      generations_(options_.max_entities, 0),
+      free_(options_.max_entities),
+      changes_(options_.max_entities, options_.retained_changes),
+      versions_(std::size_t{options_.retained_changes} + 1, empty_world),
+      discarded_(options_.retained_changes),
+      staged_write_(options_.max_entities, 0),
+      latest_(empty_world),
+      marks_(options_.max_entities, 0) {
+  RTSTDB_ASSERT(options_.max_entities <= max_entities);
+  RTSTDB_ASSERT(options_.geometry_known);
+}
+
+// ---- reading
+
+Snapshot Store::staged_snapshot() const noexcept {
+  RTSTDB_ASSERT(progress_ != Progress::none);
+  return {*this, {staged_->version, staged_->time}};
+}
+
+std::variant<Snapshot, BadInput> Store::read(const ReadAt& read_at) const noexcept {
+  if (read_at.kind == ReadAt::Kind::latest) return latest_snapshot();
+  const bool by_time = read_at.kind == ReadAt::Kind::time;
+  if (by_time ? read_at.time >= latest_.time : read_at.version == latest_.version) return latest_snapshot();
+
+  const auto found = by_time ? versions_.at_time(read_at.time) : versions_.find(read_at.version);
+  if (found && keeps(found->version)) return Snapshot(*this, *found);
+
+  const VersionInfo oldest = versions_.find(oldest_kept()).value_or(latest_);
+  const bool too_old =
+      by_time ? found || oldest.version != empty_world.version : read_at.version < oldest.version;
+  BadInput fault =
+      refusal(too_old ? BadInputReason::snapshot_too_old : BadInputReason::unknown_version,
+              by_time ? -1.0 : static_cast<double>(read_at.version), static_cast<double>(oldest.version));
+  fault.values[2] = seconds(read_at.time);
+  fault.values[3] = seconds(oldest.time);
+  return fault;
+}
+
+bool Store::keeps(Version version) const noexcept {
+  if (is_staged(version)) return true;
+  return version >= oldest_kept() && versions_.find(version).has_value();
+}
+
+const EntityState* Store::row(Version version, std::uint32_t index) const noexcept {
+  RTSTDB_ASSERT(index < index_limit_);
+  const EntityState* state = &current_[index];
+  if (is_staged(version)) {
+    if (const std::uint32_t ordinal = staged_write_[index]; ordinal != 0) {
+      const Write& write = staged_->writes[ordinal - 1];
+      return write.kind == WriteKind::remove ? nullptr : &write.state;
+    }
+  } else {
+    RTSTDB_ASSERT(version >= oldest_kept());
+    state = &changes_.state_at(version, index, *state);
+  }
+  return state->id.valid() ? state : nullptr;
+}
+
+bool Store::changed_between(Version version, Version other,
+                            std::vector<std::uint32_t>& indices) const noexcept {
+  if (version == other) return true;
+  const Version from = std::min(version, other);
+  const Version to = std::max(version, other);
+  if (from < oldest_kept() || (to >= next_version_ && !is_staged(to))) return false;
+  const bool other_discarded = !is_staged(other) && !versions_.find(other);
+  if (other_discarded && !discarded_.remembers(other)) return false;
+
+  ++mark_;
+  const auto name = [&](std::uint32_t index) {
+    if (std::exchange(marks_[index], mark_) != mark_) indices.push_back(index);
+  };
+  changes_.for_each_between(from, to, name);
+  if (is_staged(to)) for_each_staged_row([&](const Write& write) { name(write.state.id.index); });
+  if (other_discarded) discarded_.for_each_of(other, name);
+  return true;
+}
+
+// ---- committing
+
+template <class Visit>
+void Store::for_each_staged_row(Visit visit) const noexcept {
+  for (std::size_t ordinal = 0; ordinal < staged_->writes.size(); ++ordinal) {
+    const Write& write = staged_->writes[ordinal];
+    if (staged_write_[write.state.id.index] == ordinal + 1) visit(write);
+  }
+}
+
+std::optional<BadInput> Store::stage(WriteSet& set) noexcept {
+  RTSTDB_ASSERT(progress_ == Progress::none);
+  RTSTDB_ASSERT(!set.writes.empty());
+  if (auto fault = check_time(set.time)) return fault;
+  set.version = next_version_;
+  staged_ = &set;
+  for (std::size_t ordinal = 0; ordinal < set.writes.size(); ++ordinal) {
+    Write& write = set.writes[ordinal];
+    if (auto fault = stage_write(write)) {
+      fault->element = static_cast<std::uint32_t>(ordinal);
+      if (write.kind != WriteKind::create) fault->entity = write.state.id;
+      unwind(ordinal);
+      staged_ = nullptr;
+      return fault;
+    }
+    write.state.written_by = set.version;
+    staged_write_[write.state.id.index] = static_cast<std::uint32_t>(ordinal) + 1;
+  }
+  progress_ = Progress::staged;
+  return std::nullopt;
+}
+
+std::optional<BadInput> Store::check_time(WorldTime time) const noexcept {
+  if (!within_limits(time)) return time_out_of_limits(time);
+  if (time < latest_.time) {
+    return refusal(BadInputReason::world_time_goes_back, seconds(time), seconds(latest_.time));
+  }
+  return std::nullopt;
+}
+
+std::optional<BadInput> Store::check_geometry(GeometryId geometry) const noexcept {
+  if (options_.geometry_known(geometry)) return std::nullopt;
+  return refusal(BadInputReason::unknown_geometry, static_cast<double>(geometry.index));
+}
+
+const EntityState* Store::find_staged(EntityId id) const noexcept {
+  if (id.index >= index_limit_) return nullptr;
+  const EntityState* state = &current_[id.index];
+  if (const std::uint32_t ordinal = staged_write_[id.index]; ordinal != 0) {
+    const Write& write = staged_->writes[ordinal - 1];
+    if (write.kind == WriteKind::remove) return nullptr;
+    state = &write.state;
+  }
+  return state->id == id ? state : nullptr;
+}
+
+std::optional<BadInput> Store::stage_write(Write& write) noexcept {
+  if (write.kind == WriteKind::create) return stage_create(write);
+  if (find_staged(write.state.id) == nullptr) return refusal(BadInputReason::unknown_entity);
+  if (write.kind == WriteKind::update) return stage_update(write);
+  if (write.kind == WriteKind::update_motion) return stage_update_motion(write);
+  free_.give_back(write.state.id.index);
+  return std::nullopt;
+}
+
+std::optional<BadInput> Store::stage_create(Write& write) noexcept {
+  if (auto fault = stage_update(write)) return fault;
+  const auto index = free_.take_lowest();
+  if (!index) {
+    return refusal(BadInputReason::too_many_entities, static_cast<double>(options_.max_entities));
+  }
+  write.state.id = {*index, ++generations_[*index]};
+  index_limit_ = std::max(index_limit_, *index + 1);
+  return std::nullopt;
+}
+
+std::optional<BadInput> Store::stage_update(Write& write) noexcept {
+  EntityRow& row = write.state.row;
+  if (auto fault = check_row(row)) return fault;
+  if (auto fault = check_geometry(row.geometry)) return fault;
+  if (!within_limits(row.motion.valid_from)) return time_out_of_limits(row.motion.valid_from);
+  row = normalised(row);
+  return std::nullopt;
+}
+
+std::optional<BadInput> Store::stage_update_motion(Write& write) noexcept {
+  const Motion motion = write.state.row.motion;
+  if (auto fault = check_motion(motion)) return fault;
+  if (!within_limits(motion.valid_from)) return time_out_of_limits(motion.valid_from);
+  write.state.row = find_staged(write.state.id)->row;
+  write.state.row.motion = normalised(motion);
+  return std::nullopt;
+}
+
+void Store::unwind(std::size_t count) noexcept {
+  while (count-- > 0) {
+    const Write& write = staged_->writes[count];
+    const std::uint32_t index = write.state.id.index;
+    staged_write_[index] = 0;
+    if (write.kind == WriteKind::create) {
+      --generations_[index];
+      free_.give_back(index);
+    } else if (write.kind == WriteKind::remove) {
+      free_.take(index);
+    }
+  }
+}
+
+void Store::publish() noexcept {
+  RTSTDB_ASSERT(progress_ == Progress::staged);
+  progress_ = Progress::published;
+  latest_ = {staged_->version, staged_->time};
+}
+
+void Store::settle() noexcept {
+  RTSTDB_ASSERT(progress_ == Progress::published);
+  for_each_staged_row([this](const Write& write) {
+    EntityState& row = current_[write.state.id.index];
+    changes_.record(staged_->version, write.state.id.index, row);
+    row = write.kind == WriteKind::remove ? EntityState{} : write.state;
+  });
+  for (const Write& write : staged_->writes)
+    staged_write_[write.state.id.index] = 0;
+  versions_.append(latest_);
+  next_version_ = staged_->version + 1;
+  progress_ = Progress::none;
+  staged_ = nullptr;
+}
+
+void Store::discard() noexcept {
+  RTSTDB_ASSERT(progress_ != Progress::none);
+  for_each_staged_row(
+      [this](const Write& write) { discarded_.record(staged_->version, write.state.id.index); });
+  unwind(staged_->writes.size());
+  latest_ = versions_.newest();
+  next_version_ = staged_->version + 1;
+  progress_ = Progress::none;
+  staged_ = nullptr;
+}
+
+}  // namespace rtstdb::store

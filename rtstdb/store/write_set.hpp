@@ -1,0 +1,29 @@
+#pragma once
+// What one commit writes, self-contained: after Store::stage every write holds the id and the whole row that
+// it leaves behind, so that a log can write the set down and apply it again without asking anything else.
+
+#include <cstdint>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+#include <rtstdb/time.hpp>
+#include <rtstdb/transaction.hpp>
+
+namespace rtstdb::store {
+
+enum class WriteKind : std::uint8_t { create, update, update_motion, remove };
+
+struct Write {
+  WriteKind kind = WriteKind::create;
+  /// Given: `id` (not for create) and, by kind, `row` or `row.motion`. After staging: the entity as the write
+  /// leaves it, orientation normalised; for remove only `id` and `written_by` mean something.
+  EntityState state;
+};
+
+struct WriteSet {
+  Version version = 0;  ///< set by staging
+  WorldTime time{};     ///< from when the version holds
+  std::vector<Write> writes;
+};
+
+}  // namespace rtstdb::store
