@@ -215,7 +215,6 @@ void each_field(T& view, Visit&& visit) {
   visit("shapes", view.shapes);
   visit("tracks", view.tracks);
   visit("fan", view.fan);
-  visit("entities", view.entities);
   visit("scan_points", view.scan_points);
 }
 

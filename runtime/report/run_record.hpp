@@ -230,7 +230,7 @@ struct ScanFan {
   double range_m = 0.0;
 };
 
-/// One beam's hit: where it was, and the beam it came from. `entity` counts into the names beside it.
+/// One beam's hit: where it was, the beam it came from, and the number of the body it met.
 /// The files keep 0.1 mm and 1 microradian.
 struct ScanPoint {
   double x_m = 0.0;
@@ -255,8 +255,7 @@ struct TopView {
   std::vector<Shape> shapes;
   std::vector<Track> tracks;
   std::optional<ScanFan> fan;
-  std::vector<ScanPoint> scan_points;
-  std::vector<std::string> entities;  ///< names for ScanPoint::entity
+  std::vector<ScanPoint> scan_points;  ///< the last sweep's hits
 };
 
 /// One panel of the comparison of the paper's Figure 8: a body as the scanner saw it.

@@ -1,0 +1,115 @@
+#include "runtime/report/html/page_style.hpp"
+
+namespace hil::report {
+
+std::string_view picture_style() {
+  return R"css(
+:root{color-scheme:light dark;--bg:#f6f7f7;--card:#ffffff;--ink:#1b2126;--soft:#59646d;--line:#dde2e5;--faint:#eef1f2;
+--good:#1a7f4b;--bad:#b42318;--warn:#8a5a00;--accent:#2e6bb0;--bar:#7fa6d1;--road:#e4e7e9;--marking:#ffffff;
+--static:#cdc7bb;--static-edge:#a39b8c;--vehicle:#9db8d6;--vehicle-edge:#2e6bb0;--ego:#f3c48a;--ego-edge:#a85a00;
+--dot:#a4243b;--c0:#0b66a8;--c1:#c77700;--c2:#0a8a66;--c3:#b0468c;--c4:#3f9fd6;--c5:#c24a12;--c6:#7a6326;--c7:#7a828a}
+@media (prefers-color-scheme:dark){:root{--bg:#131619;--card:#1a1e22;--ink:#e4e8ea;--soft:#9ba6ae;--line:#333a40;
+--faint:#23282d;--good:#4fc48c;--bad:#ff8a80;--warn:#e2b24a;--accent:#7db6f2;--bar:#4d7bab;--road:#2b3136;
+--marking:#59636b;--static:#4d483f;--static-edge:#7d7566;--vehicle:#36506d;--vehicle-edge:#86b6ea;--ego:#6b4a1f;
+--ego-edge:#f0b265;--dot:#ff8fa3;--c0:#5cb0ee;--c1:#f0a73d;--c2:#3fc79e;--c3:#e08ac4;--c4:#8fd0f7;--c5:#f58a55;
+--c6:#c9ad62;--c7:#aab2ba}}
+svg text{font-family:system-ui,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif;font-size:11px;fill:var(--soft);
+font-variant-numeric:tabular-nums}
+svg .strong{fill:var(--ink);font-weight:600}
+svg .label{fill:var(--ink);paint-order:stroke;stroke:var(--card);stroke-width:3px;stroke-linejoin:round}
+.paper{fill:var(--card)}
+.grid{stroke:var(--faint);stroke-width:1}
+.axis{stroke:var(--line);stroke-width:1}
+.plot-area{fill:none;stroke:var(--line)}
+.bar{fill:var(--bar)}
+.mark{stroke:var(--ink);stroke-width:1}
+.mark-p50{stroke-dasharray:2 2}
+.mark-p99{stroke-dasharray:6 3}
+.mark-limit{stroke:var(--bad);stroke-width:1.5}
+.mark-limit-text{fill:var(--bad)!important;font-weight:600}
+.land{fill:var(--faint)}
+.ground{fill:none}
+.road{fill:var(--road)}
+.marking{fill:var(--marking)}
+.detector{fill:none;stroke:var(--good);stroke-width:1.2;stroke-dasharray:4 3}
+.static{fill:var(--static);stroke:var(--static-edge)}
+.pole{fill:var(--static-edge);stroke:var(--ink);stroke-width:.8}
+.vehicle{fill:var(--vehicle);stroke:var(--vehicle-edge);stroke-width:1.2}
+.ego{fill:var(--ego);stroke:var(--ego-edge);stroke-width:1.5}
+.track{fill:none;stroke:var(--vehicle-edge);stroke-width:1.2;stroke-opacity:.75}
+.track-ego{stroke:var(--ego-edge)}
+.second{fill:none;stroke:var(--vehicle-edge);stroke-width:4.5;stroke-linecap:round}
+.second-ego{stroke:var(--ego-edge)}
+.fan{fill:var(--ego-edge);fill-opacity:.09;stroke:var(--ego-edge);stroke-opacity:.6;stroke-dasharray:5 4}
+.hits{fill:none;stroke:var(--dot);stroke-width:2.4;stroke-linecap:round}
+.moment{fill:none;stroke:var(--accent);stroke-width:8;stroke-linecap:round}
+.cloud{fill:none;stroke-width:1.9;stroke-linecap:round}
+.c0{stroke:var(--c0)}.c1{stroke:var(--c1)}.c2{stroke:var(--c2)}.c3{stroke:var(--c3)}
+.c4{stroke:var(--c4)}.c5{stroke:var(--c5)}.c6{stroke:var(--c6)}.c7{stroke:var(--c7)}
+.plate{fill:var(--card);fill-opacity:.88;stroke:var(--line)}
+.rule{stroke:var(--ink);stroke-width:1.5;fill:none}
+.rule-soft{stroke:var(--soft);stroke-width:1.2;fill:none;stroke-dasharray:4 3}
+.ghost{fill:none;stroke:var(--soft);stroke-dasharray:3 3}
+.arrow{fill:var(--ink)}
+.use{fill:var(--bar)}
+.use-over{fill:var(--bad)}
+.use-rest{fill:var(--faint)}
+.stage0{fill:var(--c0)}.stage1{fill:var(--c1)}.stage2{fill:var(--c2)}.stage3{fill:var(--c3)}
+.stage4{fill:var(--c4)}.stage5{fill:var(--c5)}.stage6{fill:var(--c6)}.stage-idle{fill:var(--line)}
+)css";
+}
+
+std::string_view page_style() {
+  return R"css(
+*{box-sizing:border-box}
+body{margin:0;background:var(--bg);color:var(--ink);font:15px/1.5 system-ui,"Segoe UI",Roboto,"Helvetica Neue",Arial,
+sans-serif}
+main{max-width:1120px;margin:0 auto;padding:28px 20px 60px}
+h1{font-size:30px;line-height:1.2;margin:0}
+h2{font-size:19px;margin:38px 0 10px}
+h3{font-size:15px;margin:0 0 4px}
+p{margin:6px 0;max-width:78ch}
+.soft,figcaption,.facts dt{color:var(--soft)}
+.small{font-size:13px}
+.overflow-anywhere,td,dd,figcaption,.reason{overflow-wrap:anywhere}
+.verdict{background:var(--card);border:1px solid var(--line);border-left:8px solid var(--tone);border-radius:10px;
+padding:20px 24px}
+.verdict h1{color:var(--tone)}
+.verdict .reason{font-size:18px;margin:6px 0 0}
+.good{--tone:var(--good)}.bad{--tone:var(--bad)}.warn{--tone:var(--warn)}
+.tone{color:var(--tone);font-weight:600}
+.facts{display:grid;grid-template-columns:repeat(auto-fill,minmax(200px,1fr));gap:12px 24px;margin:18px 0 0}
+.facts dt{font-size:12.5px}
+.facts dd{margin:0}
+.card{background:var(--card);border:1px solid var(--line);border-radius:10px;padding:16px 18px;margin:12px 0}
+.scroll{overflow-x:auto}
+table{border-collapse:collapse;width:100%;font-size:13.5px;font-variant-numeric:tabular-nums}
+th{font-weight:600;text-align:left;color:var(--soft);font-size:12.5px;vertical-align:bottom}
+th,td{padding:5px 10px 5px 0;border-bottom:1px solid var(--line)}
+tbody tr:last-child td{border-bottom:0}
+td{vertical-align:top}
+.n{text-align:right;white-space:nowrap}
+th.n{white-space:normal}
+.group{text-align:center;border-bottom:1px solid var(--line)}
+.name{min-width:9em;overflow-wrap:anywhere}
+.nowrap{white-space:nowrap}
+svg{display:block;width:100%;height:auto}
+.bar-cell{width:190px;min-width:150px}
+.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:8px 28px}
+.panels{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(310px,100%),1fr));gap:18px 26px}
+figure{margin:0}
+figcaption{font-size:13px;margin-top:4px}
+.chart-title{font-size:13px;color:var(--soft);margin:8px 0 0}
+.key{display:inline-block;width:10px;height:10px;border-radius:5px;margin-right:6px}
+.legend{display:flex;flex-wrap:wrap;gap:4px 18px;font-size:13px;color:var(--soft);margin:8px 0 0}
+.legend svg{display:inline-block;width:12px;height:12px;margin-right:6px;vertical-align:-1px}
+ul{margin:6px 0;padding-left:20px}
+code{font:13px ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}
+footer{margin-top:40px;color:var(--soft);font-size:13px}
+@media print{:root{--bg:#fff}body{font-size:12px}main{max-width:none;padding:0}
+.card,.verdict,figure,tr{break-inside:avoid}h2,h3{break-after:avoid}.scroll{overflow:visible}
+svg,.verdict{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
+)css";
+}
+
+}  // namespace hil::report

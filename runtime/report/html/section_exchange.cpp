@@ -1,0 +1,134 @@
+#include "runtime/report/html/sections.hpp"
+#include "runtime/report/html/table.hpp"
+#include "runtime/report/quantities.hpp"
+
+namespace hil::report {
+namespace {
+
+std::string scheduling_text(const Realtime& realtime) {
+  if (realtime.scheduler.empty()) return dash;
+  return realtime.priority > 0 ? realtime.scheduler + ", priority " + std::to_string(realtime.priority)
+                               : realtime.scheduler;
+}
+
+std::string cpus_text(const Realtime& realtime) {
+  std::string text;
+  for (const int cpu : realtime.cpus)
+    text += (text.empty() ? "" : ", ") + std::to_string(cpu);
+  return text.empty() ? "no affinity" : text;
+}
+
+void can_table(Markup& out, const RunRecord& record) {
+  if (record.can.empty()) return;
+  out.element("h3", "CAN");
+  Table table(out, {{"Bus"},
+                    {"Driver"},
+                    {"Received", true},
+                    {"Sent", true},
+                    {"Dropped", true},
+                    {"Error frames", true},
+                    {"No buffer", true},
+                    {"Bad checksum", true},
+                    {"Bad counter", true},
+                    {"Unknown id", true},
+                    {"Bus load", true}});
+  for (const CanBus& bus : record.can) {
+    table.row({bus.bus, bus.driver, count_text(bus.rx), count_text(bus.tx), count_cell(bus.dropped, true),
+               count_cell(bus.errors, true), count_cell(bus.no_buffer, true),
+               count_cell(bus.bad_checksum, true), count_cell(bus.bad_counter, true),
+               count_text(bus.unknown_id), percent(bus.bus_load)});
+  }
+  table.end();
+}
+
+void modbus_table(Markup& out, const RunRecord& record) {
+  if (record.modbus.empty()) return;
+  out.element("h3", "Modbus");
+  Table table(out, {{"Device"},
+                    {"Requests", true},
+                    {"Replies", true},
+                    {"Time-outs", true},
+                    {"Errors", true},
+                    {"Reconnects", true}});
+  for (const ModbusUnit& unit : record.modbus) {
+    table.row({unit.device, count_text(unit.requests), count_text(unit.replies),
+               count_cell(unit.timeouts, true), count_cell(unit.errors, true),
+               count_cell(unit.reconnects, true)});
+  }
+  table.end();
+}
+
+}  // namespace
+
+void transactions_section(Markup& out, const RunRecord& record) {
+  const Transactions& t = record.transactions;
+  if (t.submitted == 0) return;
+  out.element("h2", "Database transactions");
+  out.open("div", {{"class", "card"}});
+  Table table(out, {{"Submitted", true},
+                    {"Committed", true},
+                    {"Late", true},
+                    {"Missed", true},
+                    {"Refused", true},
+                    {"Conflicts", true},
+                    {"Cancelled", true},
+                    {"Truncated", true},
+                    {"Device lost", true},
+                    {"Bad input", true},
+                    {"Firm but late", true},
+                    {"Hard missed", true}});
+  table.row({count_text(t.submitted), count_text(t.committed), count_cell(t.late, true),
+             count_cell(t.missed, true), count_cell(t.refused, true), count_cell(t.conflicts, true),
+             count_cell(t.cancelled, true), count_cell(t.truncated, true), count_cell(t.device_lost, true),
+             count_cell(t.bad_input, true), count_cell(t.firm_late_commits, true),
+             count_cell(t.hard_misses, true)});
+  table.end();
+  out.close();
+}
+
+void buses_section(Markup& out, const RunRecord& record) {
+  if (record.can.empty() && record.modbus.empty()) return;
+  out.element("h2", "Buses and devices");
+  out.open("div", {{"class", "card"}});
+  can_table(out, record);
+  modbus_table(out, record);
+  out.close();
+}
+
+void processes_section(Markup& out, const RunRecord& record) {
+  if (record.processes.empty()) return;
+  out.element("h2", "Processes");
+  out.open("div", {{"class", "card"}});
+  Table table(out, {{"Process"}, {"Command"}, {"How it ended"}, {"Died during the run", true}});
+  for (const Process& process : record.processes) {
+    const bool died = process.died_at_ns.has_value();
+    table.row({process.name,
+               process.command,
+               {process.exit, died ? "tone bad" : ""},
+               died ? instant(*process.died_at_ns) : std::string("no")});
+  }
+  table.end();
+  out.close();
+}
+
+void origin_section(Markup& out, const RunRecord& record) {
+  out.element("h2", "To run it again");
+  out.open("div", {{"class", "card"}});
+  Table table(out, {{"What"}, {"Value"}});
+  table.row({"Scenario file", record.scenario.file});
+  table.row({"Seed", std::to_string(record.seed)});
+  for (const Override& entry : record.overrides)
+    table.row({"Set on the command line", entry.path + "=" + entry.value});
+  table.row({"Scheduling", scheduling_text(record.realtime)});
+  table.row({"Memory", record.realtime.locked_memory ? "locked" : "not locked"});
+  table.row({"CPUs", cpus_text(record.realtime)});
+  table.row({"Kernel", record.realtime.kernel});
+  table.row({"GPU", record.gpu.device});
+  table.row({"GPU driver", record.gpu.driver});
+  table.row({"GPU API", record.gpu.api});
+  table.row({"hil", record.program_version});
+  table.end();
+  out.close();
+}
+
+}  // namespace hil::report

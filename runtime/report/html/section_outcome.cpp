@@ -1,0 +1,138 @@
+#include <algorithm>
+#include <array>
+
+#include "runtime/report/html/sections.hpp"
+#include "runtime/report/html/svg.hpp"
+#include "runtime/report/html/table.hpp"
+#include "runtime/report/quantities.hpp"
+#include "runtime/report/report_text.hpp"
+
+namespace hil::report {
+namespace {
+
+const char* tone(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::passed:
+      return "good";
+    case Verdict::interrupted:
+      return "warn";
+    default:
+      return "bad";
+  }
+}
+
+std::int64_t run_length_ns(const RunRecord& record) {
+  return static_cast<std::int64_t>(static_cast<double>(record.ticks) * static_cast<double>(record.period_ns));
+}
+
+void fact(Markup& out, const char* name, const std::string& value) {
+  out.open("div").element("dt", name).element("dd", value.empty() ? dash : value).close();
+}
+
+std::string length_text(const RunRecord& record) {
+  const std::string reached = chosen_time(run_length_ns(record));
+  const bool short_of_it = record.duration_ns > 0 && run_length_ns(record) < record.duration_ns;
+  return (short_of_it ? reached + " of " + chosen_time(record.duration_ns) : reached) + ", " +
+         counted(record.ticks, "tick", "ticks");
+}
+
+std::string clock_text(const RunRecord& record) {
+  const bool measurable = record.wall_ns > 0 && record.ticks > 0;
+  if (!measurable) return record.clock;
+  const double speed = static_cast<double>(run_length_ns(record)) / static_cast<double>(record.wall_ns);
+  return record.clock + ", " + measured_time(record.wall_ns) + " on the wall (" +
+         decimal(speed, speed < 10 ? 2 : 0) + "×)";
+}
+
+std::string misses_text(const RunRecord& record) {
+  std::uint64_t misses = 0;
+  std::uint64_t runs = 0;
+  for (const Task& task : record.tasks) {
+    misses += task.deadline_misses;
+    runs += task.runs;
+  }
+  return counted(misses, "miss", "misses") + " in " + counted(runs, "task run", "task runs");
+}
+
+/// Where in the run something happened, as a dot on a line.
+void draw_instant(Markup& out, std::int64_t time_ns, std::int64_t end_ns) {
+  const double share =
+      end_ns > 0 ? std::clamp(static_cast<double>(time_ns) / static_cast<double>(end_ns), 0.0, 1.0) : 0.0;
+  open_svg(out, 180.0, 18.0, "at " + percent(share, 0) + " of the run", PictureUse::inline_in_page);
+  svg_line(out, "axis", {6.0, 9.0}, {174.0, 9.0});
+  out.leaf("path", {{"class", "moment"}, {"d", svg_dots(std::array{Pixel{6.0 + 168.0 * share, 9.0}})}});
+  out.close();
+}
+
+}  // namespace
+
+void verdict_section(Markup& out, const RunRecord& record) {
+  out.open("header", {{"class", std::string("verdict ") + tone(record.verdict)}});
+  out.element("h1", headline(record.verdict));
+  out.element("p", {{"class", "reason"}}, reason_sentence(record));
+  if (!record.scenario.about.empty()) out.element("p", {{"class", "soft"}}, record.scenario.about);
+  out.open("dl", {{"class", "facts"}});
+  fact(out, "Scenario", record.scenario.name);
+  fact(out, "Run time", length_text(record));
+  fact(out, "Clock", clock_text(record));
+  fact(out, "Base rate",
+       record.period_ns > 0 ? rate_text(1e9 / static_cast<double>(record.period_ns)) : dash);
+  fact(out, "Deadlines", misses_text(record));
+  fact(out, "Started", record.started_at);
+  fact(out, "GPU", record.gpu.device);
+  fact(out, "Exit code", std::to_string(record.exit_code));
+  out.close().close();
+}
+
+void degraded_section(Markup& out, const RunRecord& record) {
+  if (record.realtime.degraded.empty()) return;
+  out.open("section", {{"class", "card warn"}});
+  out.element("h3", {{"class", "tone"}}, "Degraded: this machine did not grant everything the run asked for");
+  out.open("ul");
+  for (const std::string& sentence : record.realtime.degraded)
+    out.element("li", sentence);
+  out.close().close();
+}
+
+void expectations_section(Markup& out, const RunRecord& record) {
+  out.element("h2", "Expectations");
+  out.open("div", {{"class", "card"}});
+  if (record.expectations.empty()) {
+    out.element("p", {{"class", "soft"}}, "The scenario expects nothing.");
+  } else {
+    Table table(out, {{"Result"}, {"Expectation"}, {"What was seen"}, {"First failed", true}});
+    for (const Expectation& expectation : record.expectations) {
+      table.row({{expectation.passed ? "✓ held" : "✗ failed",
+                  expectation.passed ? "tone good nowrap" : "tone bad nowrap"},
+                 expectation.name,
+                 expectation.detail,
+                 expectation.first_failure_ns ? instant(*expectation.first_failure_ns) : std::string(dash)});
+    }
+    table.end();
+  }
+  out.close();
+}
+
+void events_section(Markup& out, const RunRecord& record) {
+  if (record.events.empty() && record.watchdog.empty()) return;
+  std::vector<std::pair<Event, bool>> events;
+  for (const Event& event : record.events)
+    events.emplace_back(event, false);
+  for (const Event& event : record.watchdog)
+    events.emplace_back(event, true);
+  std::ranges::stable_sort(events, {}, [](const auto& entry) { return entry.first.time_ns; });
+  out.element("h2", "What happened");
+  out.open("div", {{"class", "card"}});
+  Table table(out, {{"Time", true}, {"Event"}, {"In the run"}});
+  for (const auto& [event, watchdog] : events) {
+    table.open_row(
+        {instant(event.time_ns), {(watchdog ? "Watchdog: " : "") + event.text, watchdog ? "tone bad" : ""}},
+        "bar-cell");
+    draw_instant(out, event.time_ns, run_length_ns(record));
+    table.close_row();
+  }
+  table.end();
+  out.close();
+}
+
+}  // namespace hil::report

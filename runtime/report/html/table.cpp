@@ -1,0 +1,51 @@
+#include "runtime/report/html/table.hpp"
+
+#include "runtime/report/quantities.hpp"
+
+namespace hil::report {
+
+Table::Table(Markup& out, std::initializer_list<Column> columns) : out_(out), columns_(columns) {
+  out_.open("div", {{"class", "scroll"}}).open("table").open("thead").open("tr");
+  for (const Column& column : columns_) {
+    out_.element("th", {{"scope", "col"}, {"class", column.numeric ? "n" : ""}}, column.title);
+  }
+  out_.close().close().open("tbody");
+}
+
+void Table::cells(std::initializer_list<Cell> cells) {
+  std::size_t index = 0;
+  for (const Cell& cell : cells) {
+    const bool numeric = index < columns_.size() && columns_[index].numeric;
+    out_.element("td", {{"class", std::string(numeric ? "n " : "") + cell.css_class}}, cell.text);
+    ++index;
+  }
+}
+
+Table& Table::row(std::initializer_list<Cell> row_cells) {
+  out_.open("tr");
+  cells(row_cells);
+  out_.close();
+  return *this;
+}
+
+Table& Table::open_row(std::initializer_list<Cell> row_cells, const char* css_class_of_last) {
+  out_.open("tr");
+  cells(row_cells);
+  out_.open("td", {{"class", css_class_of_last}});
+  return *this;
+}
+
+Table& Table::close_row() {
+  out_.close().close();
+  return *this;
+}
+
+void Table::end() {
+  out_.close().close().close();
+}
+
+Cell count_cell(std::uint64_t count, bool should_be_zero) {
+  return {count_text(count), should_be_zero && count > 0 ? "tone bad" : ""};
+}
+
+}  // namespace hil::report

@@ -1,0 +1,45 @@
+#pragma once
+// Tables of the page: a scrolling frame, a head, rows of cells.
+
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "runtime/report/markup.hpp"
+
+namespace hil::report {
+
+struct Column {
+  const char* title;
+  bool numeric = false;
+};
+
+struct Cell {
+  std::string text;
+  const char* css_class = "";
+
+  Cell(std::string content, const char* css = "") : text(std::move(content)), css_class(css) {}
+  Cell(const char* content, const char* css = "") : text(content), css_class(css) {}
+};
+
+class Table {
+ public:
+  /// Opens the table. `end` closes it.
+  Table(Markup& out, std::initializer_list<Column> columns);
+  /// One cell per column.
+  Table& row(std::initializer_list<Cell> cells);
+  /// A row whose last column the caller fills with markup between this and close_row.
+  Table& open_row(std::initializer_list<Cell> cells, const char* css_class_of_last);
+  Table& close_row();
+  void end();
+
+ private:
+  void cells(std::initializer_list<Cell> cells);
+  Markup& out_;
+  std::vector<Column> columns_;
+};
+
+/// "n" for numbers, plus a tone when the count should be zero and is not.
+Cell count_cell(std::uint64_t count, bool should_be_zero);
+
+}  // namespace hil::report

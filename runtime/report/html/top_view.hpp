@@ -1,0 +1,19 @@
+#pragma once
+// The world from above, to scale: north up, east right, a scale bar, axes in metres, a legend.
+
+#include <string>
+
+#include "runtime/report/html/svg.hpp"
+#include "runtime/report/run_record.hpp"
+
+namespace hil::report {
+
+struct TopViewResult {
+  std::vector<std::string> labels_without_room;  ///< for the caption
+};
+
+/// Shapes, tracks and points with coordinates that are not finite are left out. Nothing to show gives an
+/// empty frame of 100 m by 60 m around the origin.
+TopViewResult draw_top_view(Markup& out, const TopView& view, PictureUse use);
+
+}  // namespace hil::report

@@ -1,0 +1,40 @@
+#pragma once
+// Which rectangle of the world a picture shows, and where its points fall in pixels.
+
+#include <span>
+#include <vector>
+
+#include "runtime/report/html/label_placement.hpp"
+#include "runtime/report/run_record.hpp"
+
+namespace hil::report {
+
+bool is_finite(const PointM& point);
+
+/// What the record asks for, else all that moves or was seen with a margin; never flatter or taller than a
+/// page bears.
+ViewBox window_of(const TopView& view);
+
+/// The part of a polygon inside a rectangle (Sutherland-Hodgman; a concave outline may keep edges along the
+/// border, which fills the same area). Empty when nothing is left or a coordinate is not finite.
+std::vector<PointM> clipped(std::span<const PointM> polygon, const ViewBox& box);
+
+/// World metres to pixels, one scale for both axes, y turned upwards.
+class WorldToPixels {
+ public:
+  WorldToPixels(const ViewBox& window, double left, double top, double width);
+  Pixel operator()(PointM point) const;
+  std::vector<Pixel> operator()(std::span<const PointM> points) const;
+  double pixels_per_metre() const { return scale_; }
+  /// The plot's rectangle.
+  const PixelBox& area() const { return area_; }
+
+ private:
+  ViewBox window_;
+  double scale_;
+  PixelBox area_;
+};
+
+PixelBox bounds_of(std::span<const Pixel> points);
+
+}  // namespace hil::report

@@ -1,0 +1,96 @@
+#include "runtime/report/report_files.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <iterator>
+
+#include "runtime/report/html/report_html.hpp"
+#include "runtime/report/html/scan_panel.hpp"
+#include "runtime/report/html/top_view.hpp"
+#include "runtime/report/junit_xml.hpp"
+#include "runtime/report/markup.hpp"
+
+namespace hil::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const fs::path& path, const char* action, const std::string& answer) {
+  throw ReportError(path.string() + " can not be " + action + ": " + answer);
+}
+
+std::string last_system_answer() {
+  return errno != 0 ? std::strerror(errno) : "the system gave no reason";
+}
+
+void make_directory(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (error) refuse(directory, "made", error.message());
+}
+
+void write_file(const fs::path& path, const std::function<void(std::ostream&)>& content) {
+  const fs::path unfinished = path.string() + ".part";
+  errno = 0;
+  std::ofstream out(unfinished, std::ios::binary | std::ios::trunc);
+  if (out) content(out);
+  out.close();
+  if (!out) refuse(path, "written", last_system_answer());
+  std::error_code error;
+  fs::rename(unfinished, path, error);
+  if (error) refuse(path, "written", error.message());
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+  write_file(path,
+             [&](std::ostream& out) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
+}
+
+void write_pictures(const RunRecord& record, const fs::path& directory) {
+  if (!record.top_view && record.scan_comparison.empty()) return;
+  make_directory(directory);
+  if (record.top_view) {
+    Markup svg;
+    draw_top_view(svg, *record.top_view, PictureUse::standalone_file);
+    write_text(directory / "top-view.svg", svg.take());
+  }
+  const PanelFrame frame = common_frame(record.scan_comparison);
+  for (std::size_t index = 0; index < record.scan_comparison.size(); ++index) {
+    Markup svg;
+    draw_scan_panel(svg, record.scan_comparison[index], frame, PictureUse::standalone_file);
+    write_text(directory / ("scan-" + std::to_string(index + 1) + ".svg"), svg.take());
+  }
+}
+
+}  // namespace
+
+void write_report(const RunRecord& record, const fs::path& directory) {
+  make_directory(directory);
+  write_text(directory / "report.json", report_json(record));
+  remake_report(record, directory);
+}
+
+void remake_report(const RunRecord& record, const fs::path& directory) {
+  make_directory(directory);
+  write_text(directory / "junit.xml", junit_xml(record));
+  write_pictures(record, directory / "pictures");
+  write_text(directory / "report.html", report_html(record));
+}
+
+void write_trace(const TraceRecord& trace, const fs::path& directory) {
+  make_directory(directory);
+  write_file(directory / "trace.json", [&](std::ostream& out) { write_trace_json(out, trace); });
+}
+
+RunRecord load_report(const fs::path& directory) {
+  const fs::path path = directory / "report.json";
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in.is_open() || in.bad()) refuse(path, "read", last_system_answer());
+  return parse_report(text);
+}
+
+}  // namespace hil::report

@@ -1,0 +1,27 @@
+#pragma once
+// The files a run leaves in its folder, as far as they are functions of the record: report.json, report.html,
+// junit.xml, the pictures as SVG files, and trace.json.
+//
+// Each file is written beside its final name and renamed when it is whole, so a reader never meets half a
+// file. All throw ReportError with the path and the system's answer.
+
+#include <filesystem>
+
+#include "runtime/report/report_json.hpp"
+#include "runtime/report/trace_json.hpp"
+
+namespace hil::report {
+
+/// report.json, then what remake_report writes. Makes the folder when it is missing.
+void write_report(const RunRecord& record, const std::filesystem::path& directory);
+
+/// junit.xml, report.html, pictures/top-view.svg (when the record has one) and pictures/scan-<n>.svg (n from
+/// 1): all that can be made again from report.json.
+void remake_report(const RunRecord& record, const std::filesystem::path& directory);
+
+void write_trace(const TraceRecord& trace, const std::filesystem::path& directory);
+
+/// Reads DIR/report.json.
+RunRecord load_report(const std::filesystem::path& directory);
+
+}  // namespace hil::report
