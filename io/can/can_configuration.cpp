@@ -1,0 +1,116 @@
+// What a CanDeviceConfig must hold to, and the channels that follow from it.
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "io/can/can_device.hpp"
+
+namespace hil::io::can {
+
+namespace {
+
+/// Checks one named message; null when the database does not have it.
+const DbcMessage* check_message(const CanDeviceConfig& config, const std::string& name,
+                                const Protection& protection,
+                                const std::map<std::string, double>& safe_values, Use use,
+                                std::vector<std::string>& problems) {
+  const std::string bus = "CAN bus '" + config.name + "': ";
+  const DbcMessage* const message = config.database.find_message(name);
+  if (message == nullptr) {
+    problems.push_back(bus + "the database has no message '" + name + "'");
+    return nullptr;
+  }
+  for (const std::string& problem : coding_problems(*message, protection, use))
+    problems.push_back(bus + problem);
+  for (const auto& [signal, value] : safe_values) {
+    if (message->find_signal(signal) == nullptr) {
+      problems.push_back(bus + "message '" + name + "' has no signal '" + signal + "' to have a safe value");
+    } else if (!std::isfinite(value)) {
+      problems.push_back(bus + "the safe value of '" + name + "." + signal + "' is not a finite number");
+    }
+  }
+  return message;
+}
+
+ChannelInfo channel_of(const DbcMessage& message, std::size_t signal_index, const SignalCodec& codec,
+                       const std::map<std::string, double>& safe_values) {
+  const DbcSignal& signal = message.signals[signal_index];
+  ChannelInfo channel;
+  channel.name = message.name + "." + signal.name;
+  channel.unit = signal.unit;
+  channel.minimum = codec.physical_minimum();
+  channel.maximum = codec.physical_maximum();
+  const auto safe = safe_values.find(signal.name);
+  channel.safe_value =
+      safe != safe_values.end() ? safe->second : std::clamp(0.0, channel.minimum, channel.maximum);
+  return channel;
+}
+
+}  // namespace
+
+std::vector<std::string> configuration_problems(const CanDeviceConfig& config) {
+  std::vector<std::string> problems;
+  const std::string bus = "CAN bus '" + config.name + "': ";
+  std::set<std::string> named;
+  const auto once = [&](const std::string& message) {
+    if (!named.insert(message).second) problems.push_back(bus + "message '" + message + "' is named twice");
+  };
+  for (const SentMessageConfig& sent : config.send) {
+    once(sent.message);
+    check_message(config, sent.message, sent.protection, sent.safe_values, Use::send, problems);
+    if (sent.period_ns < 0 || sent.offset_ns < 0) {
+      problems.push_back(bus + "message '" + sent.message + "' has a negative period or offset");
+    }
+  }
+  for (const ReceivedMessageConfig& received : config.receive) {
+    once(received.message);
+    check_message(config, received.message, received.protection, received.safe_values, Use::receive,
+                  problems);
+    if (received.timeout_ns < 0) {
+      problems.push_back(bus + "message '" + received.message + "' has a negative time-out");
+    }
+  }
+  if (!(config.bits_per_second > 0.0)) problems.push_back(bus + "the bit rate is not above zero");
+  return problems;
+}
+
+void CanDevice::add_sent(const SentMessageConfig& config) {
+  const DbcMessage& message = *config_.database.find_message(config.message);
+  Sent sent{MessageEncoder(message, config.protection),
+            config.period_ns,
+            config.offset_ns,
+            std::vector<double>(message.signals.size(), 0.0),
+            {},
+            outputs_.size(),
+            std::nullopt};
+  const MessageLayout& layout = sent.encoder.layout();
+  for (std::size_t signal = 0; signal < message.signals.size(); ++signal) {
+    ChannelInfo channel = channel_of(message, signal, layout.codec(signal), config.safe_values);
+    if (signal == layout.counter()) {
+      sent.counter_input = inputs_.size();
+      inputs_.push_back(std::move(channel));
+      input_timeout_ns_.push_back(0);
+    } else if (signal != layout.checksum()) {
+      sent.output_signal.push_back(signal);
+      sent.values[signal] = channel.safe_value;
+      safe_outputs_.push_back(channel.safe_value);
+      outputs_.push_back(std::move(channel));
+    }
+  }
+  sent_.push_back(std::move(sent));
+}
+
+void CanDevice::add_received(const ReceivedMessageConfig& config) {
+  const DbcMessage& message = *config_.database.find_message(config.message);
+  Received received{MessageDecoder(message, config.protection), inputs_.size()};
+  for (std::size_t signal = 0; signal < message.signals.size(); ++signal) {
+    inputs_.push_back(
+        channel_of(message, signal, received.decoder.layout().codec(signal), config.safe_values));
+    input_timeout_ns_.push_back(config.timeout_ns);
+  }
+  received_by_id_.emplace(received.decoder.layout().can_id(), received_.size());
+  received_.push_back(std::move(received));
+}
+
+}  // namespace hil::io::can

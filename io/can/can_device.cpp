@@ -1,0 +1,299 @@
+#include "io/can/can_device.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+namespace hil::io::can {
+
+namespace {
+
+constexpr std::size_t ring_rows = 64;           // ticks whose outputs may wait for the thread
+constexpr std::size_t frames_per_pass = 256;    // received before outputs get their turn
+constexpr std::size_t frames_at_end = 100'000;  // received at most while stopping
+constexpr int poll_limit_ms = 20;               // a lost bus is looked after this often
+
+std::string joined(const std::vector<std::string>& sentences) {
+  std::string text;
+  for (const std::string& sentence : sentences)
+    text += (text.empty() ? "" : "\n") + sentence;
+  return text;
+}
+
+}  // namespace
+
+CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<Bus> bus)
+    : config_(std::move(config)), bus_(std::move(bus)), load_(config_.bits_per_second) {
+  require(bus_ != nullptr, "a CAN device has a bus");
+  const std::vector<std::string> problems = configuration_problems(config_);
+  if (!problems.empty()) throw DeviceError(joined(problems));
+  for (const SentMessageConfig& sent : config_.send)
+    add_sent(sent);
+  for (const ReceivedMessageConfig& received : config_.receive)
+    add_received(received);
+  samples_.resize(inputs_.size());
+  lose_inputs();
+  published_ = std::make_unique<LatestValue<std::vector<Sample>>>(samples_);
+  releases_ = std::make_unique<ReleaseRing>(ring_rows, outputs_.size());
+}
+
+CanDevice::~CanDevice() {
+  stop();
+  if (wake_fd_ >= 0) ::close(wake_fd_);
+}
+
+void CanDevice::start(const RunClock& clock, Pacing pacing) {
+  require(!started_ && wake_fd_ < 0, "a CAN device is started once");
+  wake_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  if (wake_fd_ < 0) {
+    throw DeviceError("CAN bus '" + config_.name + "' can not be started: eventfd: " + std::strerror(errno));
+  }
+  clock_ = &clock;
+  pacing_ = pacing;
+  bus_->open(clock, pacing);
+  if (!config_.log_file.empty()) {
+    const auto when_full =
+        pacing == Pacing::lockstep ? CandumpLogWriter::WhenFull::wait : CandumpLogWriter::WhenFull::drop;
+    log_ = std::make_unique<CandumpLogWriter>(config_.log_file, bus_->name(), when_full);
+  }
+  started_ = true;
+  set_health(true, {});
+  if (pacing == Pacing::realtime) thread_ = std::thread([this] { run(); });
+}
+
+void CanDevice::stop() noexcept {
+  if (!started_) return;
+  if (pacing_ == Pacing::realtime) {
+    stopping_.store(true, std::memory_order_release);
+    wake();
+    thread_.join();
+  } else if (connected_ && last_tick_ns_) {
+    exchange(*last_tick_ns_);
+  }
+  started_ = false;
+  bus_->close();
+  if (log_) log_->close();
+  set_health(false, health().fault);
+}
+
+void CanDevice::latch_inputs(std::span<Sample> samples) noexcept {
+  require(samples.size() == inputs_.size(), "one sample per input");
+  const std::vector<Sample>& newest = published_->newest();
+  const RunTimeNs now_ns = clock_ == nullptr ? 0 : clock_->now_ns();
+  for (std::size_t input = 0; input < samples.size(); ++input) {
+    samples[input] = newest[input];
+    const std::int64_t timeout_ns = input_timeout_ns_[input];
+    if (samples[input].fresh && timeout_ns > 0 && now_ns - samples[input].time_ns > timeout_ns) {
+      samples[input].value = inputs_[input].safe_value;
+      samples[input].fresh = false;
+    }
+  }
+}
+
+void CanDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
+  require(values.size() == outputs_.size(), "one value per output");
+  if (!releases_->push(values, tick_ns)) {
+    counts_.dropped_releases.add();
+    return;
+  }
+  if (pacing_ == Pacing::realtime) wake();
+}
+
+bool CanDevice::exchange(RunTimeNs tick_ns) {
+  require(started_ && pacing_ == Pacing::lockstep, "exchange belongs to a started device in lock-step");
+  last_tick_ns_ = tick_ns;
+  send_released();
+  send_safe_values_if_asked();
+  const SettleResult result = bus_->settle(tick_ns);
+  while (receive_up_to(frames_per_pass)) {
+  }
+  load_.advance(tick_ns);
+  publish_if_changed();
+  if (!result.settled()) set_health(false, bus_->fault());
+  return result.settled();
+}
+
+void CanDevice::enter_safe_state() noexcept {
+  safe_state_asked_.store(true, std::memory_order_release);
+  if (started_ && pacing_ == Pacing::realtime) wake();
+}
+
+DeviceHealth CanDevice::health() const {
+  const std::lock_guard lock(health_mutex_);
+  return health_;
+}
+
+CanCounters CanDevice::counters() const noexcept {
+  CanCounters all;
+  all.rx = counts_.rx.get();
+  all.tx = counts_.tx.get();
+  all.dropped = bus_->counters().dropped;
+  all.errors = counts_.errors.get();
+  all.no_buffer = counts_.no_buffer.get();
+  all.send_errors = counts_.send_errors.get();
+  all.bad_checksum = counts_.bad_checksum.get();
+  all.bad_counter = counts_.bad_counter.get();
+  all.wrong_length = counts_.wrong_length.get();
+  all.unknown_id = counts_.unknown_id.get();
+  all.saturated = counts_.saturated.get();
+  all.refused_values = counts_.refused_values.get();
+  all.dropped_releases = counts_.dropped_releases.get();
+  all.log_dropped = log_ ? log_->dropped() : 0;
+  all.bus_load = load_.load();
+  return all;
+}
+
+void CanDevice::run() {
+  if (config_.on_thread_start) config_.on_thread_start();
+  while (true) {
+    const bool last_pass = stopping_.load(std::memory_order_acquire);
+    bool more = receive_up_to(frames_per_pass);
+    send_released();
+    send_safe_values_if_asked();
+    more = receive_up_to(last_pass ? frames_at_end : frames_per_pass) || more;
+    load_.advance(clock_->now_ns());
+    publish_if_changed();
+    if (last_pass) return;
+    std::array<pollfd, 2> watched{pollfd{bus_->fd(), POLLIN, 0}, pollfd{wake_fd_, POLLIN, 0}};
+    static_cast<void>(::poll(watched.data(), watched.size(), more ? 0 : poll_limit_ms));
+    std::uint64_t wakes = 0;
+    static_cast<void>(::read(wake_fd_, &wakes, sizeof wakes));
+  }
+}
+
+// True when it stopped because of the limit.
+bool CanDevice::receive_up_to(std::size_t most_frames) {
+  Frame frame;
+  for (std::size_t count = 0; count < most_frames; ++count) {
+    switch (bus_->receive(frame)) {
+      case ReceiveResult::frame:
+        handle(frame);
+        break;
+      case ReceiveResult::empty:
+        if (!connected_ && pacing_ == Pacing::realtime) set_health(true, {});
+        return false;
+      case ReceiveResult::lost:
+        if (connected_) lose_inputs();
+        set_health(false, bus_->fault());
+        return false;
+    }
+  }
+  return true;
+}
+
+void CanDevice::handle(const Frame& frame) {
+  if (log_) log_->push(frame);
+  load_.add(frame);
+  if (frame.is_error()) return counts_.errors.add();
+  if (frame.direction == Direction::tx) return;
+  counts_.rx.add();
+  const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
+  if (found == received_by_id_.end()) return counts_.unknown_id.add();
+  Received& received = received_[found->second];
+  switch (received.decoder.check(frame)) {
+    case MessageDecoder::Verdict::wrong_length:
+      return counts_.wrong_length.add();
+    case MessageDecoder::Verdict::bad_checksum:
+      return counts_.bad_checksum.add();
+    case MessageDecoder::Verdict::bad_counter:
+      return counts_.bad_counter.add();
+    case MessageDecoder::Verdict::accepted:
+      break;
+  }
+  received.decoder.decode(frame, [&](std::size_t signal, double value) {
+    samples_[received.first_input + signal] = {value, frame.time_ns, true};
+  });
+  samples_changed_ = true;
+}
+
+void CanDevice::send_released() {
+  while (releases_->take(
+      [this](std::span<const double> values, RunTimeNs tick_ns) { send_due(values, tick_ns); })) {
+  }
+}
+
+void CanDevice::send_due(std::span<const double> values, RunTimeNs tick_ns) {
+  for (Sent& sent : sent_) {
+    const bool due = sent.next_due_ns <= tick_ns;
+    if (!due && !sent.retry) continue;
+    if (due && sent.period_ns > 0) {
+      sent.next_due_ns += ((tick_ns - sent.next_due_ns) / sent.period_ns + 1) * sent.period_ns;
+    }
+    for (std::size_t output = 0; output < sent.output_signal.size(); ++output) {
+      sent.values[sent.output_signal[output]] = values[sent.first_output + output];
+    }
+    sent.retry = due;  // a frame that is not due is here for its second and last try
+    send_message(sent);
+  }
+}
+
+void CanDevice::send_message(Sent& sent) {
+  MessageEncoder::Tally tally;
+  Frame frame = sent.encoder.build(sent.values, tally);
+  counts_.saturated.add(tally.saturated);
+  counts_.refused_values.add(tally.refused);
+  const RunTimeNs send_ns = clock_->now_ns();
+  switch (bus_->send(frame)) {
+    case SendResult::sent: {
+      counts_.tx.add();
+      sent.retry = false;
+      const std::uint64_t counter = sent.encoder.confirm_sent();
+      if (!sent.counter_input) return;
+      const double value = sent.encoder.layout().codec(*sent.encoder.layout().counter()).to_physical(counter);
+      samples_[*sent.counter_input] = {value, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns, true};
+      samples_changed_ = true;
+      return;
+    }
+    case SendResult::no_buffer:
+      return counts_.no_buffer.add();
+    case SendResult::error:
+      sent.retry = false;
+      return counts_.send_errors.add();
+  }
+}
+
+void CanDevice::send_safe_values_if_asked() {
+  if (!safe_state_asked_.exchange(false, std::memory_order_acq_rel)) return;
+  for (Sent& sent : sent_) {
+    for (std::size_t output = 0; output < sent.output_signal.size(); ++output) {
+      sent.values[sent.output_signal[output]] = safe_outputs_[sent.first_output + output];
+    }
+    sent.retry = false;
+    send_message(sent);
+  }
+}
+
+void CanDevice::publish_if_changed() {
+  if (!samples_changed_) return;
+  samples_changed_ = false;
+  published_->draft() = samples_;  // same size: no allocation
+  published_->publish();
+}
+
+void CanDevice::lose_inputs() {
+  for (std::size_t input = 0; input < samples_.size(); ++input) {
+    samples_[input].value = inputs_[input].safe_value;
+    samples_[input].fresh = false;
+  }
+  for (Received& received : received_)
+    received.decoder.forget_counter();
+  samples_changed_ = true;
+}
+
+void CanDevice::set_health(bool connected, const std::string& fault) {
+  connected_ = connected;
+  const std::lock_guard lock(health_mutex_);
+  health_.connected = connected;
+  health_.fault = fault;
+}
+
+void CanDevice::wake() noexcept {
+  const std::uint64_t one = 1;
+  static_cast<void>(::write(wake_fd_, &one, sizeof one));
+}
+
+}  // namespace hil::io::can

@@ -1,0 +1,159 @@
+#pragma once
+// A CAN bus as a device of the run: signals of messages in, signals of messages out (io/device.hpp is the
+// contract).
+//
+// Inputs are, in this order: the counter of each sent message that has one ("EgoStatus.Counter", with the
+// send instant as its time, so that a response time can be measured from it), then every signal of every
+// received message
+// ("BrakeCommand.Deceleration"). Outputs are every signal of every sent message except its counter and its
+// checksum.
+//
+// Real time: one thread per device receives, stamps, decodes, encodes and sends. Lock-step: exchange() does
+// that work.
+//
+// Threads: as io/device.hpp says; counters(), health() and enter_safe_state() from any thread.
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <unordered_map>
+#include <vector>
+
+#include "io/can/bus.hpp"
+#include "io/can/can_counters.hpp"
+#include "io/can/candump_log.hpp"
+#include "io/can/dbc.hpp"
+#include "io/can/latest_value.hpp"
+#include "io/can/message_coder.hpp"
+#include "io/can/release_ring.hpp"
+#include "io/device.hpp"
+
+namespace hil::io::can {
+
+struct SentMessageConfig {
+  std::string message;
+  std::int64_t period_ns = 0;  ///< 0: whenever outputs are released
+  std::int64_t offset_ns = 0;  ///< run time of the first one
+  Protection protection;
+  std::map<std::string, double> safe_values;  ///< by signal; others: zero
+};
+
+struct ReceivedMessageConfig {
+  std::string message;
+  std::int64_t timeout_ns = 0;  ///< after which its inputs are not fresh and read safe values; 0: never
+  Protection protection;
+  std::map<std::string, double> safe_values;  ///< by signal; others: zero
+};
+
+struct CanDeviceConfig {
+  std::string name;  ///< of the bus in the scenario
+  Dbc database;
+  /// Messages due in one tick are sent in this order.
+  std::vector<SentMessageConfig> send;
+  std::vector<ReceivedMessageConfig> receive;
+  double bits_per_second = 500'000.0;  ///< for the bus load
+  std::filesystem::path log_file;      ///< candump -l format; empty: no log
+  std::function<void()>
+      on_thread_start;  ///< called first in the device's thread (name, priority); may be empty
+};
+
+/// Every mistake in the configuration, in words; empty: a CanDevice can be made of it.
+std::vector<std::string> configuration_problems(const CanDeviceConfig& config);
+
+class CanDevice final : public Device {
+ public:
+  /// Throws DeviceError with all configuration_problems when there are any.
+  CanDevice(CanDeviceConfig config, std::unique_ptr<Bus> bus);
+  ~CanDevice() override;
+
+  const std::string& name() const noexcept override { return config_.name; }
+  std::span<const ChannelInfo> inputs() const noexcept override { return inputs_; }
+  std::span<const ChannelInfo> outputs() const noexcept override { return outputs_; }
+
+  void start(const RunClock& clock, Pacing pacing) override;
+  void latch_inputs(std::span<Sample> samples) noexcept override;
+  void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
+  bool exchange(RunTimeNs tick_ns) override;
+  /// In lock-step the safe values are sent by the next exchange() or by stop().
+  void enter_safe_state() noexcept override;
+  void stop() noexcept override;
+  DeviceHealth health() const override;
+
+  CanCounters counters() const noexcept;
+  const Bus& bus() const noexcept { return *bus_; }
+
+ private:
+  struct Sent {
+    MessageEncoder encoder;
+    std::int64_t period_ns;
+    std::int64_t next_due_ns;
+    std::vector<double> values;              ///< of every signal of the message
+    std::vector<std::size_t> output_signal;  ///< signal index of each of its outputs
+    std::size_t first_output;
+    std::optional<std::size_t> counter_input;
+    bool retry = false;  ///< its last frame found no buffer
+  };
+  struct Received {
+    MessageDecoder decoder;
+    std::size_t first_input;
+  };
+  struct Counts {
+    Count rx, tx, errors, no_buffer, send_errors, bad_checksum, bad_counter, wrong_length, unknown_id,
+        saturated, refused_values, dropped_releases;
+  };
+
+  void add_sent(const SentMessageConfig& config);
+  void add_received(const ReceivedMessageConfig& config);
+
+  void run();
+  bool receive_up_to(std::size_t most_frames);
+  void handle(const Frame& frame);
+  void send_released();
+  void send_due(std::span<const double> values, RunTimeNs tick_ns);
+  void send_message(Sent& sent);
+  void send_safe_values_if_asked();
+  void publish_if_changed();
+  void lose_inputs();
+  void set_health(bool connected, const std::string& fault);
+  void wake() noexcept;
+
+  CanDeviceConfig config_;
+  std::unique_ptr<Bus> bus_;
+  std::vector<ChannelInfo> inputs_;
+  std::vector<ChannelInfo> outputs_;
+  std::vector<std::int64_t> input_timeout_ns_;
+  std::vector<double> safe_outputs_;
+  std::vector<Sent> sent_;
+  std::vector<Received> received_;
+  std::unordered_map<canid_t, std::size_t> received_by_id_;
+
+  const RunClock* clock_ = nullptr;
+  Pacing pacing_ = Pacing::realtime;
+  std::atomic<bool> started_{false};
+  std::unique_ptr<CandumpLogWriter> log_;
+  std::unique_ptr<ReleaseRing> releases_;
+  std::vector<Sample> samples_;  ///< the device thread's own copy
+  bool samples_changed_ = false;
+  std::unique_ptr<LatestValue<std::vector<Sample>>> published_;
+
+  std::thread thread_;
+  int wake_fd_ = -1;
+  std::atomic<bool> stopping_{false};
+  std::atomic<bool> safe_state_asked_{false};
+  bool connected_ = false;
+  std::optional<RunTimeNs> last_tick_ns_;  ///< lock-step: of the last exchange
+
+  Counts counts_;
+  BusLoadMeter load_;
+  mutable std::mutex health_mutex_;
+  DeviceHealth health_;
+};
+
+}  // namespace hil::io::can

@@ -1,0 +1,92 @@
+#pragma once
+// Logs of bus traffic in the format of `candump -l`, which canplayer can play:
+//   (1436509052.249713) vcan0 044#2A366C2BBA      classic frame
+//   (1436509052.249713) vcan0 12345678#R4         remote request
+//   (1436509052.249713) vcan0 123##1AABBCC        FD frame: one hexadecimal digit of flags, then the payload
+//   (1436509052.249713) vcan0 20000004#...        error frame
+// Times are Frame::wall_ns, cut to microseconds as candump does it; under the virtual clock that is run time.
+
+#include <condition_variable>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "io/can/frame.hpp"
+
+namespace hil::io::can {
+
+/// Appends the frame's line, without a line end.
+void append_candump_line(std::string& text, const Frame& frame, std::string_view interface);
+
+struct LoggedFrame {
+  std::string interface;
+  Frame frame;  ///< wall_ns is the logged time, time_ns the same; the direction is not in the format and
+                ///< reads rx
+};
+
+/// Empty when the line is not of this format. Text behind the frame (candump -x writes "R" or "T") is passed
+/// over.
+std::optional<LoggedFrame> parse_candump_line(std::string_view line);
+
+struct CandumpLog {
+  std::vector<LoggedFrame> frames;
+  std::vector<std::size_t> bad_lines;  ///< from 1; empty lines are no mistake
+  std::string fault;                   ///< why the file can not be read; empty: it was read
+};
+CandumpLog read_candump_log(const std::filesystem::path& file);
+
+/// Writes a log from an ordinary thread of its own.
+///
+/// Threads: push from one thread; the others from any. push takes a lock that is held only to move frames.
+class CandumpLogWriter {
+ public:
+  enum class WhenFull : std::uint8_t {
+    drop,  ///< push never waits; a frame that finds no room is dropped and counted
+    wait,  ///< push waits for room: nothing is lost (virtual clock)
+  };
+
+  /// Throws DeviceError when the file can not be created. `capacity`: frames that may wait to be written.
+  CandumpLogWriter(const std::filesystem::path& file, std::string interface, WhenFull when_full,
+                   std::size_t capacity = 65536);
+  ~CandumpLogWriter() { close(); }
+  CandumpLogWriter(const CandumpLogWriter&) = delete;
+  CandumpLogWriter& operator=(const CandumpLogWriter&) = delete;
+
+  /// Misuse (asserts): after close.
+  void push(const Frame& frame);
+  /// Writes what is waiting, then closes the file. Idempotent. From the thread that pushes.
+  void close() noexcept;
+
+  std::uint64_t dropped() const;
+  /// The first failure to write (disk full), in words; empty: none. Frames after it are lost and counted as
+  /// dropped.
+  std::string fault() const;
+
+ private:
+  void run();
+  bool write(const std::vector<Frame>& frames, std::string& text);
+
+  const std::string file_name_;
+  const std::string interface_;
+  const WhenFull when_full_;
+  const std::size_t capacity_;
+  std::FILE* stream_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable has_frames_;
+  std::condition_variable has_room_;
+  std::vector<Frame> waiting_;
+  bool closing_ = false;
+  std::uint64_t dropped_ = 0;
+  std::string fault_;
+
+  std::thread thread_;
+};
+
+}  // namespace hil::io::can

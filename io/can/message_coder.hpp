@@ -1,0 +1,137 @@
+#pragma once
+// One message of the database between values and frames, with its rolling counter and checksum.
+//
+// Counter: an unsigned integer signal of the message that grows by one with every frame sent and wraps at the
+// end of its bits. Checksum: an 8-bit signal, see checksum.hpp. Both are written at the send instant.
+//
+// Threads: one thread. After construction nothing allocates.
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/can/dbc.hpp"
+#include "io/can/frame.hpp"
+#include "io/can/signal_codec.hpp"
+
+namespace hil::io::can {
+
+/// Names of the protecting signals; empty: the message has none.
+struct Protection {
+  std::string counter_signal;
+  std::string checksum_signal;
+};
+
+enum class Use : std::uint8_t {
+  send,
+  receive,  ///< overlapping signals can be read, though not written
+};
+
+/// Every reason why the message can not be coded with this protection, in words; empty: it can.
+std::vector<std::string> coding_problems(const DbcMessage& message, const Protection& protection, Use use);
+
+/// What one message is made of. Misuse (asserts): a message that has coding_problems.
+class MessageLayout {
+ public:
+  MessageLayout(const DbcMessage& message, const Protection& protection, Use use);
+
+  struct Part {
+    SignalCodec codec;
+    int multiplexer = -1;
+    std::vector<MultiplexRange> ranges;
+  };
+
+  canid_t can_id() const noexcept { return can_id_; }  ///< with CAN_EFF_FLAG where it belongs
+  bool is_fd() const noexcept { return length_ > CAN_MAX_DLEN; }
+  /// Of a frame: the message's length, or the next one that CAN FD has.
+  std::size_t frame_length() const noexcept { return length_; }
+  std::size_t signal_count() const noexcept { return parts_.size(); }
+  const SignalCodec& codec(std::size_t signal) const noexcept { return parts_[signal].codec; }
+  std::optional<std::size_t> counter() const noexcept { return counter_; }
+  std::optional<std::size_t> checksum() const noexcept { return checksum_; }
+  bool is_protection(std::size_t signal) const noexcept { return signal == counter_ || signal == checksum_; }
+  std::uint8_t checksum_of(std::span<const std::uint8_t> payload) const noexcept;
+
+  /// True when the switches above the signal select it, given the raw value of each signal.
+  template <typename RawOf>
+  bool is_present(std::size_t signal, const RawOf& raw_of) const noexcept {
+    for (int at = static_cast<int>(signal); parts_[static_cast<std::size_t>(at)].multiplexer >= 0;) {
+      const Part& part = parts_[static_cast<std::size_t>(at)];
+      const std::uint64_t switch_value = raw_of(static_cast<std::size_t>(part.multiplexer));
+      bool selected = false;
+      for (const MultiplexRange& range : part.ranges) {
+        selected = selected || (switch_value >= range.first && switch_value <= range.last);
+      }
+      if (!selected) return false;
+      at = part.multiplexer;
+    }
+    return true;
+  }
+
+ private:
+  canid_t can_id_;
+  std::size_t length_;
+  std::vector<Part> parts_;
+  std::optional<std::size_t> counter_;
+  std::optional<std::size_t> checksum_;
+};
+
+/// Values -> frames.
+class MessageEncoder {
+ public:
+  MessageEncoder(const DbcMessage& message, const Protection& protection);
+
+  const MessageLayout& layout() const noexcept { return layout_; }
+
+  struct Tally {
+    std::uint32_t saturated = 0;  ///< values out of range
+    std::uint32_t refused = 0;    ///< NaN: the signal kept its previous value
+  };
+
+  /// `values` has one physical value per signal of the message; those of counter and checksum are not looked
+  /// at. Uses the next counter value; it stays the next one until confirm_sent().
+  Frame build(std::span<const double> values, Tally& tally) noexcept;
+  /// The frame built last has been sent. Returns the counter that it carried.
+  std::uint64_t confirm_sent() noexcept;
+
+ private:
+  MessageLayout layout_;
+  std::vector<std::uint64_t> raw_;
+  std::uint64_t next_counter_ = 0;
+};
+
+/// Frames -> values.
+class MessageDecoder {
+ public:
+  MessageDecoder(const DbcMessage& message, const Protection& protection);
+
+  const MessageLayout& layout() const noexcept { return layout_; }
+
+  enum class Verdict : std::uint8_t { accepted, wrong_length, bad_checksum, bad_counter };
+
+  /// Checks a data frame with this message's identifier. The first counter is taken as it comes; after a
+  /// wrong one the next frame is measured against it, so that one lost frame costs one more and not all that
+  /// follow.
+  Verdict check(const Frame& frame) noexcept;
+
+  /// Calls `take(signal index, physical value)` for each signal that is present. Only for accepted frames.
+  template <typename Take>
+  void decode(const Frame& frame, const Take& take) const noexcept {
+    const auto payload = frame.payload();
+    const auto raw_of = [&](std::size_t signal) { return layout_.codec(signal).extract(payload); };
+    for (std::size_t signal = 0; signal < layout_.signal_count(); ++signal) {
+      if (layout_.is_present(signal, raw_of)) take(signal, layout_.codec(signal).decode(payload));
+    }
+  }
+
+  /// The sender is lost: the next counter is taken as it comes.
+  void forget_counter() noexcept { last_counter_.reset(); }
+
+ private:
+  MessageLayout layout_;
+  std::optional<std::uint64_t> last_counter_;
+};
+
+}  // namespace hil::io::can

@@ -1,0 +1,66 @@
+#pragma once
+// The controller as a station on a bus: frames in, frames out, by configs/crossing.dbc.
+//
+// A list is its Object messages followed by its ObjectHeader. The header is answered at once by one
+// BrakeCommand if Object0 to Object<ObjectCount - 1> have all come since the header before; an incomplete
+// list is counted and not answered.
+//
+// Threads: one.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/can/dbc.hpp"
+#include "io/can/message_coder.hpp"
+#include "io/virtual/aeb_controller/controller.hpp"
+
+namespace hil::io::aeb {
+
+struct StationCounters {
+  std::uint64_t answers = 0;
+  std::uint64_t incomplete_lists = 0;
+  std::uint64_t refused_frames = 0;  ///< wrong length, checksum or counter
+};
+
+class Station {
+ public:
+  static constexpr std::size_t object_slots = 4;
+
+  /// What the database lacks for this controller, in words; empty: nothing.
+  static std::vector<std::string> database_problems(const can::Dbc& database);
+
+  /// Misuse (asserts): a database with problems.
+  explicit Station(const can::Dbc& database);
+
+  /// The answer to send, if the frame asks for one. The frame's time_ns is the controller's time.
+  std::optional<can::Frame> handle(const can::Frame& frame);
+  /// The answer has been sent: the next one carries the next counter.
+  void confirm_sent() noexcept { brake_command_.confirm_sent(); }
+
+  const StationCounters& counters() const noexcept { return counters_; }
+
+ private:
+  bool accept(can::MessageDecoder& decoder, const can::Frame& frame);
+  void take_object(std::size_t slot, const can::Frame& frame);
+  std::optional<can::Frame> answer(const can::Frame& header);
+
+  Controller controller_;
+  can::MessageDecoder ego_status_;
+  std::vector<can::MessageDecoder> objects_;
+  can::MessageDecoder object_header_;
+  can::MessageEncoder brake_command_;
+  std::array<ObjectReport, object_slots> reports_{};
+  std::array<bool, object_slots> reported_{};  ///< since the last header
+  StationCounters counters_;
+
+  // Places of the signals in their messages.
+  std::size_t speed_, yaw_rate_;
+  std::array<std::size_t, 7> object_signals_;
+  std::size_t object_count_, list_counter_;
+  std::size_t deceleration_, warning_, degraded_, answer_to_;
+};
+
+}  // namespace hil::io::aeb

@@ -1,0 +1,70 @@
+#pragma once
+// A station on a virtual bus in another process (hub.hpp): what a device under test is made with.
+//
+// Whether the bus is in lock-step the hub decides, not the `pacing` given to open(). In lock-step, frames
+// carry the run time that the hub says, and the hub waits until this station has come back to receive() and
+// found nothing: everything it sends before that belongs to the same instant.
+//
+// Threads: as io/can/bus.hpp says.
+
+#include <atomic>
+#include <mutex>
+#include <string>
+
+#include "io/can/bus.hpp"
+#include "io/can/filter.hpp"
+#include "io/virtual/packet.hpp"
+
+namespace hil::io::virtual_bus {
+
+struct ClientConfig {
+  std::string address;  ///< "unix:/path"
+  std::string name;     ///< of this station, at most 55 bytes; decides its place in lock-step
+  std::int64_t connect_limit_ns = 5'000'000'000;  ///< the hub may start later than the client
+};
+
+class Client final : public can::Bus {
+ public:
+  explicit Client(ClientConfig config) : config_(std::move(config)) {}
+  ~Client() override { close(); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  const std::string& name() const noexcept override { return config_.name; }
+  std::string description() const override { return "virtual CAN bus at " + config_.address; }
+  /// Waits for the hub, up to the limit.
+  void open(const RunClock& clock, Pacing pacing) override;
+  void close() noexcept override;
+  int fd() const noexcept override { return socket_; }
+  /// In lock-step this waits for the hub to take the frame.
+  can::SendResult send(const can::Frame& frame) noexcept override;
+  /// Own frames are not received. A hub that closed is lost for good.
+  can::ReceiveResult receive(can::Frame& frame) noexcept override;
+  void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
+  /// Misuse (asserts): only a hub settles.
+  can::SettleResult settle(RunTimeNs now_ns) override;
+  can::BusCounters counters() const noexcept override;
+  std::string fault() const override;
+
+  /// The hub has spoken of time.
+  bool is_lockstep() const noexcept { return lockstep_; }
+  /// Lock-step: the run time now; else the clock's.
+  RunTimeNs now_ns() const noexcept { return lockstep_ ? lockstep_now_ns_ : clock_->now_ns(); }
+
+ private:
+  void take_time(const TimePacket& packet) noexcept;
+  can::ReceiveResult lose(const char* reason) noexcept;
+
+  ClientConfig config_;
+  can::FilterSet filters_;
+  const RunClock* clock_ = nullptr;
+  int socket_ = -1;
+  bool lost_ = false;
+  bool lockstep_ = false;
+  RunTimeNs lockstep_now_ns_ = 0;
+  std::atomic<std::uint64_t> malformed_{0};
+  mutable std::mutex fault_mutex_;
+  std::string fault_;
+};
+
+}  // namespace hil::io::virtual_bus

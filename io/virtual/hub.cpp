@@ -1,0 +1,312 @@
+#include "io/virtual/hub.hpp"
+
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/timerfd.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+
+namespace hil::io::virtual_bus {
+
+namespace {
+
+constexpr std::size_t packets_per_client = 64;  // read before the next client gets its turn
+constexpr std::size_t most_arrived = 65536;     // frames that may wait for receive() in real time
+constexpr int client_buffer_bytes = 1 << 20;    // asked for; the kernel gives what net.core.wmem_max allows
+
+std::int64_t wall_clock_ns() noexcept {
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+std::string make_folder() {
+  const char* const base = std::getenv("TMPDIR");
+  std::string pattern = std::string(base != nullptr && *base != '\0' ? base : "/tmp") + "/hil-bus-XXXXXX";
+  if (::mkdtemp(pattern.data()) == nullptr) {
+    throw DeviceError("a virtual CAN bus needs a folder for its socket, and '" + pattern +
+                      "' can not be made: " + std::strerror(errno));
+  }
+  return pattern;
+}
+
+}  // namespace
+
+Hub::Hub(HubConfig config) : config_(std::move(config)), faults_(config_.faults) {
+  if (config_.path.empty()) {
+    own_folder_ = make_folder();
+    config_.path = own_folder_ + "/" + config_.name;
+  }
+}
+
+Hub::~Hub() {
+  close();
+  if (!own_folder_.empty()) ::rmdir(own_folder_.c_str());
+}
+
+void Hub::open(const RunClock& clock, Pacing pacing) {
+  can::require(epoll_ < 0, "a bus is opened once");
+  clock_ = &clock;
+  pacing_ = pacing;
+  listen();
+  epoll_ = ::epoll_create1(EPOLL_CLOEXEC);
+  timer_ = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+  epoll_event event{};
+  event.events = EPOLLIN;
+  event.data.ptr = nullptr;
+  if (epoll_ < 0 || timer_ < 0 || ::epoll_ctl(epoll_, EPOLL_CTL_ADD, listener_, &event) != 0 ||
+      ::epoll_ctl(epoll_, EPOLL_CTL_ADD, timer_, &event) != 0) {
+    const std::string reason = std::strerror(errno);
+    close();
+    throw DeviceError(description() + " can not be opened: " + reason);
+  }
+}
+
+void Hub::listen() {
+  sockaddr_un place{};
+  place.sun_family = AF_UNIX;
+  if (config_.path.size() >= sizeof place.sun_path) {
+    throw DeviceError(description() + " can not be opened: a socket's path has at most 107 bytes");
+  }
+  std::memcpy(place.sun_path, config_.path.c_str(), config_.path.size() + 1);
+  const auto* const address = reinterpret_cast<const sockaddr*>(&place);
+  const auto refuse = [&](const char* what) {
+    const std::string reason = std::strerror(errno);
+    if (listener_ >= 0) ::close(listener_);
+    listener_ = -1;
+    throw DeviceError(description() + " can not be opened: " + what + ": " + reason);
+  };
+  struct stat existing {};
+  if (::lstat(config_.path.c_str(), &existing) == 0 && S_ISSOCK(existing.st_mode)) {
+    const int probe = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    const bool in_use = probe >= 0 && (::connect(probe, address, sizeof place) == 0 || errno == EAGAIN);
+    if (probe >= 0) ::close(probe);
+    if (in_use) throw DeviceError(description() + " can not be opened: another program listens there");
+    ::unlink(config_.path.c_str());
+  }
+  listener_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (listener_ < 0) refuse("socket");
+  if (::bind(listener_, address, sizeof place) != 0) refuse("bind");
+  if (::listen(listener_, SOMAXCONN) != 0) refuse("listen");
+}
+
+void Hub::close() noexcept {
+  for (const auto& client : clients_)
+    close_client(*client);
+  clients_.clear();
+  if (listener_ >= 0) {
+    ::close(listener_);
+    ::unlink(config_.path.c_str());
+  }
+  if (epoll_ >= 0) ::close(epoll_);
+  if (timer_ >= 0) ::close(timer_);
+  listener_ = epoll_ = timer_ = -1;
+  delayed_.clear();
+}
+
+can::SendResult Hub::send(const can::Frame& frame) noexcept {
+  if (epoll_ < 0 || !can::valid_length(frame.raw.len, frame.is_fd)) return can::SendResult::error;
+  if (pacing_ == Pacing::lockstep) {
+    staged_.push_back(frame);
+  } else {
+    route(frame, own_station);
+  }
+  return can::SendResult::sent;
+}
+
+can::ReceiveResult Hub::receive(can::Frame& frame) noexcept {
+  if (arrived_.empty() && pacing_ == Pacing::realtime && epoll_ >= 0) pump();
+  if (arrived_.empty()) return can::ReceiveResult::empty;
+  frame = arrived_.front();
+  arrived_.pop_front();
+  return can::ReceiveResult::frame;
+}
+
+void Hub::pump() noexcept {
+  std::array<epoll_event, 32> events{};
+  const int count = ::epoll_wait(epoll_, events.data(), static_cast<int>(events.size()), 0);
+  for (int index = 0; index < count; ++index) {
+    if (auto* const client = static_cast<Client*>(events[static_cast<std::size_t>(index)].data.ptr)) {
+      read_client(*client, packets_per_client);
+      continue;
+    }
+    std::uint64_t expirations = 0;
+    static_cast<void>(::read(timer_, &expirations, sizeof expirations));
+    accept_clients();
+  }
+  if (!delayed_.empty()) deliver_due(clock_->now_ns());
+  remove_closed_clients();
+}
+
+void Hub::accept_clients() {
+  while (true) {
+    const int socket = ::accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (socket < 0) return;
+    static_cast<void>(
+        ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &client_buffer_bytes, sizeof client_buffer_bytes));
+    auto client = std::make_unique<Client>();
+    client->socket = socket;
+    client->connection = ++connections_;
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    static_cast<void>(::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size));
+    client->name = "pid " + std::to_string(peer.pid);
+    client->counters = std::make_shared<ClientCounters>();
+    client->counters->name = client->name;
+    client->counters->connection = client->connection;
+    client->counters->connected = true;
+    epoll_event event{};
+    event.events = EPOLLIN;
+    event.data.ptr = client.get();
+    if (::epoll_ctl(epoll_, EPOLL_CTL_ADD, socket, &event) != 0) {
+      ::close(socket);
+      continue;
+    }
+    const std::lock_guard lock(mutex_);
+    all_counters_.push_back(client->counters);
+    clients_.push_back(std::move(client));
+    station_count_.fetch_add(1, std::memory_order_relaxed);
+  }
+}
+
+void Hub::read_client(Client& client, std::size_t most_packets) {
+  for (std::size_t count = 0; count < most_packets && client.socket >= 0; ++count) {
+    if (!read_packet(client)) return;
+  }
+}
+
+// False: nothing there now, or the client is gone.
+bool Hub::read_packet(Client& client) {
+  PacketBuffer packet{};
+  const ssize_t size = ::recv(client.socket, packet.data(), packet.size(), MSG_DONTWAIT);
+  if (size < 0 && (errno == EAGAIN || errno == EINTR)) return false;
+  if (size <= 0) {
+    close_client(client);
+    return false;
+  }
+  const auto length = static_cast<std::size_t>(size);
+  if (const auto frame = frame_of(packet, length)) {
+    {
+      const std::lock_guard lock(mutex_);
+      ++client.counters->received;
+    }
+    if (pacing_ == Pacing::lockstep) {
+      client.inbox.push_back(*frame);
+    } else {
+      route(*frame, client.connection);
+    }
+    return true;
+  }
+  const auto time = time_packet_of(packet, length);
+  if (time && time->kind == TimePacket::Kind::ack) {
+    client.acks.push_back(time->sequence);
+  } else if (const auto name = hello_name_of(packet, length); name && !client.greeted) {
+    client.greeted = true;
+    if (!name->empty()) client.name = *name;
+    const std::lock_guard lock(mutex_);
+    client.counters->name = client.name;
+  } else {
+    malformed_.fetch_add(1, std::memory_order_relaxed);
+  }
+  return true;
+}
+
+void Hub::remove_closed_clients() {
+  std::erase_if(clients_, [](const std::unique_ptr<Client>& client) { return client->socket < 0; });
+}
+
+void Hub::close_client(Client& client) noexcept {
+  if (client.socket < 0) return;
+  ::close(client.socket);
+  client.socket = -1;
+  station_count_.fetch_sub(1, std::memory_order_relaxed);
+  const std::lock_guard lock(mutex_);
+  client.counters->connected = false;
+}
+
+void Hub::route(can::Frame frame, Station sender) {
+  switch (faults_.decide(frame)) {
+    case FaultInjector::Fate::drop:
+      return;
+    case FaultInjector::Fate::delay: {
+      const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? lockstep_now_ns_ : clock_->now_ns();
+      delayed_.emplace(now_ns + faults_.delay_ns(), Delayed{frame, sender});
+      if (pacing_ == Pacing::realtime) arm_timer();
+      return;
+    }
+    case FaultInjector::Fate::deliver:
+      return deliver(frame, sender);
+  }
+}
+
+void Hub::deliver(can::Frame frame, Station sender) {
+  frame.direction = sender == own_station ? can::Direction::tx : can::Direction::rx;
+  frame.time_ns = pacing_ == Pacing::lockstep ? lockstep_now_ns_ : clock_->now_ns();
+  frame.wall_ns = pacing_ == Pacing::lockstep ? lockstep_now_ns_ : wall_clock_ns();
+  if (filters_.passes(frame.raw.can_id)) {
+    if (pacing_ == Pacing::realtime && arrived_.size() >= most_arrived) {
+      dropped_.fetch_add(1, std::memory_order_relaxed);
+    } else {
+      arrived_.push_back(frame);
+    }
+  }
+  for (const auto& client : clients_) {
+    if (client->connection == sender || client->socket < 0) continue;
+    const bool written = write(*client, &frame.raw, frame.struct_size());
+    client->unsettled = true;
+    if (!written) dropped_.fetch_add(1, std::memory_order_relaxed);
+    const std::lock_guard lock(mutex_);
+    ++(written ? client->counters->delivered : client->counters->dropped);
+  }
+}
+
+void Hub::deliver_due(RunTimeNs now_ns) {
+  while (!delayed_.empty() && delayed_.begin()->first <= now_ns) {
+    const Delayed next = delayed_.begin()->second;
+    delayed_.erase(delayed_.begin());
+    deliver(next.frame, next.sender);
+  }
+  if (pacing_ == Pacing::realtime) arm_timer();
+}
+
+void Hub::arm_timer() noexcept {
+  itimerspec when{};  // all zero: off
+  if (!delayed_.empty()) {
+    const std::int64_t wait_ns = std::max<std::int64_t>(delayed_.begin()->first - clock_->now_ns(), 1);
+    when.it_value.tv_sec = wait_ns / 1'000'000'000;
+    when.it_value.tv_nsec = wait_ns % 1'000'000'000;
+  }
+  static_cast<void>(::timerfd_settime(timer_, 0, &when, nullptr));
+}
+
+can::BusCounters Hub::counters() const noexcept {
+  return {dropped_.load(std::memory_order_relaxed), malformed_.load(std::memory_order_relaxed), 0};
+}
+
+std::string Hub::fault() const {
+  const std::lock_guard lock(mutex_);
+  return fault_;
+}
+
+void Hub::set_fault(std::string text) {
+  const std::lock_guard lock(mutex_);
+  fault_ = std::move(text);
+}
+
+std::vector<ClientCounters> Hub::client_counters() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<ClientCounters> all;
+  for (const auto& counters : all_counters_)
+    all.push_back(*counters);
+  return all;
+}
+
+}  // namespace hil::io::virtual_bus

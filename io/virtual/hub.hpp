@@ -1,0 +1,155 @@
+#pragma once
+// A CAN bus without a kernel interface: a hub in this process, on a Unix SOCK_SEQPACKET socket, that carries
+// the kernel's own frame structs (packet.hpp). Any number of clients. Every frame goes to every other
+// station, in one total order, which is also the order in which receive() delivers: this process is one of
+// the stations.
+//
+// Real time: the hub works inside receive(), which its owner calls whenever fd() is readable. A client whose
+// socket is full loses the frame, which is counted; the hub never waits.
+//
+// Lock-step: frames move only in settle(). Clients are taken one after the other, in the order of their names
+// and then of their connecting, until a whole round brings no new frame, so the order of frames is the same
+// in every run. Nothing is dropped. Frames carry the run time of the settle() that delivered them.
+//
+// Threads: as io/can/bus.hpp says; station_count() and client_counters() from any thread.
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "io/can/bus.hpp"
+#include "io/can/filter.hpp"
+#include "io/virtual/faults.hpp"
+#include "io/virtual/packet.hpp"
+
+namespace hil::io::virtual_bus {
+
+struct HubConfig {
+  std::string name;  ///< of the bus: stands in logs
+  std::string path;  ///< of the socket, at most 107 bytes; empty: one in a new folder of its own under
+                     ///< $TMPDIR or /tmp
+  FaultConfig faults;
+  /// Lock-step: the first settle() waits until so many clients have connected.
+  std::size_t expected_clients = 0;
+  /// Wall-clock limits of that waiting and of one client's answer to a barrier.
+  std::int64_t connect_limit_ns = 10'000'000'000;
+  std::int64_t answer_limit_ns = 2'000'000'000;
+};
+
+struct ClientCounters {
+  std::string name;
+  std::uint64_t connection = 0;  ///< counts from 1, in the order of connecting
+  bool connected = false;
+  std::uint64_t delivered = 0;  ///< frames handed to it
+  std::uint64_t dropped = 0;    ///< frames it was too slow for
+  std::uint64_t received = 0;   ///< frames it sent
+};
+
+class Hub final : public can::Bus {
+ public:
+  explicit Hub(HubConfig config);
+  ~Hub() override;
+  Hub(const Hub&) = delete;
+  Hub& operator=(const Hub&) = delete;
+
+  /// What a client connects to: "unix:/path". Known from construction on; there from open() on.
+  std::string address() const { return "unix:" + config_.path; }
+
+  const std::string& name() const noexcept override { return config_.name; }
+  std::string description() const override { return "virtual CAN bus " + config_.name + " at " + address(); }
+  /// A socket file that nobody listens on any more is replaced; one in use is a DeviceError.
+  void open(const RunClock& clock, Pacing pacing) override;
+  void close() noexcept override;
+  int fd() const noexcept override { return epoll_; }
+  can::SendResult send(const can::Frame& frame) noexcept override;
+  can::ReceiveResult receive(can::Frame& frame) noexcept override;
+  void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
+  can::SettleResult settle(RunTimeNs now_ns) override;
+  /// dropped: the sum over all clients.
+  can::BusCounters counters() const noexcept override;
+  std::string fault() const override;
+
+  /// Clients connected now.
+  std::size_t station_count() const noexcept { return station_count_.load(std::memory_order_relaxed); }
+  /// Every client there ever was, in the order of connecting.
+  std::vector<ClientCounters> client_counters() const;
+  FaultCounters fault_counters() const noexcept { return faults_.counters(); }
+
+ private:
+  struct Client {
+    int socket = -1;
+    std::uint64_t connection = 0;
+    std::string name;
+    bool greeted = false;
+    bool unsettled = false;          ///< lock-step: got something since its last acknowledgement
+    std::deque<can::Frame> inbox;    ///< lock-step: read, not yet routed
+    std::deque<std::uint64_t> acks;  ///< lock-step: read, not yet waited for
+    std::shared_ptr<ClientCounters> counters;
+  };
+  using Station = std::uint64_t;  ///< a client's connection number
+  static constexpr Station own_station = 0;
+  struct Delayed {
+    can::Frame frame;
+    Station sender;
+  };
+
+  void listen();
+  void pump() noexcept;
+  void accept_clients();
+  void read_client(Client& client, std::size_t most_packets);
+  bool read_packet(Client& client);
+  void greet(Client& client, const PacketBuffer& packet, std::size_t size);
+  void remove_closed_clients();
+  void close_client(Client& client) noexcept;
+  std::size_t greeted_count() const noexcept;
+
+  void route(can::Frame frame, Station sender);
+  void deliver(can::Frame frame, Station sender);
+  void deliver_due(RunTimeNs now_ns);
+  void arm_timer() noexcept;
+  bool write(Client& client, const void* data, std::size_t size) noexcept;
+
+  bool wait_for_clients();
+  bool send_time(Client& client, TimePacket::Kind kind, std::uint64_t sequence) noexcept;
+  can::SettleResult::Status wait_for_ack(Client& client, std::uint64_t sequence);
+  /// Takes every client that got something once through a barrier. `quiet`: there was none.
+  can::SettleResult settle_round(bool& quiet);
+  void open_step();
+  can::SettleResult fail(can::SettleResult::Status status, const std::string& client);
+  void set_fault(std::string text);
+
+  HubConfig config_;
+  std::string own_folder_;  ///< made for the socket, removed at the end; empty: none
+  FaultInjector faults_;
+  can::FilterSet filters_;
+  const RunClock* clock_ = nullptr;
+  Pacing pacing_ = Pacing::realtime;
+  int epoll_ = -1;
+  int listener_ = -1;
+  int timer_ = -1;
+
+  std::vector<std::unique_ptr<Client>> clients_;
+  std::uint64_t connections_ = 0;
+  std::deque<can::Frame> arrived_;  ///< for receive()
+  std::multimap<RunTimeNs, Delayed> delayed_;
+
+  std::vector<can::Frame> staged_;  ///< lock-step: sent by us since the last settle()
+  RunTimeNs lockstep_now_ns_ = 0;
+  std::uint64_t sequence_ = 0;
+  bool complete_ = false;   ///< the expected clients have all been there
+  can::SettleResult lost_;  ///< lock-step: after a client died or hung no step succeeds any more
+
+  std::atomic<std::size_t> station_count_{0};
+  std::atomic<std::uint64_t> dropped_{0};
+  std::atomic<std::uint64_t> malformed_{0};
+  mutable std::mutex mutex_;  ///< fault_ and the counters of clients
+  std::string fault_;
+  std::vector<std::shared_ptr<ClientCounters>> all_counters_;
+};
+
+}  // namespace hil::io::virtual_bus

@@ -1,0 +1,190 @@
+// The hub under the virtual clock: settle() and what it is made of.
+
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <tuple>
+
+#include "io/virtual/hub.hpp"
+
+namespace hil::io::virtual_bus {
+
+namespace {
+
+constexpr int most_rounds = 1000;  // of one step: stations that still answer each other then will never stop
+
+/// A wall-clock limit.
+class Limit {
+ public:
+  explicit Limit(std::int64_t limit_ns)
+      : end_(std::chrono::steady_clock::now() + std::chrono::nanoseconds(limit_ns)) {}
+
+  /// Waits for events on `fd`. False: the limit has passed.
+  bool wait(int fd, short events) const noexcept {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end_ - std::chrono::steady_clock::now());
+    if (left.count() <= 0) return false;
+    pollfd watched{fd, events, 0};
+    const int ready = ::poll(&watched, 1, static_cast<int>(std::min<std::int64_t>(left.count(), 1'000'000)));
+    return ready != 0;  // interrupted: the caller looks again
+  }
+
+ private:
+  std::chrono::steady_clock::time_point end_;
+};
+
+}  // namespace
+
+// In real time a full socket loses the packet. In lock-step it is waited for, and read from meanwhile: the
+// client may be waiting for room itself.
+bool Hub::write(Client& client, const void* data, std::size_t size) noexcept {
+  const Limit limit(pacing_ == Pacing::lockstep ? config_.answer_limit_ns : 0);
+  while (client.socket >= 0) {
+    if (::send(client.socket, data, size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size))
+      return true;
+    if (errno == EINTR) continue;
+    if (errno != EAGAIN) {
+      close_client(client);
+      return false;
+    }
+    if (pacing_ == Pacing::realtime || !limit.wait(client.socket, POLLOUT | POLLIN)) return false;
+    while (read_packet(client)) {
+    }
+  }
+  return false;
+}
+
+bool Hub::send_time(Client& client, TimePacket::Kind kind, std::uint64_t sequence) noexcept {
+  TimePacket packet;
+  packet.kind = kind;
+  packet.sequence = sequence;
+  packet.run_time_ns = lockstep_now_ns_;
+  return write(client, &packet, sizeof packet);
+}
+
+std::size_t Hub::greeted_count() const noexcept {
+  return static_cast<std::size_t>(std::count_if(clients_.begin(), clients_.end(), [](const auto& client) {
+    return client->greeted && client->socket >= 0;
+  }));
+}
+
+bool Hub::wait_for_clients() {
+  const Limit limit(config_.connect_limit_ns);
+  while (true) {
+    accept_clients();
+    for (const auto& client : clients_) {
+      while (!client->greeted && read_packet(*client)) {
+      }
+    }
+    remove_closed_clients();
+    if (greeted_count() >= config_.expected_clients) return true;
+    if (!limit.wait(epoll_, POLLIN)) return false;
+  }
+}
+
+void Hub::open_step() {
+  std::sort(clients_.begin(), clients_.end(), [](const auto& one, const auto& other) {
+    return std::tie(one->name, one->connection) < std::tie(other->name, other->connection);
+  });
+  for (const auto& client : clients_) {
+    if (client->greeted && send_time(*client, TimePacket::Kind::now, sequence_)) client->unsettled = true;
+  }
+  deliver_due(lockstep_now_ns_);
+  std::vector<can::Frame> staged;
+  staged.swap(staged_);
+  for (const can::Frame& frame : staged)
+    route(frame, own_station);
+}
+
+can::SettleResult Hub::settle(RunTimeNs now_ns) {
+  can::require(pacing_ == Pacing::lockstep && epoll_ >= 0, "settle belongs to an open bus in lock-step");
+  if (!lost_.settled()) return lost_;
+  lockstep_now_ns_ = now_ns;
+  if (!complete_ && !wait_for_clients()) {
+    return fail(can::SettleResult::Status::clients_missing,
+                std::to_string(greeted_count()) + " of " + std::to_string(config_.expected_clients));
+  }
+  if (complete_) {  // late ones may join, none is waited for
+    accept_clients();
+    for (const auto& client : clients_) {
+      if (!client->greeted) read_packet(*client);
+    }
+  }
+  complete_ = true;
+  open_step();
+  for (int round = 0; round < most_rounds; ++round) {
+    bool quiet = true;
+    const can::SettleResult result = settle_round(quiet);
+    if (!result.settled()) return result;
+    if (quiet) {
+      remove_closed_clients();
+      return {};
+    }
+  }
+  return fail(can::SettleResult::Status::not_quiescent, clients_.empty() ? "" : clients_.front()->name);
+}
+
+can::SettleResult Hub::settle_round(bool& quiet) {
+  for (const auto& client : clients_) {
+    if (!client->greeted || !client->unsettled) continue;
+    quiet = false;
+    client->unsettled = false;
+    const std::uint64_t sequence = ++sequence_;
+    auto status = can::SettleResult::Status::client_died;
+    if (send_time(*client, TimePacket::Kind::barrier, sequence)) {
+      status = wait_for_ack(*client, sequence);
+    } else if (client->socket >= 0) {
+      status = can::SettleResult::Status::client_hung;
+    }
+    // One that only listens may leave; one that is expected may not.
+    const bool may_leave =
+        status == can::SettleResult::Status::client_died && greeted_count() >= config_.expected_clients;
+    if (status != can::SettleResult::Status::settled && !may_leave) return fail(status, client->name);
+    std::deque<can::Frame> sent;
+    sent.swap(client->inbox);
+    for (const can::Frame& frame : sent)
+      route(frame, client->connection);
+  }
+  return {};
+}
+
+can::SettleResult::Status Hub::wait_for_ack(Client& client, std::uint64_t sequence) {
+  const Limit limit(config_.answer_limit_ns);
+  while (true) {
+    while (!client.acks.empty()) {
+      const std::uint64_t acknowledged = client.acks.front();
+      client.acks.pop_front();
+      if (acknowledged == sequence) return can::SettleResult::Status::settled;
+    }
+    if (read_packet(client)) continue;
+    if (client.socket < 0) return can::SettleResult::Status::client_died;
+    if (!limit.wait(client.socket, POLLIN)) return can::SettleResult::Status::client_hung;
+  }
+}
+
+can::SettleResult Hub::fail(can::SettleResult::Status status, const std::string& client) {
+  const std::string bus = "virtual CAN bus '" + config_.name + "': ";
+  switch (status) {
+    case can::SettleResult::Status::settled:
+      break;
+    case can::SettleResult::Status::clients_missing:
+      set_fault(bus + client + " expected stations have connected within the limit");
+      break;
+    case can::SettleResult::Status::client_hung:
+      set_fault(bus + "station '" + client + "' did not answer within " +
+                std::to_string(config_.answer_limit_ns / 1'000'000) + " ms");
+      break;
+    case can::SettleResult::Status::client_died:
+      set_fault(bus + "station '" + client + "' closed its connection");
+      break;
+    case can::SettleResult::Status::not_quiescent:
+      set_fault(bus + "stations, '" + client + "' among them, answer each other without end");
+      break;
+  }
+  lost_ = {status, client};
+  return lost_;
+}
+
+}  // namespace hil::io::virtual_bus

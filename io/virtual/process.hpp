@@ -1,0 +1,83 @@
+#pragma once
+// A child process of the run: a device under test or a simulated unit that is a program of its own.
+//
+// The child dies with this process, even when this process is killed; it has a process group of its own, so
+// that Ctrl-C in a terminal reaches it through the run and not beside it; it starts with default signal
+// handling and ordinary scheduling.
+//
+// Threads: one at a time. The kernel ties the child to the *thread* that started it: that thread must live as
+// long as the child is wanted (the main thread, as a rule).
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/device.hpp"
+
+namespace hil::io::process {
+
+struct ChildConfig {
+  std::string name;                  ///< in messages
+  std::vector<std::string> command;  ///< program and arguments
+  /// Where a program without '/' in its name is looked for before PATH.
+  std::vector<std::filesystem::path> search_folders;
+  std::filesystem::path working_folder;  ///< empty: this process's own
+  std::filesystem::path output_file;     ///< stdout and stderr; replaced; empty: /dev/null
+};
+
+/// How a child ended.
+struct Exit {
+  enum class How : std::uint8_t {
+    exited,  ///< `code` is its exit code
+    killed,  ///< `code` is the signal
+  };
+  How how = How::exited;
+  int code = 0;
+  bool had_to_be_killed = false;  ///< it did not end within the limit after SIGTERM
+
+  bool success() const noexcept { return how == How::exited && code == 0; }
+  bool operator==(const Exit&) const = default;
+};
+
+/// "exited with code 3", "was ended by signal 11 (Segmentation fault)".
+std::string describe(const Exit& exit);
+
+class Child {
+ public:
+  /// Starts it. Throws DeviceError when the command is not found or can not be run.
+  explicit Child(const ChildConfig& config);
+  /// Stops it, with one second for SIGTERM.
+  ~Child();
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  const std::string& name() const noexcept { return name_; }
+  pid_t pid() const noexcept { return pid_; }
+  /// Becomes readable when the child ends. Valid as long as this object lives.
+  int exit_fd() const noexcept { return pidfd_; }
+
+  /// Never blocks.
+  bool running() { return !try_collect(); }
+  /// Waits for its end, at most so long. False: it still runs.
+  bool wait_for_exit(std::int64_t limit_ns);
+  /// SIGTERM, then after the limit SIGKILL. Returns at once for a child that has ended.
+  const Exit& stop(std::int64_t limit_ns);
+  /// Misuse (asserts): while it runs.
+  const Exit& exit() const;
+
+ private:
+  /// True when the child has ended, now or before.
+  bool try_collect();
+  void signal_group(int signal) const noexcept;
+
+  std::string name_;
+  pid_t pid_ = -1;
+  int pidfd_ = -1;
+  bool ended_ = false;
+  Exit exit_;
+};
+
+}  // namespace hil::io::process
