@@ -18,27 +18,36 @@ uint primitives_below(uint child) {
 
 bool stays_inner(uint child, uint max_leaf) { return primitives_below(child) > max_leaf; }
 
+// What opening this child is worth; negative: it stays closed.
+float opening_value(uint child, uint max_leaf, uint sorted_half) {
+  return stays_inner(child, max_leaf) ? box_half_area(box_of_child(child, sorted_half)) : -1.0;
+}
+
 WideChildren choose_children(uint node, uint max_leaf, uint sorted_half) {
   WideChildren result;
-  float area[8];
+  float value[8];
   result.child[0] = binary[node].x;
   result.child[1] = binary[node].y;
+  value[0] = opening_value(result.child[0], max_leaf, sorted_half);
+  value[1] = opening_value(result.child[1], max_leaf, sorted_half);
   result.count = 2u;
-  for (uint k = 0u; k < 2u; ++k) {
-    area[k] = stays_inner(result.child[k], max_leaf) ? box_half_area(box_of_child(result.child[k], sorted_half)) : -1.0;
-  }
-  while (result.count < 8u) {
-    uint largest = 0u;
-    for (uint k = 1u; k < result.count; ++k) largest = area[k] > area[largest] ? k : largest;
-    if (area[largest] < 0.0) break;
-    const uvec4 opened = binary[result.child[largest]];
-    const uint slots[2] = uint[2](largest, result.count);
-    const uint parts[2] = uint[2](opened.x, opened.y);
-    for (uint k = 0u; k < 2u; ++k) {
-      result.child[slots[k]] = parts[k];
-      area[slots[k]] = stays_inner(parts[k], max_leaf) ? box_half_area(box_of_child(parts[k], sorted_half)) : -1.0;
+  bool open = true;
+  while (open && result.count < 8u) {
+    uint best = 0u;
+    float best_value = value[0];
+    for (uint k = 1u; k < result.count; ++k) {
+      best = value[k] > best_value ? k : best;
+      best_value = max(best_value, value[k]);
     }
-    ++result.count;
+    open = best_value >= 0.0;
+    if (open) {
+      const uvec4 opened = binary[result.child[best]];
+      result.child[best] = opened.x;
+      value[best] = opening_value(opened.x, max_leaf, sorted_half);
+      result.child[result.count] = opened.y;
+      value[result.count] = opening_value(opened.y, max_leaf, sorted_half);
+      ++result.count;
+    }
   }
   return result;
 }
@@ -66,12 +75,8 @@ uint quantum_exponent(float extent) {
 
 // Writes wide node `index` (absolute). The first inner child becomes wide node `next_first` (absolute), and so on.
 void write_wide_node(uint index, WideChildren children, uint next_first, BuildArgs args, uint sorted_half) {
-  Box child_box[8];
-  Box all = Box(vec3(3e38), vec3(-3e38));
-  for (uint k = 0u; k < children.count; ++k) {
-    child_box[k] = box_of_child(children.child[k], sorted_half);
-    all = box_union(all, child_box[k]);
-  }
+  Box all = box_of_child(children.child[0], sorted_half);
+  for (uint k = 1u; k < children.count; ++k) all = box_union(all, box_of_child(children.child[k], sorted_half));
   // Rounding of coordinates in the traversal, absolute; the relative part is widened there.
   const vec3 rounding = max(abs(all.lo), abs(all.hi)) * 2.5e-7;
   const vec3 extent = all.hi - all.lo + 2.0 * rounding;
@@ -81,34 +86,36 @@ void write_wide_node(uint index, WideChildren children, uint next_first, BuildAr
   // Half a quantum of room below, so that the margin of the lowest child stays inside the byte.
   const vec3 origin = all.lo - rounding - 0.5 * quantum;
   const vec3 margin = 2e-3 + rounding * per_quantum;
-  uvec4 edges[3] = uvec4[3](uvec4(0u), uvec4(0u), uvec4(0u));
-  uvec4 refs[2] = uvec4[2](uvec4(ref_none), uvec4(ref_none));
-  uint next = next_first;
-  for (uint k = 0u; k < 8u; ++k) {
-    const uint word = k >> 2;
-    const uint lane = k & 3u;
-    // An unused slot is a box turned inside out: no ray enters it.
-    uvec3 lo = uvec3(255u);
-    uvec3 hi = uvec3(0u);
-    if (k < children.count) {
-      lo = uvec3(clamp(floor((child_box[k].lo - origin) * per_quantum - margin), 0.0, 255.0));
-      hi = uvec3(clamp(ceil((child_box[k].hi - origin) * per_quantum + margin), 0.0, 255.0));
-      const bool inner = stays_inner(children.child[k], args.max_leaf);
-      refs[word][lane] = inner ? next : leaf_reference(children.child[k], args, sorted_half);
-      next += inner ? 1u : 0u;
-    }
-    for (uint axis = 0u; axis < 3u; ++axis) {
-      edges[axis][word] |= lo[axis] << (8u * lane);
-      edges[axis][2u + word] |= hi[axis] << (8u * lane);
-    }
-  }
   const uint base = index * node_texels;
   wide[base] = uvec4(floatBitsToUint(origin), exponent.x | exponent.y << 8 | exponent.z << 16);
-  wide[base + 1u] = edges[0];
-  wide[base + 2u] = edges[1];
-  wide[base + 3u] = edges[2];
-  wide[base + 4u] = refs[0];
-  wide[base + 5u] = refs[1];
+  uvec3 low_edges[2] = uvec3[2](uvec3(0u), uvec3(0u));
+  uvec3 high_edges[2] = uvec3[2](uvec3(0u), uvec3(0u));
+  uint next = next_first;
+  [[unroll]] for (uint word = 0u; word < 2u; ++word) {
+    uint refs[4];
+    [[unroll]] for (uint lane = 0u; lane < 4u; ++lane) {
+      const uint k = 4u * word + lane;
+      // An unused slot is a box turned inside out: no ray enters it.
+      uvec3 lo = uvec3(255u);
+      uvec3 hi = uvec3(0u);
+      refs[lane] = ref_none;
+      if (k < children.count) {
+        const uint child = children.child[k];
+        const Box box = box_of_child(child, sorted_half);
+        lo = uvec3(clamp(floor((box.lo - origin) * per_quantum - margin), 0.0, 255.0));
+        hi = uvec3(clamp(ceil((box.hi - origin) * per_quantum + margin), 0.0, 255.0));
+        const bool inner = stays_inner(child, args.max_leaf);
+        refs[lane] = inner ? next : leaf_reference(child, args, sorted_half);
+        next += inner ? 1u : 0u;
+      }
+      low_edges[word] |= lo << (8u * lane);
+      high_edges[word] |= hi << (8u * lane);
+    }
+    wide[base + 4u + word] = uvec4(refs[0], refs[1], refs[2], refs[3]);
+  }
+  wide[base + 1u] = uvec4(low_edges[0].x, low_edges[1].x, high_edges[0].x, high_edges[1].x);
+  wide[base + 2u] = uvec4(low_edges[0].y, low_edges[1].y, high_edges[0].y, high_edges[1].y);
+  wide[base + 3u] = uvec4(low_edges[0].z, low_edges[1].z, high_edges[0].z, high_edges[1].z);
 }
 
 // A structure of one leaf has no binary node: its root holds that leaf alone.

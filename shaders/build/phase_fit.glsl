@@ -3,6 +3,7 @@
 #ifndef RTSTDB_BUILD_PHASE_FIT_GLSL
 #define RTSTDB_BUILD_PHASE_FIT_GLSL
 #include "build/scratch.glsl"
+#include "common/fence.glsl"
 
 Box box_of_child(uint child, uint sorted_half) {
   // Member by member: glslang 12 gives the two sides of a conditional over buffer structs different types.
@@ -22,9 +23,9 @@ Box box_of_child(uint child, uint sorted_half) {
 void fit_from_leaf(uint leaf, uint count, uint sorted_half) {
   uint node = parents[count - 1u + leaf];
   while (true) {
-    memoryBarrierBuffer();
+    divergent_fence();
     if (atomicAdd(arrivals[node], 1u) == 0u) break;
-    memoryBarrierBuffer();
+    divergent_fence();
     const uvec4 children = binary[node];
     const Box box = box_union(box_of_child(children.x, sorted_half), box_of_child(children.y, sorted_half));
     node_bounds[node].lo = box.lo;

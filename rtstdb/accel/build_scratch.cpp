@@ -1,0 +1,165 @@
+#include "rtstdb/accel/build_scratch.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "shaders/shared/node.h"
+
+namespace rtstdb::accel {
+namespace {
+
+constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t group) { return (count + group - 1) / group; }
+
+constexpr std::uint32_t radix_tiles(std::uint32_t count) { return groups_of(count, shared::radix_tile); }
+
+}  // namespace
+
+std::uint32_t wide_node_bound(std::uint32_t primitives, std::uint32_t max_leaf) noexcept {
+  const std::uint64_t n = primitives;
+  const std::uint64_t narrow = max_leaf < 7 ? n * (7 - max_leaf) / (7ull * (max_leaf + 1)) : 0;
+  return static_cast<std::uint32_t>(n / 7 + narrow + 2);
+}
+
+Result<BuildScratch> BuildScratch::create(gpu::Device& device, std::uint32_t primitives, const std::string& name) {
+  BuildScratch scratch;
+  const std::size_t n = std::max(primitives, 2u);
+  scratch.capacity_ = static_cast<std::uint32_t>(n);
+  // The collapse keeps its offsets where the sort keeps its histograms.
+  const std::size_t offsets = std::max<std::size_t>(n, shared::radix_bins * std::size_t{radix_tiles(scratch.capacity_)});
+  const std::pair<gpu::Buffer*, gpu::BufferOptions> wanted[] = {
+      {&scratch.bounds_, {.name = name + " bounds", .size_bytes = 24 * n}},
+      {&scratch.keys_, {.name = name + " keys", .size_bytes = 2 * 8 * n}},
+      {&scratch.values_, {.name = name + " values", .size_bytes = 2 * 4 * n}},
+      {&scratch.binary_, {.name = name + " binary", .size_bytes = 16 * n}},
+      {&scratch.parents_, {.name = name + " parents", .size_bytes = 2 * 4 * n}},
+      {&scratch.node_bounds_, {.name = name + " node bounds", .size_bytes = 24 * n}},
+      {&scratch.arrivals_, {.name = name + " arrivals", .size_bytes = 4 * n}},
+      {&scratch.queue_, {.name = name + " queue", .size_bytes = 2 * 8 * n}},
+      {&scratch.offsets_, {.name = name + " offsets", .size_bytes = 4 * offsets}},
+      {&scratch.state_, {.name = name + " state", .size_bytes = 4 * shared::state_words}},
+      {&scratch.state_readback_,
+       {.name = name + " state readback", .size_bytes = 4 * shared::state_words, .memory = gpu::Memory::readback}},
+  };
+  for (const auto& [buffer, options] : wanted) {
+    auto made = device.create_buffer(options);
+    if (!made) return made.error();
+    *buffer = std::move(made).value();
+  }
+  return scratch;
+}
+
+std::array<const gpu::Buffer*, BuildScratch::binding_count> BuildScratch::bindings(
+    const gpu::Buffer& node_pool) const noexcept {
+  return {&bounds_,      &keys_,     &values_, &binary_,  &parents_,  &node_bounds_,
+          &arrivals_,    &queue_,    &offsets_, &state_,  &node_pool};
+}
+
+namespace {
+
+enum PassIndex : std::size_t {
+  scene_bounds_pass,
+  morton_pass,
+  histogram_pass,
+  scan_pass,
+  scatter_pass,
+  hierarchy_pass,
+  fit_pass,
+  collapse_count_pass,
+  collapse_emit_pass,
+};
+
+constexpr gpu::ShaderId pass_shaders[] = {
+    gpu::ShaderId::scene_bounds,  gpu::ShaderId::morton, gpu::ShaderId::radix_histogram, gpu::ShaderId::scan,
+    gpu::ShaderId::radix_scatter, gpu::ShaderId::hierarchy, gpu::ShaderId::fit, gpu::ShaderId::collapse_count,
+    gpu::ShaderId::collapse_emit,
+};
+
+}  // namespace
+
+Result<LargeBuild> LargeBuild::create(gpu::Device& device) {
+  LargeBuild build;
+  for (std::size_t i = 0; i < build.passes_.size(); ++i) {
+    auto pipeline = device.create_pipeline(pass_shaders[i]);
+    if (!pipeline) return pipeline.error();
+    build.passes_[i].pipeline = std::move(pipeline).value();
+  }
+  return build;
+}
+
+Result<void> LargeBuild::bind(gpu::Device& device, const BuildScratch& scratch, const gpu::Buffer& node_pool) {
+  const auto buffers = scratch.bindings(node_pool);
+  for (Pass& pass : passes_) {
+    auto bindings = device.create_bindings(pass.pipeline, buffers);
+    if (!bindings) return bindings.error();
+    pass.bindings = std::move(bindings).value();
+  }
+  return {};
+}
+
+void LargeBuild::sort(const shared::BuildArgs& args, gpu::Recorder& recorder) const {
+  shared::BuildArgs pass = args;
+  const std::uint32_t tiles = radix_tiles(args.count);
+  pass.scan_count = tiles * shared::radix_bins;
+  // Eight digits of eight bits cover the 63-bit code; an even number of passes ends where it began.
+  for (pass.shift = 0; pass.shift < 64; pass.shift += shared::radix_bits) {
+    recorder.dispatch(passes_[histogram_pass].pipeline, passes_[histogram_pass].bindings, pass, tiles);
+    recorder.barrier();
+    recorder.dispatch(passes_[scan_pass].pipeline, passes_[scan_pass].bindings, pass, 1);
+    recorder.barrier();
+    recorder.dispatch(passes_[scatter_pass].pipeline, passes_[scatter_pass].bindings, pass, tiles);
+    recorder.barrier();
+    pass.source = 1 - pass.source;
+  }
+}
+
+std::optional<std::uint32_t> LargeBuild::run(const Task& task, const BuildScratch& scratch, Submit& submit) {
+  const auto dispatch = [&](PassIndex pass, const shared::BuildArgs& args, std::uint32_t groups) {
+    submit.recorder().dispatch(passes_[pass].pipeline, passes_[pass].bindings, args, groups);
+    submit.recorder().barrier();
+  };
+  shared::BuildArgs args{};
+  args.count = task.count;
+  args.max_leaf = task.max_leaf;
+  args.leaf_bits = task.leaf_bits;
+  args.leaf_base = task.leaf_base;
+  args.node_base = task.node_base;
+  args.half_size = scratch.half_size();
+  const std::uint32_t groups = groups_of(task.count, 64);
+
+  gpu::Recorder& recorder = submit.recorder();
+  recorder.barrier();
+  recorder.fill(scratch.state(), 4 * shared::state_center_min, 12, 0xFFFFFFFFu);
+  recorder.fill(scratch.state(), 4 * shared::state_center_max, 12, 0);
+  recorder.barrier();
+  dispatch(scene_bounds_pass, args, groups);
+  dispatch(morton_pass, args, groups);
+  sort(args, recorder);
+  if (task.count > 1) {
+    dispatch(hierarchy_pass, args, groups);
+    dispatch(fit_pass, args, groups);
+  }
+  // The first level is the root: binary node 0 becomes wide node node_base.
+  recorder.fill(scratch.queue(), 0, 4, 0);
+  recorder.fill(scratch.queue(), 4, 4, task.node_base);
+  recorder.barrier();
+
+  args.level_count = 1;
+  while (true) {
+    args.scan_count = args.level_count;
+    if (task.count > 1) {
+      dispatch(collapse_count_pass, args, groups_of(args.level_count, 64));
+      dispatch(scan_pass, args, 1);
+    }
+    dispatch(collapse_emit_pass, args, groups_of(args.level_count, 64));
+    recorder.copy(scratch.state(), 0, scratch.state_readback(), 0, 4 * shared::state_words);
+    if (!submit.run()) return std::nullopt;
+    args.level_first += args.level_count;
+    args.level_count =
+        task.count > 1 ? scratch.state_readback().host_as<std::uint32_t>()[shared::state_level_count] : 0;
+    if (args.level_count == 0) return args.level_first;
+    args.shift = 1 - args.shift;
+    submit.begin();
+  }
+}
+
+}  // namespace rtstdb::accel

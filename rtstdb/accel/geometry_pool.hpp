@@ -1,0 +1,43 @@
+#pragma once
+// All geometry on the device: one pool of wide nodes (the TLAS slots first, then one BLAS after the other), one of triangles
+// in leaf order, one table of geometries. Setup only; a pool that grows is made anew, and whoever bound it binds again
+// (generation).
+
+#include <cstdint>
+
+#include <rtstdb/geometry.hpp>
+
+#include "rtstdb/accel/build_scratch.hpp"
+#include "shaders/shared/entity.h"
+
+namespace rtstdb::accel {
+
+class GeometryPool {
+ public:
+  /// `tlas_nodes` nodes at the beginning are left to the TLAS slots.
+  static Result<GeometryPool> create(gpu::Device& device, std::uint32_t tlas_nodes, std::uint32_t max_geometries);
+
+  /// Builds the BLAS. The mesh has passed validate. Errors: capacity, out_of_memory, device_lost; the pool is unchanged.
+  Result<std::uint32_t> add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
+
+  const gpu::Buffer& nodes() const noexcept { return nodes_; }
+  const gpu::Buffer& triangles() const noexcept { return triangles_; }
+  const gpu::Buffer& geometries() const noexcept { return geometries_; }
+  std::uint32_t count() const noexcept { return count_; }
+  Bounds bounds(std::uint32_t geometry) const noexcept { return bounds_[geometry]; }
+  /// Grows by one whenever nodes() or triangles() is another buffer than before.
+  std::uint32_t generation() const noexcept { return generation_; }
+
+ private:
+  Result<void> reserve(gpu::Device& device, std::uint32_t nodes, std::uint32_t triangles, Submit& submit);
+  Result<void> build(gpu::Device& device, const TriangleMesh& mesh, Submit& submit, std::uint32_t& node_count);
+
+  gpu::Buffer nodes_, triangles_, geometries_;
+  std::uint32_t node_capacity_ = 0, node_count_ = 0;
+  std::uint32_t triangle_capacity_ = 0, triangle_count_ = 0;
+  std::uint32_t max_geometries_ = 0, count_ = 0;
+  std::uint32_t generation_ = 0;
+  std::vector<Bounds> bounds_;
+};
+
+}  // namespace rtstdb::accel

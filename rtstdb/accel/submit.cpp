@@ -1,0 +1,40 @@
+#include "rtstdb/accel/submit.hpp"
+
+#include <limits>
+
+namespace rtstdb::accel {
+namespace {
+
+constexpr std::uint32_t begin_slot = 0;
+constexpr std::uint32_t end_slot = 1;
+
+}  // namespace
+
+Result<Submit> Submit::create(gpu::Device& device) {
+  Submit submit;
+  auto recorder = device.create_recorder();
+  if (!recorder) return recorder.error();
+  submit.recorder_ = std::move(recorder).value();
+  auto timeline = device.create_timeline();
+  if (!timeline) return timeline.error();
+  submit.timeline_ = std::move(timeline).value();
+  return submit;
+}
+
+void Submit::begin() {
+  recorder_.begin();
+  recorder_.timestamp(begin_slot);
+}
+
+bool Submit::run() {
+  recorder_.timestamp(end_slot);
+  recorder_.end();
+  const std::uint64_t number = timeline_.submit(recorder_);
+  if (number == 0 || timeline_.wait(number, std::numeric_limits<std::int64_t>::max()) != gpu::WaitResult::done) {
+    return false;
+  }
+  gpu_ns_ += timeline_.elapsed_ns(recorder_, begin_slot, end_slot);
+  return true;
+}
+
+}  // namespace rtstdb::accel

@@ -1,0 +1,28 @@
+#pragma once
+// One recorder and one timeline used in turn: record, run, wait.
+
+#include <utility>
+
+#include "rtstdb/gpu/device.hpp"
+
+namespace rtstdb::accel {
+
+class Submit {
+ public:
+  static Result<Submit> create(gpu::Device& device);
+
+  /// The recorder, begun.
+  gpu::Recorder& recorder() noexcept { return recorder_; }
+  void begin();
+  /// Ends the recorder, submits it and waits. False: the device is lost.
+  bool run();
+  /// Time that the device spent on all runs since the last call.
+  std::int64_t take_gpu_ns() noexcept { return std::exchange(gpu_ns_, 0); }
+
+ private:
+  gpu::Recorder recorder_;
+  gpu::Timeline timeline_;
+  std::int64_t gpu_ns_ = 0;
+};
+
+}  // namespace rtstdb::accel

@@ -1,0 +1,215 @@
+#include "rtstdb/accel/tlas.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "shaders/shared/node.h"
+#include "shaders/shared/query.h"
+
+namespace rtstdb::accel {
+namespace {
+
+constexpr std::uint32_t instances_per_leaf = 1;
+
+glm::uvec2 words_of(WorldTime time) noexcept {
+  const auto bits = static_cast<std::uint64_t>(time.time_since_epoch().count());
+  return {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
+}
+
+shared::EntityRecord record_of(const EntityState& state) noexcept {
+  const Motion& motion = state.row.motion;
+  return {.p_world_m = glm::vec3(motion.p_world_m),
+          .mask = state.row.mask,
+          .q_world = glm::vec4(motion.q_world.x, motion.q_world.y, motion.q_world.z, motion.q_world.w),
+          .v_world_mps = glm::vec3(motion.v_world_mps),
+          .geometry = state.row.geometry.index,
+          .w_world_radps = glm::vec3(motion.w_world_radps),
+          .index = state.id.index,
+          .scale = glm::vec3(state.row.scale),
+          .material = state.row.material,
+          .valid_from = words_of(motion.valid_from)};
+}
+
+/// Never shorter than the window itself.
+float window_seconds(WorldTime begin, WorldTime end) noexcept {
+  return static_cast<float>(seconds_between(begin, end) * (1.0 + 1e-6));
+}
+
+}  // namespace
+
+std::uint32_t Tlas::Slot::root() const noexcept { return visible_count == 0 ? shared::ref_none : node_base; }
+
+std::uint32_t Tlas::nodes_needed(const TlasOptions& options) noexcept {
+  return options.slots * wide_node_bound(options.max_entities, instances_per_leaf);
+}
+
+Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
+  Tlas tlas;
+  tlas.max_entities_ = options.max_entities;
+  tlas.changed_.reserve(options.max_entities);
+  const std::pair<gpu::Pipeline*, gpu::ShaderId> pipelines[] = {{&tlas.apply_rows_, gpu::ShaderId::apply_rows},
+                                                                {&tlas.instances_pass_, gpu::ShaderId::instances},
+                                                                {&tlas.small_build_, gpu::ShaderId::tlas_small}};
+  for (const auto& [pipeline, shader] : pipelines) {
+    auto made = device.create_pipeline(shader);
+    if (!made) return made.error();
+    *pipeline = std::move(made).value();
+  }
+  auto scratch = BuildScratch::create(device, options.max_entities, "TLAS");
+  if (!scratch) return scratch.error();
+  tlas.scratch_ = std::move(scratch).value();
+  auto large = LargeBuild::create(device);
+  if (!large) return large.error();
+  tlas.large_build_ = std::move(large).value();
+
+  const std::size_t n = options.max_entities;
+  const std::uint32_t nodes_per_slot = wide_node_bound(options.max_entities, instances_per_leaf);
+  tlas.slots_.resize(options.slots);
+  for (std::uint32_t i = 0; i < options.slots; ++i) {
+    Slot& slot = tlas.slots_[i];
+    slot.node_base = i * nodes_per_slot;
+    slot.presence.assign(n, Presence::absent);
+    slot.place.assign(n, shared::no_entity);
+    const std::string name = "slot " + std::to_string(i);
+    gpu::BufferOptions instances{.name = name + " instances", .size_bytes = 16 * shared::instance_texels * n};
+    instances.texel_float4 = true;
+    const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+        {&slot.rows, {.name = name + " rows", .size_bytes = sizeof(shared::EntityRecord) * n}},
+        {&slot.instances, instances},
+        {&slot.live, {.name = name + " live", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
+    };
+    for (const auto& [buffer, wanted] : buffers) {
+      auto made = device.create_buffer(wanted);
+      if (!made) return made.error();
+      *buffer = std::move(made).value();
+    }
+  }
+  auto changed_rows = device.create_buffer(
+      {.name = "changed rows", .size_bytes = sizeof(shared::EntityRecord) * n, .memory = gpu::Memory::upload});
+  if (!changed_rows) return changed_rows.error();
+  tlas.changed_rows_ = std::move(changed_rows).value();
+  return tlas;
+}
+
+Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
+  const auto common = scratch_.bindings(pool.nodes());
+  for (Slot& slot : slots_) {
+    const gpu::Buffer* rows[] = {&changed_rows_, &slot.rows};
+    std::vector<const gpu::Buffer*> build(common.begin(), common.end());
+    build.insert(build.end(), {&slot.rows, &pool.geometries(), &slot.live, &slot.instances});
+    const std::tuple<gpu::Bindings*, gpu::Pipeline*, std::span<const gpu::Buffer* const>> wanted[] = {
+        {&slot.apply_rows, &apply_rows_, rows},
+        {&slot.instances_pass, &instances_pass_, build},
+        {&slot.small_build, &small_build_, build}};
+    for (const auto& [bindings, pipeline, buffers] : wanted) {
+      auto made = device.create_bindings(*pipeline, buffers);
+      if (!made) return made.error();
+      *bindings = std::move(made).value();
+    }
+    // The pool's new buffer holds no TLAS of before.
+    slot.filled = false;
+  }
+  return large_build_.bind(device, scratch_, pool.nodes());
+}
+
+Tlas::Slot* Tlas::find(const query::RowSource& rows, const query::TimeSpan& times) noexcept {
+  for (Slot& slot : slots_) {
+    if (slot.filled && slot.version == rows.version() && slot.window_begin <= times.first &&
+        times.last <= slot.window_end) {
+      return &slot;
+    }
+  }
+  return nullptr;
+}
+
+void Tlas::list_live(Slot& slot, std::uint32_t index_limit) {
+  const auto live = slot.live.host_as<std::uint32_t>();
+  slot.live_count = 0;
+  for (const Presence wanted : {Presence::visible, Presence::hidden}) {
+    for (std::uint32_t entity = 0; entity < index_limit; ++entity) {
+      if (slot.presence[entity] != wanted) continue;
+      slot.place[entity] = slot.live_count;
+      live[slot.live_count++] = entity;
+    }
+    if (wanted == Presence::visible) slot.visible_count = slot.live_count;
+  }
+}
+
+void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
+  changed_.clear();
+  if (!slot.filled || !rows.changed_between(slot.version, changed_)) {
+    changed_.resize(rows.index_limit());
+    std::iota(changed_.begin(), changed_.end(), 0u);
+    std::fill(slot.presence.begin() + rows.index_limit(), slot.presence.end(), Presence::absent);
+  }
+  const auto records = changed_rows_.host_as<shared::EntityRecord>();
+  std::uint32_t count = 0;
+  bool list_changed = !slot.filled;
+  for (const std::uint32_t entity : changed_) {
+    const EntityState* state = entity < rows.index_limit() ? rows.row(entity) : nullptr;
+    Presence presence = Presence::absent;
+    if (state != nullptr) {
+      records[count++] = record_of(*state);
+      presence = state->row.geometry.valid() ? Presence::visible : Presence::hidden;
+    }
+    list_changed = list_changed || presence != slot.presence[entity];
+    slot.presence[entity] = presence;
+  }
+  if (list_changed) list_live(slot, max_entities_);
+  recorder.dispatch(apply_rows_, slot.apply_rows, shared::ApplyRowsArgs{.count = count}, (count + 63) / 64);
+  recorder.barrier();
+}
+
+bool Tlas::build(Slot& slot, Submit& submit) {
+  const float window_s = window_seconds(slot.window_begin, slot.window_end);
+  if (slot.live_count <= shared::small_build_max) {
+    const shared::SmallBuildArgs args{.window_begin = words_of(slot.window_begin),
+                                      .window_s = window_s,
+                                      .count = slot.live_count,
+                                      .visible_count = slot.visible_count,
+                                      .node_base = slot.node_base,
+                                      .half_size = scratch_.half_size()};
+    submit.recorder().dispatch(small_build_, slot.small_build, args, slot.live_count == 0 ? 0 : 1);
+    submit.recorder().barrier();
+    return true;
+  }
+  const shared::InstanceArgs args{.window_begin = words_of(slot.window_begin),
+                                  .window_s = window_s,
+                                  .count = slot.live_count,
+                                  .visible_count = slot.visible_count};
+  submit.recorder().dispatch(instances_pass_, slot.instances_pass, args, (slot.live_count + 63) / 64);
+  submit.recorder().barrier();
+  if (slot.visible_count == 0) return true;
+  const auto built = large_build_.run({.count = slot.visible_count,
+                                       .max_leaf = instances_per_leaf,
+                                       .leaf_bits = shared::ref_instance_bit,
+                                       .leaf_base = 0,
+                                       .node_base = slot.node_base},
+                                      scratch_, submit);
+  if (!built) return false;
+  submit.begin();
+  return true;
+}
+
+std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query::TimeSpan& times, Submit& submit) {
+  Slot* slot = find(rows, times);
+  if (slot == nullptr) {
+    slot = &*std::min_element(slots_.begin(), slots_.end(),
+                              [](const Slot& a, const Slot& b) { return a.last_used < b.last_used; });
+    if (!slot->filled || slot->version != rows.version()) upload_changes(*slot, rows, submit.recorder());
+    slot->filled = true;
+    slot->version = rows.version();
+    slot->window_begin = times.first;
+    slot->window_end = times.last;
+    if (!build(*slot, submit)) {
+      slot->filled = false;
+      return std::nullopt;
+    }
+  }
+  slot->last_used = ++uses_;
+  return TlasView{.slot = static_cast<std::uint32_t>(slot - slots_.data()),
+                  .root = slot->root(),
+                  .window_begin = slot->window_begin};
+}
+
+}  // namespace rtstdb::accel

@@ -1,0 +1,81 @@
+#pragma once
+// Top-level structures (paper, Section 4.1): a few slots, each with its own copy of the rows, the instances made from them,
+// and a wide BVH over what every instance covers during the slot's window. A slot stands for one version and one window of
+// time; a later version is reached by applying the rows that changed.
+//
+// Threads: one. prepare is the tick's and does not allocate; the rest is setup.
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "rtstdb/accel/build_scratch.hpp"
+#include "rtstdb/accel/geometry_pool.hpp"
+#include "rtstdb/query/executor.hpp"
+
+namespace rtstdb::accel {
+
+struct TlasOptions {
+  std::uint32_t max_entities = 0;
+  std::uint32_t slots = 4;
+};
+
+/// What a query needs to run on a slot.
+struct TlasView {
+  std::uint32_t slot = 0;
+  std::uint32_t root = 0;       ///< reference; none when nothing is visible
+  WorldTime window_begin{};
+};
+
+class Tlas {
+ public:
+  static std::uint32_t nodes_needed(const TlasOptions& options) noexcept;
+  /// The pool leaves nodes_needed nodes at its beginning.
+  static Result<Tlas> create(gpu::Device& device, const TlasOptions& options);
+  /// Connects to the pool; again whenever the pool's generation changed.
+  Result<void> bind(gpu::Device& device, const GeometryPool& pool);
+
+  std::uint32_t slots() const noexcept { return static_cast<std::uint32_t>(slots_.size()); }
+  const gpu::Buffer& instances(std::uint32_t slot) const noexcept { return slots_[slot].instances; }
+  /// Where the entity's instance stands in its slot. Misuse for an entity that is not alive in the slot's version.
+  std::uint32_t place_of(std::uint32_t slot, std::uint32_t entity) const noexcept {
+    return slots_[slot].place[entity];
+  }
+
+  /// Records what brings a slot to `rows` over `times` into the begun recorder of `submit`; nothing when a slot is there
+  /// already. Scenes above small_build_max submit in between. Empty: the device is lost.
+  std::optional<TlasView> prepare(const query::RowSource& rows, const query::TimeSpan& times, Submit& submit);
+
+ private:
+  enum class Presence : std::uint8_t { absent, hidden, visible };
+
+  struct Slot {
+    gpu::Buffer rows, instances, live;
+    gpu::Bindings apply_rows, instances_pass, small_build;
+    std::vector<Presence> presence;     // by entity index
+    std::vector<std::uint32_t> place;   // by entity index
+    std::uint32_t live_count = 0, visible_count = 0;
+    bool filled = false;
+    Version version = 0;
+    WorldTime window_begin{}, window_end{};
+    std::uint64_t last_used = 0;
+    std::uint32_t node_base = 0;
+    std::uint32_t root() const noexcept;
+  };
+
+  Slot* find(const query::RowSource& rows, const query::TimeSpan& times) noexcept;
+  void upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
+  void list_live(Slot& slot, std::uint32_t index_limit);
+  bool build(Slot& slot, Submit& submit);
+
+  std::uint32_t max_entities_ = 0;
+  std::uint64_t uses_ = 0;
+  std::vector<Slot> slots_;
+  std::vector<std::uint32_t> changed_;
+  gpu::Buffer changed_rows_;
+  BuildScratch scratch_;
+  LargeBuild large_build_;
+  gpu::Pipeline apply_rows_, instances_pass_, small_build_;
+};
+
+}  // namespace rtstdb::accel

@@ -1,0 +1,81 @@
+#include "rtstdb/query/gpu_executor.hpp"
+
+#include <utility>
+
+namespace rtstdb::query {
+namespace {
+
+constexpr RunReport lost{.status = RunStatus::device_lost, .gpu_ns = 0};
+
+}  // namespace
+
+Result<std::unique_ptr<GpuExecutor>> GpuExecutor::create(gpu::Device& device, const DatabaseOptions& options) {
+  std::unique_ptr<GpuExecutor> executor(new GpuExecutor(device));
+  auto submit = accel::Submit::create(device);
+  if (!submit) return submit.error();
+  executor->submit_ = std::move(submit).value();
+  const accel::TlasOptions tlas_options{.max_entities = options.max_entities};
+  auto pool = accel::GeometryPool::create(device, accel::Tlas::nodes_needed(tlas_options), options.max_geometries);
+  if (!pool) return pool.error();
+  executor->pool_ = std::move(pool).value();
+  auto tlas = accel::Tlas::create(device, tlas_options);
+  if (!tlas) return tlas.error();
+  executor->tlas_ = std::move(tlas).value();
+  if (auto bound = executor->rebind_structures(); !bound) return bound.error();
+  return executor;
+}
+
+Result<void> GpuExecutor::rebind_structures() {
+  tlas_generation_ = pool_.generation();
+  return tlas_.bind(device_, pool_);
+}
+
+Result<GeometryId> GpuExecutor::add_geometry(const TriangleMesh& mesh) {
+  const std::lock_guard lock(mutex_);
+  auto index = pool_.add(device_, mesh, submit_);
+  if (!index) return index.error();
+  if (tlas_generation_ != pool_.generation()) {
+    if (auto bound = rebind_structures(); !bound) return bound.error();
+  }
+  return GeometryId{index.value()};
+}
+
+bool GpuExecutor::knows_geometry(GeometryId id) const noexcept {
+  const std::lock_guard lock(mutex_);
+  return !id.valid() || id.index < pool_.count();
+}
+
+Result<void> GpuExecutor::bind(GpuQuery& query) {
+  const std::lock_guard lock(mutex_);
+  auto bound = query.bind(device_, pool_, tlas_);
+  query.bound = bound.ok();
+  query.bound_generation = pool_.generation();
+  return bound;
+}
+
+RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times) noexcept {
+  const std::lock_guard lock(mutex_);
+  // Every request may be empty.
+  if (times.first > times.last) return {};
+  const auto gpu_query = [](const Request& request) { return static_cast<GpuQuery*>(request.query); };
+  for (const Request& request : requests) {
+    GpuQuery& query = *gpu_query(request);
+    if (query.bound && query.bound_generation == pool_.generation()) continue;
+    if (!query.bind(device_, pool_, tlas_)) return lost;
+    query.bound = true;
+    query.bound_generation = pool_.generation();
+  }
+  submit_.begin();
+  const auto view = tlas_.prepare(rows, times, submit_);
+  if (!view) return lost;
+  for (const Request& request : requests) {
+    if (request.count > 0) gpu_query(request)->record(request.count, rows, tlas_, *view, submit_.recorder());
+  }
+  if (!submit_.run()) return lost;
+  bool truncated = false;
+  for (const Request& request : requests) truncated = gpu_query(request)->unpack(request.count, rows) || truncated;
+  return {.status = truncated ? RunStatus::truncated : RunStatus::done,
+          .gpu_ns = submit_.take_gpu_ns()};
+}
+
+}  // namespace rtstdb::query

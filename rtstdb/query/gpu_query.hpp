@@ -1,0 +1,24 @@
+#pragma once
+// A prepared query as the GPU executor sees it: pack what the caller filled in, record its dispatch, unpack the answers.
+
+#include "rtstdb/accel/geometry_pool.hpp"
+#include "rtstdb/accel/tlas.hpp"
+#include "rtstdb/query/executor.hpp"
+
+namespace rtstdb::query {
+
+class GpuQuery : public PreparedQuery {
+ public:
+  /// Connects to the pool and the slots; again whenever the pool's generation changed. Setup.
+  virtual Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) = 0;
+  /// The first `count` elements, which have passed check, to device form; and the dispatch that answers them.
+  virtual void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
+                      gpu::Recorder& recorder) noexcept = 0;
+  /// Answers to the caller's span. True: at least one is incomplete or overflowed.
+  virtual bool unpack(std::uint32_t count, const RowSource& rows) noexcept = 0;
+
+  std::uint32_t bound_generation = 0;
+  bool bound = false;
+};
+
+}  // namespace rtstdb::query

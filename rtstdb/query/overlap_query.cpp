@@ -1,0 +1,56 @@
+#include "rtstdb/query/overlap_query.hpp"
+
+#include "rtstdb/query/element_check.hpp"
+
+namespace rtstdb::query {
+
+Result<std::unique_ptr<GpuOverlapQuery>> GpuOverlapQuery::create(gpu::Device& device, const OverlapQueryOptions& options) {
+  auto runner = RegionRunner::create(device, options.name, options.capacity, options.ids_per_entity);
+  if (!runner) return runner.error();
+  auto query = std::make_unique<GpuOverlapQuery>();
+  query->runner_ = std::move(runner).value();
+  query->overlaps_.resize(options.capacity);
+  return query;
+}
+
+std::optional<BadInput> GpuOverlapQuery::check(std::uint32_t count, const RowSource& rows,
+                                               TimeSpan& times) const noexcept {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const EntityState* state = rows.find(overlaps_[i].entity);
+    if (state == nullptr || !state->row.geometry.valid()) {
+      return BadInput{.reason = state == nullptr ? BadInputReason::unknown_entity : BadInputReason::unknown_geometry,
+                      .element = i,
+                      .entity = overlaps_[i].entity};
+    }
+    if (const auto bad = check_time(overlaps_[i].t, i, rows, times)) return bad;
+  }
+  return std::nullopt;
+}
+
+Result<void> GpuOverlapQuery::bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) {
+  pool_ = &pool;
+  return runner_.bind(device, pool, tlas);
+}
+
+void GpuOverlapQuery::record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
+                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const auto records = runner_.records();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Overlap& overlap = overlaps_[i];
+    const EntityRow& row = rows.find(overlap.entity)->row;
+    const Bounds bounds = pool_->bounds(row.geometry.index);
+    const glm::vec3 scale(row.scale);
+    records[i] = {.center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m) * scale,
+                  .flags = 0,
+                  .half_extent_m = 0.5f * (bounds.maximum_m - bounds.minimum_m) * scale,
+                  .mask = overlap.mask,
+                  .q = glm::vec4(0.0f, 0.0f, 0.0f, 1.0f),
+                  .t_s = static_cast<float>(seconds_between(view.window_begin, overlap.t)),
+                  .carrier = tlas.place_of(view.slot, overlap.entity.index),
+                  .excluded = overlap.entity.index,
+                  .reserved = 0};
+  }
+  runner_.record(count, view, recorder);
+}
+
+}  // namespace rtstdb::query

@@ -1,0 +1,37 @@
+#pragma once
+// The ray query on the GPU. shaders/query/ray.glsl traces; this packs and unpacks.
+
+#include <vector>
+
+#include "rtstdb/query/gpu_query.hpp"
+
+namespace rtstdb::query {
+
+class GpuRayQuery final : public RayQuery, public GpuQuery {
+ public:
+  static Result<std::unique_ptr<GpuRayQuery>> create(gpu::Device& device, const RayQueryOptions& options);
+
+  std::span<Ray> rays() noexcept override { return rays_; }
+  std::span<const RayHit> hits() const noexcept override { return {hits_.data(), answered_}; }
+
+  QueryKind kind() const noexcept override {
+    return options_.mode == RayMode::any ? QueryKind::ray_any : QueryKind::ray_closest;
+  }
+  std::uint32_t capacity() const noexcept override { return options_.capacity; }
+  std::optional<BadInput> check(std::uint32_t count, const RowSource& rows, TimeSpan& times) const noexcept override;
+  Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
+  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
+              gpu::Recorder& recorder) noexcept override;
+  bool unpack(std::uint32_t count, const RowSource& rows) noexcept override;
+
+ private:
+  RayQueryOptions options_;
+  std::vector<Ray> rays_;
+  std::vector<RayHit> hits_;
+  std::uint32_t answered_ = 0;
+  gpu::Pipeline pipeline_;
+  gpu::Buffer ray_records_, hit_records_;
+  std::vector<gpu::Bindings> bindings_;  // one per slot
+};
+
+}  // namespace rtstdb::query

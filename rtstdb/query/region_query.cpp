@@ -1,0 +1,60 @@
+#include "rtstdb/query/region_query.hpp"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include "rtstdb/query/element_check.hpp"
+
+namespace rtstdb::query {
+
+Result<std::unique_ptr<GpuRegionQuery>> GpuRegionQuery::create(gpu::Device& device, const RegionQueryOptions& options) {
+  auto runner = RegionRunner::create(device, options.name, options.capacity, options.ids_per_region);
+  if (!runner) return runner.error();
+  auto query = std::make_unique<GpuRegionQuery>();
+  query->runner_ = std::move(runner).value();
+  query->regions_.resize(options.capacity);
+  return query;
+}
+
+std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSource& rows,
+                                              TimeSpan& times) const noexcept {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Region& region = regions_[i];
+    const glm::vec3& half = region.half_extent_m;
+    const float q_length = glm::length(region.q);
+    const bool sizes_fit = half.x >= 0.0f && (region.shape == RegionShape::sphere || (half.y >= 0.0f && half.z >= 0.0f));
+    if (!finite_within_limits(region.center_m) || !finite_within_limits(half) || !sizes_fit ||
+        !(q_length > 1e-6f && q_length < 1e6f)) {
+      return BadInput{.reason = BadInputReason::bad_region,
+                      .element = i,
+                      .entity = {},
+                      .values = {region.center_m.x, half.x, half.y, half.z}};
+    }
+    if (const auto bad = check_time(region.t, i, rows, times)) return bad;
+    if (const auto bad = check_carrier(region.carrier, i, rows)) return bad;
+  }
+  return std::nullopt;
+}
+
+void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, const accel::Tlas& tlas,
+                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const auto records = runner_.records();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Region& region = regions_[i];
+    const glm::quat q = glm::normalize(region.q);
+    records[i] = {.center_m = region.center_m,
+                  .flags = (region.shape == RegionShape::sphere ? shared::region_is_sphere : 0u) |
+                           (region.test == RegionTest::inside ? shared::region_wants_inside : 0u),
+                  .half_extent_m = region.half_extent_m,
+                  .mask = region.mask,
+                  .q = glm::vec4(q.x, q.y, q.z, q.w),
+                  .t_s = static_cast<float>(seconds_between(view.window_begin, region.t)),
+                  .carrier = region.carrier.valid() ? tlas.place_of(view.slot, region.carrier.index) : shared::no_entity,
+                  .excluded = shared::no_entity,
+                  .reserved = 0};
+  }
+  runner_.record(count, view, recorder);
+}
+
+}  // namespace rtstdb::query

@@ -1,0 +1,33 @@
+#pragma once
+// The region shader with its buffers, used by the region and the overlap query: both ask which oriented bounds meet a box or
+// a sphere at one instant.
+
+#include <vector>
+
+#include "rtstdb/query/gpu_query.hpp"
+#include "shaders/shared/query.h"
+
+namespace rtstdb::query {
+
+class RegionRunner {
+ public:
+  static Result<RegionRunner> create(gpu::Device& device, const std::string& name, std::uint32_t capacity,
+                                     std::uint32_t ids_per_region);
+  Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas);
+
+  std::span<shared::RegionRecord> records() const noexcept { return records_.host_as<shared::RegionRecord>(); }
+  void record(std::uint32_t count, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
+  bool unpack(std::uint32_t count, const RowSource& rows) noexcept;
+  std::span<const RegionAnswer> answers() const noexcept { return {answers_.data(), answered_}; }
+
+ private:
+  std::uint32_t ids_per_region_ = 0;
+  std::uint32_t answered_ = 0;
+  gpu::Pipeline pipeline_;
+  gpu::Buffer records_, counts_, ids_;
+  std::vector<gpu::Bindings> bindings_;  // one per slot
+  std::vector<EntityId> entities_;
+  std::vector<RegionAnswer> answers_;
+};
+
+}  // namespace rtstdb::query
