@@ -26,25 +26,27 @@ struct Bounds {
 };
 
 /// Refuses: no triangle, an index past the positions, NaN or infinite coordinates, coordinates beyond
-/// limits.hpp, a mesh whose triangles are all degenerate. The error names the triangle and its values. Single
-/// degenerate triangles among good ones are allowed: nothing ever hits them.
+/// limits.hpp, a mesh whose triangles are all degenerate (bad_input); more than max_triangles_total triangles
+/// (capacity). The error names the triangle and its values. Single degenerate triangles (no area in double
+/// precision) among good ones are allowed: nothing ever hits them.
 Result<void> validate(const TriangleMesh& mesh);
 
-/// Box of all positions used by triangles. The mesh has passed validate.
+/// Box of all positions used by triangles, exact. The mesh has passed validate (misuse asserts).
 Bounds bounds_of(const TriangleMesh& mesh);
 
-/// Reads OBJ, STL, PLY, glTF or GLB (by content, through assimp). All meshes of the file become one, node
-/// transforms applied, polygons triangulated, equal corners kept apart as the file has them. `scale`
-/// multiplies coordinates (files in millimetres: 0.001). Errors: ErrorCode::file with the path and the
-/// reader's words; then what validate says.
+/// Reads OBJ, STL (text and binary), PLY, glTF or GLB, told apart by the extension. All meshes of the file
+/// become one: node transforms applied (a mirroring one keeps fronts outside), polygons triangulated, points,
+/// lines, materials and textures left out, corners neither welded nor sorted, axes as the file has them.
+/// `scale` multiplies coordinates (files in millimetres: 0.001) and must be positive. Errors: ErrorCode::file
+/// with the path and the reader's words; then what validate says, with the path.
 Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0);
 
-/// Closed surfaces with outward fronts, centred on the origin. Sizes are full extents in metres and must be
+/// Closed surfaces with outward fronts, centred on the origin. Sizes are full extents in metres, finite and
 /// positive (misuse asserts).
 TriangleMesh make_box(const glm::dvec3& size_m);
-/// Axis along z. `segments` >= 3.
+/// The prism whose corners lie on the cylinder; axis along z. 4 * segments triangles, segments >= 3.
 TriangleMesh make_cylinder(double radius_m, double height_m, std::uint32_t segments = 32);
-/// A subdivided icosahedron, 20 * 4^subdivisions triangles; corners lie on the sphere.
+/// A subdivided icosahedron, 20 * 4^subdivisions triangles; corners lie on the sphere; subdivisions <= 10.
 TriangleMesh make_sphere(double radius_m, std::uint32_t subdivisions = 3);
 /// An open rectangle in z = 0, front up.
 TriangleMesh make_rectangle(double size_x_m, double size_y_m);

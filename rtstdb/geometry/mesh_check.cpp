@@ -1,0 +1,101 @@
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include <rtstdb/geometry.hpp>
+#include <rtstdb/limits.hpp>
+
+namespace rtstdb {
+namespace {
+
+std::string in_words(const glm::vec3& p) {
+  char text[96];
+  std::snprintf(text, sizeof text, "(%.9g, %.9g, %.9g)", static_cast<double>(p.x), static_cast<double>(p.y),
+                static_cast<double>(p.z));
+  return text;
+}
+
+std::string number(std::size_t n) {
+  return std::to_string(n);
+}
+
+/// What is wrong with a position, or nothing.
+std::optional<std::string> fault_of(const glm::vec3& p) {
+  if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+    return in_words(p) + ", which is not finite";
+  const double largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  if (largest <= max_coordinate_m) return std::nullopt;
+  char text[160];
+  std::snprintf(text, sizeof text, "%s, which is beyond the limit of %.9g m", in_words(p).c_str(),
+                max_coordinate_m);
+  return text;
+}
+
+Result<void> refuse(std::string message) {
+  return Error{ErrorCode::bad_input, std::move(message)};
+}
+
+Result<void> check_triangles(const TriangleMesh& mesh) {
+  const std::size_t count = mesh.positions_m.size();
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::uint32_t index = mesh.triangles[i][corner];
+      if (index >= count)
+        return refuse("triangle " + number(i) + " has corner index " + number(index) + ", but there are " +
+                      number(count) + " positions");
+      if (const auto fault = fault_of(mesh.positions_m[index]))
+        return refuse("triangle " + number(i) + " has corner " + number(index) + " at " + *fault);
+    }
+  }
+  return {};
+}
+
+bool has_area(const TriangleMesh& mesh, const glm::uvec3& triangle) {
+  const glm::dvec3 a(mesh.positions_m[triangle.x]);
+  const glm::dvec3 b(mesh.positions_m[triangle.y]);
+  const glm::dvec3 c(mesh.positions_m[triangle.z]);
+  return glm::cross(b - a, c - a) != glm::dvec3(0.0);
+}
+
+}  // namespace
+
+Result<void> validate(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) return refuse("the mesh has no triangle");
+  if (mesh.triangles.size() > max_triangles_total)
+    return Error{ErrorCode::capacity, "the mesh has " + number(mesh.triangles.size()) +
+                                          " triangles, and the limit is " + number(max_triangles_total)};
+  if (Result<void> checked = check_triangles(mesh); !checked) return checked;
+  for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) {
+    if (const auto fault = fault_of(mesh.positions_m[i]))
+      return refuse("position " + number(i) + ", which no triangle uses, is at " + *fault);
+  }
+  const bool some_area =
+      std::any_of(mesh.triangles.begin(), mesh.triangles.end(),
+                  [&mesh](const glm::uvec3& triangle) { return has_area(mesh, triangle); });
+  if (some_area) return {};
+  const glm::uvec3& first = mesh.triangles.front();
+  return refuse("all " + number(mesh.triangles.size()) +
+                " triangles are degenerate, triangle 0 with corners " + in_words(mesh.positions_m[first.x]) +
+                ", " + in_words(mesh.positions_m[first.y]) + ", " + in_words(mesh.positions_m[first.z]));
+}
+
+Bounds bounds_of(const TriangleMesh& mesh) {
+  RTSTDB_ASSERT(!mesh.triangles.empty());
+  const glm::vec3 first = mesh.positions_m[mesh.triangles.front().x];
+  Bounds bounds{first, first};
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const glm::vec3& p = mesh.positions_m[triangle[corner]];
+      bounds.minimum_m = glm::min(bounds.minimum_m, p);
+      bounds.maximum_m = glm::max(bounds.maximum_m, p);
+    }
+  }
+  return bounds;
+}
+
+}  // namespace rtstdb

@@ -1,0 +1,88 @@
+#include <glm/vec3.hpp>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+
+#include <rtstdb/geometry.hpp>
+
+namespace rtstdb {
+namespace {
+
+TriangleMesh two_triangles() {
+  return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 2}}, {{0, 1, 2}, {0, 1, 3}}};
+}
+
+/// Refused, with each of these words in the message.
+void expect_refused(const TriangleMesh& mesh, std::initializer_list<const char*> words) {
+  const Result<void> checked = validate(mesh);
+  ASSERT_FALSE(checked);
+  EXPECT_EQ(checked.error().code, ErrorCode::bad_input);
+  for (const char* word : words)
+    EXPECT_NE(checked.error().message.find(word), std::string::npos)
+        << checked.error().message << " lacks " << word;
+}
+
+TEST(Validate, AcceptsAGoodMesh) {
+  EXPECT_TRUE(validate(two_triangles()).ok());
+}
+
+TEST(Validate, RefusesAMeshWithNoTriangle) {
+  expect_refused({}, {"no triangle"});
+  TriangleMesh points = two_triangles();
+  points.triangles.clear();
+  expect_refused(points, {"no triangle"});
+}
+
+TEST(Validate, NamesTheTriangleWhoseIndexIsPastThePositions) {
+  TriangleMesh mesh = two_triangles();
+  mesh.triangles[1].z = 4;
+  expect_refused(mesh, {"triangle 1", "index 4", "4 positions"});
+}
+
+TEST(Validate, NamesTheTriangleAndItsValues) {
+  TriangleMesh mesh = two_triangles();
+  mesh.positions_m[3].y = std::numeric_limits<float>::quiet_NaN();
+  expect_refused(mesh, {"triangle 1", "corner 3", "nan", "not finite"});
+  mesh.positions_m[3].y = -std::numeric_limits<float>::infinity();
+  expect_refused(mesh, {"triangle 1", "-inf", "not finite"});
+  mesh.positions_m[3].y = 1.25e6f;
+  expect_refused(mesh, {"triangle 1", "1250000", "beyond the limit of 100000 m"});
+  mesh.positions_m[3].y = -1e5f;
+  EXPECT_TRUE(validate(mesh).ok());
+}
+
+TEST(Validate, LooksAtUnusedPositionsToo) {
+  TriangleMesh mesh = two_triangles();
+  mesh.positions_m.emplace_back(0.0f, 0.0f, std::numeric_limits<float>::quiet_NaN());
+  expect_refused(mesh, {"position 4", "no triangle uses", "not finite"});
+}
+
+TEST(Validate, RefusesOnlyMeshesThatAreDegenerateThroughout) {
+  TriangleMesh mesh = two_triangles();
+  mesh.triangles[0] = {1, 1, 2};
+  EXPECT_TRUE(validate(mesh).ok());
+  mesh.triangles[1] = {0, 3, 3};
+  expect_refused(mesh, {"all 2 triangles are degenerate"});
+  const TriangleMesh on_one_line{{{0, 0, 0}, {1, 2, 3}, {2, 4, 6}}, {{0, 1, 2}}};
+  expect_refused(on_one_line, {"degenerate", "(2, 4, 6)"});
+  // Thin is not degenerate.
+  const TriangleMesh sliver{{{0, 0, 0}, {1, 0, 0}, {0, 1e-30f, 0}}, {{0, 1, 2}}};
+  EXPECT_TRUE(validate(sliver).ok());
+}
+
+TEST(BoundsOf, HoldsWhatTrianglesUseAndNoMore) {
+  TriangleMesh mesh = two_triangles();
+  mesh.positions_m.emplace_back(50.0f, 50.0f, 50.0f);
+  mesh.positions_m[1].x = -3.0f;
+  const Bounds bounds = bounds_of(mesh);
+  EXPECT_EQ(bounds.minimum_m, glm::vec3(-3.0f, 0.0f, 0.0f));
+  EXPECT_EQ(bounds.maximum_m, glm::vec3(0.0f, 1.0f, 2.0f));
+}
+
+TEST(BoundsOfDeathTest, OfNothingIsMisuse) {
+  EXPECT_DEATH(bounds_of({}), "rtstdb was misused");
+}
+
+}  // namespace
+}  // namespace rtstdb

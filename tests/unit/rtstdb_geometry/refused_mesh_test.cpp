@@ -1,0 +1,159 @@
+// What load_mesh says of files that are no meshes, or broken ones.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+
+#include <rtstdb/geometry.hpp>
+
+#include "mesh_files.hpp"
+
+namespace rtstdb {
+namespace {
+
+using mesh_files::Folder;
+
+constexpr const char* plain_node = R"([{"mesh":0}])";
+
+void expect_refused(const std::filesystem::path& file, ErrorCode code, const std::string& words,
+                    double scale = 1.0) {
+  const Result<TriangleMesh> loaded = load_mesh(file, scale);
+  ASSERT_FALSE(loaded.ok());
+  EXPECT_EQ(loaded.error().code, code);
+  const std::string& message = loaded.error().message;
+  EXPECT_NE(message.find(file.string()), std::string::npos) << message;
+  EXPECT_NE(message.find(words), std::string::npos) << message;
+}
+
+TEST(RefusedMesh, NoFileToSpeakOf) {
+  const Folder folder;
+  expect_refused(folder.path() / "absent.obj", ErrorCode::file, "does not exist");
+  expect_refused(folder.path(), ErrorCode::file, "is a directory");
+  expect_refused(folder.write("empty.obj", ""), ErrorCode::file, "is empty");
+  expect_refused("/dev/null", ErrorCode::file, "is not a regular file");
+}
+
+TEST(RefusedMesh, AnExtensionThatIsNotRead) {
+  const Folder folder;
+  expect_refused(folder.write("body.fbx", "x"), ErrorCode::file, "'.fbx'");
+  expect_refused(folder.write("body", "x"), ErrorCode::file, "''");
+}
+
+TEST(RefusedMesh, AScaleThatIsNone) {
+  const Folder folder;
+  const auto file = folder.write("body.obj", mesh_files::obj(make_box({1.0, 1.0, 1.0})));
+  for (const double scale : {0.0, -1.0, std::nan(""), HUGE_VAL})
+    expect_refused(file, ErrorCode::bad_input, "scale", scale);
+}
+
+TEST(RefusedMesh, TextThatIsNoMesh) {
+  const Folder folder;
+  for (const char* extension : {"stl", "ply", "gltf", "glb"})
+    expect_refused(folder.write(std::string("noise.") + extension, "this is a poem, not a mesh\n"),
+                   ErrorCode::file, "can not be read: ");
+}
+
+TEST(RefusedMesh, AFileWithPositionsOnly) {
+  const Folder folder;
+  // To the OBJ reader every unknown line is one to skip.
+  expect_refused(folder.write("noise.obj", "this is a poem, not a mesh\n"), ErrorCode::bad_input,
+                 "no triangle");
+  for (const auto& file : {folder.write("cloud.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"),
+                           folder.write("cloud.ply",
+                                        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
+                                        "property float y\nproperty float z\nend_header\n1 2 3\n")}) {
+    const Result<TriangleMesh> loaded = load_mesh(file);
+    ASSERT_FALSE(loaded.ok());
+    EXPECT_NE(loaded.error().message.find(file.string()), std::string::npos) << loaded.error().message;
+  }
+  expect_refused(folder.write("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n"), ErrorCode::bad_input,
+                 "no triangle");
+}
+
+TEST(RefusedMesh, CoordinatesThatAreNone) {
+  const Folder folder;
+  TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
+  mesh.positions_m[3].y = std::nanf("");
+  expect_refused(folder.write("nan.stl", mesh_files::binary_stl(mesh)), ErrorCode::bad_input, "not finite");
+  expect_refused(folder.write("nan.glb", mesh_files::glb(mesh, plain_node)), ErrorCode::bad_input,
+                 "not finite");
+  mesh.positions_m[3].y = 3e7f;
+  expect_refused(folder.write("far.ply", mesh_files::binary_ply(mesh)), ErrorCode::bad_input,
+                 "beyond the limit");
+  expect_refused(folder.write("small.ply", mesh_files::binary_ply(make_box({1.0, 1.0, 1.0}))),
+                 ErrorCode::bad_input, "beyond the limit", 1e9);
+}
+
+TEST(RefusedMesh, OnlyDegenerateTriangles) {
+  const Folder folder;
+  const TriangleMesh flat{{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}, {{0, 1, 2}}};
+  expect_refused(folder.write("flat.stl", mesh_files::binary_stl(flat)), ErrorCode::bad_input, "degenerate");
+}
+
+TEST(RefusedMesh, AMissingBuffer) {
+  const Folder folder;
+  std::string text = mesh_files::gltf(make_box({1.0, 1.0, 1.0}), plain_node);
+  const std::size_t begin = text.find("data:application");
+  text.replace(begin, text.find('"', begin) - begin, "absent.bin");
+  expect_refused(folder.write("no_buffer.gltf", text), ErrorCode::file, "can not be read: ");
+}
+
+/// Whatever is cut off or flipped: a mesh that validates, or a refusal that names the file; never an
+/// exception.
+void expect_mesh_or_refusal(const std::filesystem::path& file) {
+  const Result<TriangleMesh> loaded = load_mesh(file);
+  if (loaded.ok()) {
+    EXPECT_TRUE(validate(loaded.value()).ok());
+  } else {
+    EXPECT_NE(loaded.error().message.find(file.string()), std::string::npos) << loaded.error().message;
+  }
+}
+
+class BrokenMesh : public testing::TestWithParam<const char*> {
+ protected:
+  std::string bytes() const {
+    const TriangleMesh mesh = make_box({1.0, 2.0, 3.0});
+    const std::string name = GetParam();
+    if (name == "body.obj") return mesh_files::obj(mesh);
+    if (name == "text.stl") return mesh_files::ascii_stl(mesh);
+    if (name == "binary.stl") return mesh_files::binary_stl(mesh);
+    if (name == "text.ply") return mesh_files::ascii_ply(mesh);
+    if (name == "binary.ply") return mesh_files::binary_ply(mesh);
+    if (name == "body.gltf") return mesh_files::gltf(mesh, plain_node);
+    return mesh_files::glb(mesh, plain_node);
+  }
+  Folder folder_;
+};
+
+TEST_P(BrokenMesh, CutOffAnywhere) {
+  const std::string whole = bytes();
+  for (std::size_t length = 1; length < whole.size(); length += 1 + whole.size() / 200)
+    expect_mesh_or_refusal(folder_.write(GetParam(), std::string_view(whole).substr(0, length)));
+}
+
+TEST_P(BrokenMesh, FlippedAnywhere) {
+  const std::string whole = bytes();
+  std::mt19937 random(7);
+  std::uniform_int_distribution<std::size_t> place(0, whole.size() - 1);
+  std::uniform_int_distribution<int> value(0, 255);
+  for (int i = 0; i < 300; ++i) {
+    std::string broken = whole;
+    for (int k = 0; k <= i % 3; ++k)
+      broken[place(random)] = static_cast<char>(value(random));
+    expect_mesh_or_refusal(folder_.write(GetParam(), broken));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, BrokenMesh,
+                         testing::Values("body.obj", "text.stl", "binary.stl", "text.ply", "binary.ply",
+                                         "body.gltf", "body.glb"),
+                         [](const auto& format) {
+                           std::string name = format.param;
+                           name[name.find('.')] = '_';
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace rtstdb
