@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "rtstdb/gpu/device_impl.hpp"
-#include "rtstdb/gpu/loader.hpp"
 #include "rtstdb/gpu/required_features.hpp"
 
 namespace rtstdb::gpu {
@@ -35,10 +34,6 @@ std::vector<MemoryTraits> describe_memory(const vk::raii::PhysicalDevice& device
   return types;
 }
 
-std::uint64_t mask_of_bits(std::uint32_t bits) {
-  return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
-}
-
 }  // namespace
 
 Device::Impl::Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen)
@@ -62,7 +57,7 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen)
   max_group_size = std::min(core.maxComputeWorkGroupSize[0], core.maxComputeWorkGroupInvocations);
   max_allocations = core.maxMemoryAllocationCount;
   timestamp_period_ns = static_cast<double>(core.timestampPeriod);
-  timestamp_mask = mask_of_bits(physical_device.getQueueFamilyProperties()[queue_family].timestampValidBits);
+  timestamp_bits = physical_device.getQueueFamilyProperties()[queue_family].timestampValidBits;
   memory_types = describe_memory(physical_device);
 }
 
@@ -74,7 +69,7 @@ Device::Device(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Device::~Device() = default;
 
 Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options) {
-  auto instance = Instance::open(vulkan_loader_library, options.validation);
+  auto instance = Instance::open(options.loader_library, options.validation);
   if (!instance) return instance.error();
   try {
     auto devices = physical_devices(*instance.value());
@@ -93,7 +88,7 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options) {
 
 std::vector<DeviceInfo> Device::list() {
   std::vector<DeviceInfo> infos;
-  const auto instance = Instance::open(vulkan_loader_library, false);
+  const auto instance = Instance::open(DeviceOptions{}.loader_library, false);
   if (!instance) return infos;
   try {
     for (PhysicalDevice& device : physical_devices(*instance.value())) {

@@ -192,6 +192,8 @@ class Timeline {
 struct DeviceOptions {
   std::string select = "auto";  ///< see DatabaseOptions::gpu
   bool validation = false;
+  /// The Vulkan loader, opened at run time and never closed. Tests put one in that fails on demand.
+  std::string loader_library = "libvulkan.so.1";
 };
 
 struct DeviceLimits {
@@ -204,24 +206,29 @@ struct DeviceLimits {
 class Device {
  public:
   /// Errors: no_device (a sentence saying what was looked for, what was found, what to install).
+  /// Every thread of the driver is created in here, with the caller's scheduling policy and affinity; those
+  /// of the caller stay as they are (see README.md of this room).
   static Result<std::unique_ptr<Device>> open(const DeviceOptions& options);
+  /// What open could choose from, in the order of the indices; devices that do not fit too. Empty: none.
   static std::vector<DeviceInfo> list();
   ~Device();
 
   const DeviceInfo& info() const noexcept;
   const DeviceLimits& limits() const noexcept;
   bool lost() const noexcept;
-  /// What the validation layer said so far. Thread-safe.
+  /// The errors and warnings of the validation layer so far, each text once; empty without validation.
+  /// Thread-safe.
   std::vector<std::string> validation_messages() const;
 
-  /// Errors: capacity (names the limit), out_of_memory, device_lost.
+  /// Errors: capacity (names the limit), out_of_memory, device_lost. Misuse: no bytes; texels and a size that
+  /// is not a multiple of 16. The bytes are not cleared.
   Result<Buffer> create_buffer(const BufferOptions& options);
-  /// Checks the shader's reflected bindings, push-constant size and group size against the table; a
-  /// difference is an internal fault and asserts.
+  /// Checks the shader's reflected bindings, push constants and group size against the table; a difference is
+  /// an internal fault and asserts. Errors: capacity (the group size), out_of_memory, device_lost.
   Result<Pipeline> create_pipeline(ShaderId shader);
   Result<Pipeline> create_pipeline(const ShaderInfo& shader);  ///< a shader of another table: tests
   /// `buffers` in the order of the shader's bindings. A buffer without the view that the table asks for is
-  /// misuse.
+  /// misuse. Errors: capacity (a storage buffer over max_storage_range_bytes), out_of_memory, device_lost.
   Result<Bindings> create_bindings(const Pipeline& pipeline, std::span<const Buffer* const> buffers);
   Result<Recorder> create_recorder();
   Result<Timeline> create_timeline();

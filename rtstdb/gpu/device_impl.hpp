@@ -22,7 +22,7 @@ struct Device::Impl {
   std::uint32_t max_allocations = 0;
   std::uint32_t max_group_size = 0;
   double timestamp_period_ns = 0.0;
-  std::uint64_t timestamp_mask = 0;
+  std::uint32_t timestamp_bits = 0;
   std::vector<MemoryTraits> memory_types;
   std::uint32_t queue_family = 0;
   vk::raii::Device device;

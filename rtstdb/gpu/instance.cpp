@@ -87,7 +87,7 @@ Instance::Instance(vk::raii::Context context_in, vk::raii::Instance instance_in,
       has_debug_names(has_debug_names_in),
       messenger(nullptr) {}
 
-Result<std::unique_ptr<Instance>> Instance::open(const char* loader_library, bool validation) {
+Result<std::unique_ptr<Instance>> Instance::open(const std::string& loader_library, bool validation) {
   auto entry = load_vulkan(loader_library);
   if (!entry) return entry.error();
   try {

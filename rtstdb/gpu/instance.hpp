@@ -36,7 +36,7 @@ struct Instance {
 
   /// Errors: no_device: no loader, no driver, a loader older than 1.3, or validation asked for and its layer
   /// missing.
-  static Result<std::unique_ptr<Instance>> open(const char* loader_library, bool validation);
+  static Result<std::unique_ptr<Instance>> open(const std::string& loader_library, bool validation);
 };
 
 struct PhysicalDevice {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <type_traits>
 
 #include "shaders/shared/interop.h"
 
@@ -30,6 +31,22 @@ struct ShaderInfo {
   std::string_view bindings;
   std::span<const std::uint32_t> spirv;
 };
+
+/// Stands in a table where a shader has no push constants.
+struct NoArgs {};
+
+/// One line of a table; `Args` is a shared struct or NoArgs.
+template <class Args>
+constexpr ShaderInfo make_shader_info(std::string_view name, std::string_view source,
+                                      std::uint32_t group_size, std::string_view bindings,
+                                      std::span<const std::uint32_t> spirv) {
+  if constexpr (std::is_same_v<Args, NoArgs>) {
+    return {name, source, group_size, {}, 0, bindings, spirv};
+  } else {
+    static_assert(sizeof(Args) <= 128, "every device has room for 128 bytes of push constants, not for more");
+    return {name, source, group_size, shared::Layout<Args>::fields, sizeof(Args), bindings, spirv};
+  }
+}
 
 /// The line of the table. `shader` is one of the table's names.
 const ShaderInfo& shader_info(ShaderId shader) noexcept;

@@ -1,8 +1,8 @@
 #include "rtstdb/gpu/shader_reflection.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <map>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -70,6 +70,7 @@ class Module {
 
  private:
   bool read_instruction(std::uint32_t op, Words operands);
+  bool declare_type(std::uint32_t op, Words operands);
   const Words* type(std::uint32_t id, Op op) const;
   std::string field_type(std::uint32_t type_id) const;
   char letter(std::uint32_t storage_class, std::uint32_t type_id) const;
@@ -81,6 +82,7 @@ class Module {
   std::optional<std::array<std::uint32_t, 3>> group_size_ids_;
   std::vector<std::uint32_t> capabilities_;
   std::map<std::uint32_t, std::pair<std::uint32_t, Words>> types_;  ///< id -> opcode, operands after the id
+  std::set<std::uint32_t> referenced_types_;
   std::map<std::uint32_t, std::uint32_t> constants_;
   std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> variables_;  ///< id -> pointer type, class
   std::map<std::uint32_t, std::uint32_t> sets_, bindings_;
@@ -171,12 +173,34 @@ bool Module::read_instruction(std::uint32_t op, Words operands) {
     case op_type_sampled_image:
     case op_type_struct:
     case op_type_pointer:
-      types_[operands[0]] = {op, operands.subspan(1)};
-      break;
+      return declare_type(op, operands);
     default:
       break;
   }
   return true;
+}
+
+/// Types name only types declared before them and are declared once, so that no type holds itself.
+bool Module::declare_type(std::uint32_t op, Words operands) {
+  const std::uint32_t id = operands[0];
+  const Words rest = operands.subspan(1);
+  if (referenced_types_.contains(id) || !types_.emplace(id, std::pair(op, rest)).second) return false;
+  switch (op) {
+    case op_type_struct:
+      referenced_types_.insert(rest.begin(), rest.end());
+      break;
+    case op_type_pointer:
+      referenced_types_.insert(rest[1]);
+      break;
+    case op_type_vector:
+    case op_type_image:
+    case op_type_sampled_image:
+      referenced_types_.insert(rest[0]);
+      break;
+    default:
+      break;
+  }
+  return !referenced_types_.contains(id);
 }
 
 /// The operands of the type after its id, or null when it is not of that kind.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "rtstdb/gpu/recorder_impl.hpp"
+#include "rtstdb/gpu/timestamp.hpp"
 
 namespace rtstdb::gpu {
 namespace {
@@ -13,14 +14,6 @@ vk::raii::Semaphore create_semaphore(const vk::raii::Device& device) {
   vk::SemaphoreCreateInfo options;
   options.pNext = &timeline;
   return {device, options};
-}
-
-/// The step from one counter value to another where only the bits of `mask` count: it may have wrapped
-/// between.
-std::int64_t counter_difference(std::uint64_t from, std::uint64_t to, std::uint64_t mask) {
-  const std::uint64_t step = (to - from) & mask;
-  const bool negative = (step & ~(mask >> 1)) != 0;
-  return static_cast<std::int64_t>(negative ? step | ~mask : step);
 }
 
 }  // namespace
@@ -106,7 +99,7 @@ std::int64_t Timeline::elapsed_ns(const Recorder& recorder, std::uint32_t from_s
     impl_->device->lost = true;
     return 0;
   }
-  const std::int64_t ticks = counter_difference(from, to, device.timestamp_mask);
+  const std::int64_t ticks = timestamp_difference(from, to, device.timestamp_bits);
   return std::llround(static_cast<double>(ticks) * device.timestamp_period_ns);
 }
 

@@ -1,0 +1,58 @@
+#pragma once
+// What the tests on a device share: the device with the validation layer on, whose every message fails the
+// test, and the shaders of shaders/table.def. HIL_TEST_GPU chooses the device (see DeviceOptions::select).
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rtstdb/gpu/device.hpp"
+#include "tests/gpu/shaders/args.h"
+
+namespace rtstdb::gpu::test {
+
+enum class TestShader : std::uint8_t {
+#define SHADER(name, source, group_size, args, bindings) name,
+#include "tests/gpu/shaders/table.def"
+#undef SHADER
+  count
+};
+
+const ShaderInfo& test_shader_info(TestShader shader);
+
+/// DeviceOptions of the tests: HIL_TEST_GPU or "auto".
+DeviceOptions test_device_options(bool validation);
+
+class GpuTest : public testing::Test {
+ protected:
+  void SetUp() override;
+  /// Fails on any message of the validation layer.
+  void TearDown() override;
+
+  Device& device() { return *device_; }
+  Buffer make_buffer(const BufferOptions& options);
+  /// A buffer that the host can read and whose words are all `word`.
+  Buffer make_words(std::size_t count, std::uint32_t word);
+  Pipeline make_pipeline(TestShader shader);
+  Bindings make_bindings(const Pipeline& pipeline, std::vector<const Buffer*> buffers);
+  Recorder make_recorder();
+  Timeline make_timeline();
+  /// Records, submits and waits until it is done.
+  void run(const std::function<void(Recorder&)>& record);
+
+  /// For the tests that want messages: takes those seen so far as expected.
+  std::vector<std::string> take_messages();
+
+ private:
+  std::unique_ptr<Device> device_;
+  std::size_t messages_taken_ = 0;
+};
+
+/// Long enough for the slowest machine, short enough to fail a test and not its time-out.
+inline constexpr std::int64_t test_timeout_ns = 60'000'000'000;
+
+}  // namespace rtstdb::gpu::test

@@ -1,0 +1,65 @@
+// That the layer's messages are seen, since every other test relies on their absence.
+
+#include <algorithm>
+
+#include "tests/gpu/gpu_test.hpp"
+
+namespace rtstdb::gpu::test {
+namespace {
+
+class ValidationTest : public GpuTest {};
+
+/// A copy onto itself breaks a rule of Vulkan that the recorder does not check; it is recorded and never run.
+void break_a_rule(Device& device, Buffer& words) {
+  auto recorder = device.create_recorder();
+  ASSERT_TRUE(recorder.ok()) << recorder.error().message;
+  recorder.value().begin();
+  recorder.value().copy(words, 0, words, 4, 16);
+  recorder.value().end();
+}
+
+TEST_F(ValidationTest, ABrokenRuleIsReportedOnceWithTheNameOfTheBuffer) {
+  Buffer words = make_buffer({.name = "overlapping words", .size_bytes = 64});
+  EXPECT_TRUE(device().validation_messages().empty());
+  break_a_rule(device(), words);
+  break_a_rule(device(), words);
+  const auto messages = take_messages();
+  const auto about_it = std::ranges::count_if(messages, [](const std::string& message) {
+    return message.find("VUID-vkCmdCopyBuffer-pRegions-00117") != std::string::npos;
+  });
+  EXPECT_GE(about_it, 1) << (messages.empty() ? "no message at all" : messages.front());
+  EXPECT_EQ(static_cast<std::size_t>(about_it), messages.size());
+}
+
+TEST(Validation, IsSilentWhenOff) {
+  const auto device = Device::open(test_device_options(false));
+  ASSERT_TRUE(device.ok()) << device.error().message;
+  auto words = device.value()->create_buffer({.name = "words", .size_bytes = 64});
+  ASSERT_TRUE(words.ok()) << words.error().message;
+  break_a_rule(*device.value(), words.value());
+  EXPECT_TRUE(device.value()->validation_messages().empty());
+}
+
+class ShaderCheckDeathTest : public GpuTest {};
+
+TEST_F(ShaderCheckDeathTest, APipelineWhoseCodeIsNotWhatTheTableSaysAsserts) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  ShaderInfo wrong = test_shader_info(TestShader::add);
+  wrong.group_size = 128;
+  EXPECT_DEATH((void)device().create_pipeline(wrong),
+               "shader add .*group size 128x1x1, the code says 64x1x1");
+  wrong = test_shader_info(TestShader::add);
+  wrong.spirv = wrong.spirv.first(5);  // a header and nothing else
+  EXPECT_DEATH((void)device().create_pipeline(wrong), "shader add: its code is not one compute shader");
+}
+
+TEST_F(ShaderCheckDeathTest, EveryShaderOfTheTableMakesAPipeline) {
+  for (std::uint16_t i = 0; i < static_cast<std::uint16_t>(ShaderId::count); ++i) {
+    const auto pipeline = device().create_pipeline(static_cast<ShaderId>(i));
+    ASSERT_TRUE(pipeline.ok()) << pipeline.error().message;
+    EXPECT_EQ(pipeline.value().group_size(), shader_info(static_cast<ShaderId>(i)).group_size);
+  }
+}
+
+}  // namespace
+}  // namespace rtstdb::gpu::test
