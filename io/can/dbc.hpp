@@ -52,6 +52,7 @@ struct DbcSignal {
 struct DbcMessage {
   std::string name;
   std::uint32_t id = 0;  ///< 11 or 29 bits
+  bool id_fits = true;   ///< false: the file's identifier has more bits; no frame can carry it
   bool is_extended = false;
   std::uint16_t length_bytes = 0;  ///< 0..64; above 8 only CAN FD
   std::string sender;

@@ -59,6 +59,13 @@ bool is_passed_over(std::string_view keyword) {
   return std::find(words.begin(), words.end(), keyword) != words.end();
 }
 
+bool is_keyword(std::string_view word) {
+  static constexpr std::array understood = {"VERSION",    "NS_",          "BS_",         "BU_",
+                                            "BO_",        "SG_",          "VAL_",        "BA_",
+                                            "VAL_TABLE_", "SIG_VALTYPE_", "SG_MUL_VAL_", "BA_DEF_DEF_"};
+  return std::find(understood.begin(), understood.end(), word) != understood.end() || is_passed_over(word);
+}
+
 }  // namespace
 
 DbcResult DbcParser::parse() {
@@ -110,11 +117,14 @@ void DbcParser::parse_new_symbols() {
   }
 }
 
+// Names up to the next statement; some tools write one a line.
 void DbcParser::parse_nodes() {
   if (!scanner_.accept(':')) return static_cast<void>(fail("':' after BU_"));
-  while (!scanner_.at_line_end()) {
+  while (true) {
+    scanner_.skip_space();
+    const std::size_t position = scanner_.position();
     const std::string_view node = scanner_.identifier();
-    if (node.empty()) return static_cast<void>(fail("the name of a node"));
+    if (node.empty() || is_keyword(node)) return scanner_.move_to(position);
     result_.database.nodes.emplace_back(node);
   }
 }
@@ -141,10 +151,11 @@ void DbcParser::parse_message() {
   message.id = *file_id & ~extended_flag;
   message.length_bytes = static_cast<std::uint16_t>(std::min<std::uint32_t>(*length, CANFD_MAX_DLEN));
   const auto error = DbcProblem::Severity::error;
-  if (message.id > (message.is_extended ? CAN_EFF_MASK : CAN_SFF_MASK)) {
-    return report(error, id_position,
-                  "identifier " + std::to_string(*file_id) + " of message '" + message.name +
-                      "' does not fit in " + (message.is_extended ? "29" : "11") + " bits");
+  message.id_fits = message.id <= (message.is_extended ? CAN_EFF_MASK : CAN_SFF_MASK);
+  if (!message.id_fits) {
+    report(DbcProblem::Severity::warning, id_position,
+           "identifier " + std::to_string(*file_id) + " of message '" + message.name + "' does not fit in " +
+               (message.is_extended ? "29" : "11") + " bits");
   }
   if (*length > CANFD_MAX_DLEN) {
     return report(

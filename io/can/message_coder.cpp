@@ -24,6 +24,8 @@ std::size_t frame_length_for(std::size_t message_length) {
 std::vector<std::string> coding_problems(const DbcMessage& message, const Protection& protection, Use use) {
   std::vector<std::string> problems;
   const std::string of_message = " of message '" + message.name + "' ";
+  if (!message.id_fits)
+    problems.push_back("message '" + message.name + "' has an identifier that no frame can have");
   for (const DbcSignal& signal : message.signals) {
     if (!signal.fits)
       problems.push_back("signal '" + signal.name + "'" + of_message + "reaches beyond its payload");

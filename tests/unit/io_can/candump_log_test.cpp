@@ -1,0 +1,147 @@
+#include "io/can/candump_log.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+namespace hil::io::can {
+namespace {
+
+std::string line_of(const Frame& frame) {
+  std::string text;
+  append_candump_line(text, frame, "vcan0");
+  return text;
+}
+
+std::filesystem::path scratch_file(const char* name) {
+  return std::filesystem::path(::testing::TempDir()) /
+         (std::string(name) + "-" + std::to_string(::getpid()) + ".log");
+}
+
+TEST(CandumpLog, WritesTheFormatOfCandump) {
+  const std::array<std::uint8_t, 5> bytes{0x2A, 0x36, 0x6C, 0x2B, 0xBA};
+  Frame frame = make_frame(0x44, bytes);
+  frame.wall_ns = 1436509052'249713999;
+  EXPECT_EQ(line_of(frame), "(1436509052.249713) vcan0 044#2A366C2BBA");
+  frame.wall_ns = 10'000'000;
+  EXPECT_EQ(line_of(frame), "(0000000000.010000) vcan0 044#2A366C2BBA");
+  EXPECT_EQ(line_of(make_frame(0x1234567 | CAN_EFF_FLAG, {})), "(0000000000.000000) vcan0 01234567#");
+  EXPECT_EQ(line_of(make_frame(0x7FF | CAN_RTR_FLAG, {})), "(0000000000.000000) vcan0 7FF#R");
+  EXPECT_EQ(line_of(make_frame(0x7FF | CAN_RTR_FLAG, std::span(bytes).first(4))),
+            "(0000000000.000000) vcan0 7FF#R4");
+  Frame fd = make_frame(0x123, std::span(bytes).first(2), true);
+  fd.raw.flags = 1;
+  EXPECT_EQ(line_of(fd), "(0000000000.000000) vcan0 123##12A36");
+  EXPECT_EQ(line_of(make_frame(0x4 | CAN_ERR_FLAG, std::span(bytes).first(1))),
+            "(0000000000.000000) vcan0 20000004#2A");
+}
+
+TEST(CandumpLog, ReadsWhatItWrites) {
+  std::mt19937_64 random(3);
+  constexpr std::array<std::size_t, 8> fd_lengths{0, 5, 8, 12, 24, 32, 48, 64};
+  for (int round = 0; round < 20000; ++round) {
+    std::array<std::uint8_t, 64> bytes{};
+    for (auto& byte : bytes)
+      byte = static_cast<std::uint8_t>(random());
+    const bool is_fd = random() % 3 == 0;
+    const std::size_t length = is_fd ? fd_lengths[random() % 8] : random() % 9;
+    canid_t id = random() % 2 == 0 ? static_cast<canid_t>(random() & CAN_SFF_MASK)
+                                   : static_cast<canid_t>(random() & CAN_EFF_MASK) | CAN_EFF_FLAG;
+    const bool is_remote = !is_fd && random() % 5 == 0;
+    if (is_remote) {
+      id |= CAN_RTR_FLAG;
+      bytes.fill(0);
+    }
+    Frame frame = make_frame(id, std::span(bytes).first(length), is_fd);
+    if (is_fd) frame.raw.flags = static_cast<std::uint8_t>(random() % 16);
+    frame.wall_ns = static_cast<std::int64_t>(random() % 2'000'000'000) * 1'000'000'000 +
+                    static_cast<std::int64_t>(random() % 1'000'000) * 1000;
+    const auto again = parse_candump_line(line_of(frame));
+    ASSERT_TRUE(again) << line_of(frame);
+    ASSERT_TRUE(again->frame.same_content(frame)) << line_of(frame);
+    ASSERT_EQ(again->frame.wall_ns, frame.wall_ns);
+    ASSERT_EQ(again->interface, "vcan0");
+  }
+}
+
+TEST(CandumpLog, RefusesWhatIsNoLine) {
+  for (const char* line :
+       {"", "hello", "(1.5) vcan0 044#00", "(1.000000) vcan0", "(1.000000)  044#00", "(1.000000) vcan0 44#00",
+        "(1.000000) vcan0 FFF#00", "(1.000000) vcan0 044#0", "(1.000000) vcan0 044#001122334455667788",
+        "(1.000000) vcan0 044#0G", "(1.000000) vcan0 044##", "(1.000000) vcan0 044#R9",
+        "(x.000000) vcan0 044#00", "(1.000000) vcan0 04400", "(-1.000000) vcan0 044#00",
+        "(99999999999999999999.000000) vcan0 044#00", "(1.000000) vcan0 123##100112233445566778899"}) {
+    EXPECT_FALSE(parse_candump_line(line)) << line;
+  }
+  EXPECT_TRUE(parse_candump_line("(1.000000) vcan0 044#00 R\r\n"))
+      << "candump -x writes the direction behind";
+}
+
+TEST(CandumpLog, WriterKeepsEveryFrameInOrder) {
+  const auto file = scratch_file("order");
+  constexpr std::uint32_t count = 20000;
+  {
+    CandumpLogWriter writer(file, "car", CandumpLogWriter::WhenFull::wait, 100);
+    for (std::uint32_t index = 0; index < count; ++index) {
+      Frame frame = make_frame(index % 0x800, {});
+      frame.wall_ns = std::int64_t{index} * 1000;
+      writer.push(frame);
+    }
+    writer.close();
+    EXPECT_EQ(writer.dropped(), 0U);
+    EXPECT_EQ(writer.fault(), "");
+  }
+  const CandumpLog log = read_candump_log(file);
+  EXPECT_EQ(log.fault, "");
+  EXPECT_TRUE(log.bad_lines.empty());
+  ASSERT_EQ(log.frames.size(), count);
+  for (std::uint32_t index = 0; index < count; ++index) {
+    ASSERT_EQ(log.frames[index].frame.wall_ns, std::int64_t{index} * 1000);
+    ASSERT_EQ(log.frames[index].frame.raw.can_id, index % 0x800);
+  }
+  std::filesystem::remove(file);
+}
+
+TEST(CandumpLog, WriterCountsWhatItDropsAndWritesTheRest) {
+  const auto file = scratch_file("drop");
+  constexpr std::uint64_t count = 50000;
+  std::uint64_t dropped = 0;
+  {
+    CandumpLogWriter writer(file, "car", CandumpLogWriter::WhenFull::drop, 8);
+    for (std::uint64_t index = 0; index < count; ++index)
+      writer.push(make_frame(1, {}));
+    writer.close();
+    dropped = writer.dropped();
+  }
+  EXPECT_EQ(read_candump_log(file).frames.size() + dropped, count);
+  std::filesystem::remove(file);
+}
+
+TEST(CandumpLog, AFullDiskIsSaid) {
+  CandumpLogWriter writer("/dev/full", "car", CandumpLogWriter::WhenFull::wait);
+  writer.push(make_frame(1, {}));
+  writer.close();
+  EXPECT_NE(writer.fault().find("No space left"), std::string::npos) << writer.fault();
+  EXPECT_EQ(writer.dropped(), 1U);
+}
+
+TEST(CandumpLog, FilesThatCanNotBeHadAreSaid) {
+  EXPECT_THROW(CandumpLogWriter("/nowhere/x.log", "car", CandumpLogWriter::WhenFull::drop), DeviceError);
+  EXPECT_NE(read_candump_log("/nowhere/x.log").fault.find("No such file"), std::string::npos);
+}
+
+TEST(CandumpLog, BadLinesAreNumbered) {
+  const auto file = scratch_file("bad");
+  std::ofstream(file) << "(1.000000) a 044#00\nrubbish\n\n(2.000000) a 045#\n";
+  const CandumpLog log = read_candump_log(file);
+  EXPECT_EQ(log.frames.size(), 2U);
+  EXPECT_EQ(log.bad_lines, (std::vector<std::size_t>{2}));
+  std::filesystem::remove(file);
+}
+
+}  // namespace
+}  // namespace hil::io::can

@@ -1,0 +1,168 @@
+#include "io/can/message_coder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "io/can/checksum.hpp"
+
+namespace hil::io::can {
+namespace {
+
+const char* const text = R"(BO_ 293 Status: 8 A
+ SG_ Speed : 0|16@1+ (0.01,0) [0|600] "m/s" B
+ SG_ Angle : 23|16@0- (0.1,0) [-3000|3000] "deg" B
+ SG_ Counter : 32|4@1+ (1,0) [0|15] "" B
+ SG_ Checksum : 56|8@1+ (1,0) [0|255] "" B
+BO_ 2147484000 Pages: 8 A
+ SG_ Page M : 0|8@1+ (1,0) [0|255] "" B
+ SG_ Left m0 : 8|16@1+ (1,0) [0|0] "" B
+ SG_ Right m1 : 8|16@1- (1,0) [0|0] "" B
+BO_ 7 Odd: 10 A
+ SG_ Value : 72|8@1+ (1,0) [0|0] "" B
+BO_ 8 Crossed: 8 A
+ SG_ One : 0|9@1+ (1,0) [0|0] "" B
+ SG_ Two : 8|8@1+ (1,0) [0|0] "" B
+)";
+
+const Dbc& database() {
+  static const Dbc parsed = parse_dbc(text).database;
+  return parsed;
+}
+const Protection both{"Counter", "Checksum"};
+
+TEST(Checksum, HasTheStandardsCheckValue) {
+  constexpr std::string_view digits = "123456789";
+  std::array<std::uint8_t, 9> bytes{};
+  std::copy(digits.begin(), digits.end(), bytes.begin());
+  EXPECT_EQ(crc8_sae_j1850(bytes), 0x4B);
+}
+
+TEST(MessageCoder, CounterAndChecksumAreBuiltAtEverySend) {
+  MessageEncoder encoder(*database().find_message("Status"), both);
+  MessageDecoder decoder(*database().find_message("Status"), both);
+  MessageEncoder::Tally tally;
+  for (int round = 0; round < 40; ++round) {
+    const std::array<double, 4> values{1.5 * round, -0.3 * round, std::nan(""), 9999.0};
+    const Frame frame = encoder.build(values, tally);
+    ASSERT_EQ(frame.raw.can_id, 293U);
+    ASSERT_EQ(frame.raw.len, 8U);
+    // The checksum, worked out by hand: identifier's low byte, then the payload without it.
+    std::array<std::uint8_t, 9> covered{293 & 0xFF};
+    std::copy_n(frame.raw.data, 7, covered.begin() + 1);
+    ASSERT_EQ(frame.raw.data[7], crc8_sae_j1850(covered));
+    ASSERT_EQ(frame.raw.data[4] & 0xF, round % 16);
+    ASSERT_EQ(decoder.check(frame), MessageDecoder::Verdict::accepted);
+    std::array<double, 4> decoded{};
+    decoder.decode(frame, [&](std::size_t signal, double value) { decoded[signal] = value; });
+    ASSERT_NEAR(decoded[0], values[0], 0.005);
+    ASSERT_NEAR(decoded[1], values[1], 0.05);
+    ASSERT_EQ(encoder.confirm_sent(), static_cast<std::uint64_t>(round % 16));
+  }
+  EXPECT_EQ(tally.refused + tally.saturated, 0U) << "values of counter and checksum are not looked at";
+}
+
+TEST(MessageCoder, ACounterStaysUntilItsFrameIsSent) {
+  MessageEncoder encoder(*database().find_message("Status"), both);
+  MessageEncoder::Tally tally;
+  const std::array<double, 4> values{};
+  EXPECT_EQ(encoder.build(values, tally).raw.data[4], 0);
+  EXPECT_EQ(encoder.build(values, tally).raw.data[4], 0);
+  encoder.confirm_sent();
+  EXPECT_EQ(encoder.build(values, tally).raw.data[4], 1);
+}
+
+TEST(MessageCoder, NotANumberKeepsThePreviousValue) {
+  MessageEncoder encoder(*database().find_message("Status"), {});
+  MessageEncoder::Tally tally;
+  const Frame good = encoder.build(std::array<double, 4>{12.0, 3.0, 1.0, 1.0}, tally);
+  const Frame kept = encoder.build(std::array<double, 4>{std::nan(""), 3.0, 1.0, 1.0}, tally);
+  EXPECT_TRUE(good.same_content(kept));
+  EXPECT_EQ(tally.refused, 1U);
+  encoder.build(std::array<double, 4>{1e6, 3.0, 1.0, 1.0}, tally);
+  EXPECT_EQ(tally.saturated, 1U);
+}
+
+TEST(MessageCoder, EveryFlippedBitIsRefused) {
+  MessageEncoder encoder(*database().find_message("Status"), both);
+  MessageEncoder::Tally tally;
+  const Frame frame = encoder.build(std::array<double, 4>{33.0, 1.0, 0.0, 0.0}, tally);
+  for (unsigned bit = 0; bit < 64; ++bit) {
+    MessageDecoder decoder(*database().find_message("Status"), both);
+    Frame flipped = frame;
+    flipped.raw.data[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+    EXPECT_EQ(decoder.check(flipped), MessageDecoder::Verdict::bad_checksum) << "bit " << bit;
+  }
+}
+
+TEST(MessageCoder, LostAndRepeatedFramesAreRefusedAndTheNextIsTaken) {
+  MessageEncoder encoder(*database().find_message("Status"), both);
+  MessageDecoder decoder(*database().find_message("Status"), both);
+  MessageEncoder::Tally tally;
+  std::vector<Frame> frames;
+  for (int count = 0; count < 6; ++count) {
+    frames.push_back(encoder.build(std::array<double, 4>{}, tally));
+    encoder.confirm_sent();
+  }
+  EXPECT_EQ(decoder.check(frames[0]), MessageDecoder::Verdict::accepted);
+  EXPECT_EQ(decoder.check(frames[0]), MessageDecoder::Verdict::bad_counter);  // repeated
+  EXPECT_EQ(decoder.check(frames[1]), MessageDecoder::Verdict::accepted);
+  EXPECT_EQ(decoder.check(frames[3]), MessageDecoder::Verdict::bad_counter);  // 2 was lost
+  EXPECT_EQ(decoder.check(frames[4]), MessageDecoder::Verdict::accepted);
+  decoder.forget_counter();
+  EXPECT_EQ(decoder.check(frames[0]), MessageDecoder::Verdict::accepted);
+}
+
+TEST(MessageCoder, WrongLengthsAndRemoteRequestsAreRefused) {
+  MessageDecoder decoder(*database().find_message("Status"), {});
+  const std::array<std::uint8_t, 8> bytes{};
+  for (std::size_t length = 0; length <= 8; ++length) {
+    const Frame frame = make_frame(293, std::span(bytes).first(length));
+    EXPECT_EQ(decoder.check(frame),
+              length == 8 ? MessageDecoder::Verdict::accepted : MessageDecoder::Verdict::wrong_length);
+  }
+  EXPECT_EQ(decoder.check(make_frame(293 | CAN_RTR_FLAG, bytes)), MessageDecoder::Verdict::wrong_length);
+}
+
+TEST(MessageCoder, OnlySelectedPagesAreWrittenAndRead) {
+  MessageEncoder encoder(*database().find_message("Pages"), {});
+  MessageDecoder decoder(*database().find_message("Pages"), {});
+  MessageEncoder::Tally tally;
+  const Frame frame = encoder.build(std::array<double, 3>{1.0, 500.0, -2.0}, tally);
+  EXPECT_EQ(frame.raw.can_id, (352U | CAN_EFF_FLAG));
+  EXPECT_EQ(frame.raw.data[1], 0xFE);
+  std::vector<std::size_t> seen;
+  decoder.decode(frame, [&](std::size_t signal, double value) {
+    seen.push_back(signal);
+    if (signal == 2) {
+      EXPECT_EQ(value, -2.0);
+    }
+  });
+  EXPECT_EQ(seen, (std::vector<std::size_t>{0, 2}));
+}
+
+TEST(MessageCoder, MessagesLongerThanEightBytesBecomeFdFramesOfALengthThatExists) {
+  MessageEncoder encoder(*database().find_message("Odd"), {});
+  MessageEncoder::Tally tally;
+  const Frame frame = encoder.build(std::array<double, 1>{200.0}, tally);
+  EXPECT_TRUE(frame.is_fd);
+  EXPECT_EQ(frame.raw.len, 12U);
+  EXPECT_EQ(frame.raw.data[9], 200U);
+}
+
+TEST(MessageCoder, SaysWhatCanNotBeCoded) {
+  const DbcMessage& status = *database().find_message("Status");
+  EXPECT_TRUE(coding_problems(status, both, Use::send).empty());
+  EXPECT_EQ(coding_problems(status, {"Nothing", ""}, Use::send).size(), 1U);
+  EXPECT_EQ(coding_problems(status, {"Angle", ""}, Use::send).size(), 1U) << "signed";
+  EXPECT_EQ(coding_problems(status, {"", "Counter"}, Use::send).size(), 1U) << "4 bits";
+  EXPECT_EQ(coding_problems(status, {"Checksum", "Checksum"}, Use::send).size(), 1U);
+  const DbcMessage& crossed = *database().find_message("Crossed");
+  EXPECT_EQ(coding_problems(crossed, {}, Use::send).size(), 1U);
+  EXPECT_TRUE(coding_problems(crossed, {}, Use::receive).empty());
+}
+
+}  // namespace
+}  // namespace hil::io::can
