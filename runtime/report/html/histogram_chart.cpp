@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "runtime/report/quantities.hpp"
@@ -11,7 +12,7 @@ namespace {
 
 constexpr double width = 500.0;
 constexpr double plot_left = 46.0;
-constexpr double plot_right = 488.0;
+constexpr double plot_right = 478.0;
 constexpr double plot_height = 120.0;
 constexpr double mark_row = 15.0;
 constexpr double column_px = 5.0;  // narrower bins share a bar
@@ -47,7 +48,7 @@ Interval range_of(const Histogram& histogram, const HistogramChart& chart) {
   return {low, high + 0.04 * (high - low)};
 }
 
-/// Bars from left to right: neighbours narrower than a column are added up.
+/// Bars from left to right. A bin narrower than a column is added to the column it begins in.
 struct Bar {
   double left = 0.0;
   double right = 0.0;
@@ -55,21 +56,22 @@ struct Bar {
 };
 
 std::vector<Bar> bars_of(const Histogram& histogram, const Scale& x) {
-  std::map<long, Bar> columns;
+  std::vector<Bar> bars;
   for (const Bin& bin : histogram) {
     if (bin.count == 0) continue;
-    const double from = x(as_double(bin.first_ns));
-    const double to = x(as_double(bin.last_ns) + 1.0);
-    const long column = static_cast<long>(std::floor((from - plot_left) / column_px));
-    const double left = plot_left + static_cast<double>(column) * column_px;
-    Bar& bar =
-        columns.try_emplace(column, Bar{left, std::min(left + column_px, plot_right), 0}).first->second;
-    bar.count += bin.count;
-    bar.right = std::max(bar.right, to);
-  }
-  std::vector<Bar> bars;
-  for (const auto& [column, bar] : columns)
+    Bar bar{x(as_double(bin.first_ns)), x(as_double(bin.last_ns) + 1.0), bin.count};
+    if (bar.right - bar.left < column_px) {
+      bar.left = plot_left + std::floor((bar.left - plot_left) / column_px) * column_px;
+      bar.left = std::min(bar.left, plot_right - column_px);
+      bar.right = bar.left + column_px;
+    }
+    if (!bars.empty() && bars.back().left >= bar.left) {
+      bars.back().count += bar.count;
+      continue;
+    }
+    if (!bars.empty()) bars.back().right = std::min(bars.back().right, bar.left);
     bars.push_back(bar);
+  }
   return bars;
 }
 
@@ -159,18 +161,28 @@ class Drawing {
     return shortest(std::round(value * 1e6) / 1e6);
   }
 
-  void marks() {
-    double row = 12.0;
-    for (const HistogramMark& mark : chart_.marks) {
+  /// Whether the line of a mark further up runs through a label between these positions.
+  bool is_crossed(std::size_t row, double from, double to) const {
+    const auto crosses = [&](const HistogramMark& mark) {
       const double at = x_(as_double(mark.value_ns));
-      const std::string css = std::string("mark ") + mark.css_class;
-      const std::string text_css = std::string("strong ") + mark.css_class + "-text";
+      return at > from && at < to;
+    };
+    return std::any_of(chart_.marks.begin(), chart_.marks.begin() + static_cast<std::ptrdiff_t>(row),
+                       crosses);
+  }
+
+  void marks() {
+    for (std::size_t row = 0; row < chart_.marks.size(); ++row) {
+      const HistogramMark& mark = chart_.marks[row];
+      const double baseline = 12.0 + mark_row * static_cast<double>(row);
+      const double at = x_(as_double(mark.value_ns));
       const std::string text = mark.label + ' ' + measured_time(mark.value_ns);
-      const bool fits_right = at + 5.0 + text_width(text, 11.0) < width;
-      svg_line(out_, css.c_str(), {at, row - 9.0}, {at, bottom_});
-      svg_text(out_, text_css.c_str(), {fits_right ? at + 5.0 : at - 5.0, row}, fits_right ? "start" : "end",
-               text);
-      row += mark_row;
+      const double room = 5.0 + text_width(text, 11.0);
+      const bool right_is_good = at + room < width && !is_crossed(row, at, at + room);
+      const bool rightwards = right_is_good || at - room < 0.0;
+      svg_line(out_, (std::string("mark ") + mark.css_class).c_str(), {at, baseline - 9.0}, {at, bottom_});
+      svg_text(out_, (std::string("strong label ") + mark.css_class + "-text").c_str(),
+               {rightwards ? at + 5.0 : at - 5.0, baseline}, rightwards ? "start" : "end", text);
     }
   }
 

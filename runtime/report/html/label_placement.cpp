@@ -1,7 +1,6 @@
 #include "runtime/report/html/label_placement.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace hil::report {
 namespace {
@@ -10,35 +9,42 @@ constexpr double font_size = 11.0;
 constexpr double line_height = 14.0;
 constexpr double gap = 4.0;
 
+/// Upper left corners for a label of `width`, the best first.
+std::vector<Pixel> candidates(const PixelBox& around, double width) {
+  const double middle_x = (around.left + around.right) / 2.0 - width / 2.0;
+  const double middle_y = (around.top + around.bottom) / 2.0 - line_height / 2.0;
+  std::vector<Pixel> corners;
+  const bool fits =
+      width + 2 * gap <= around.right - around.left && line_height <= around.bottom - around.top;
+  if (fits) corners.push_back({middle_x, middle_y});
+  for (const double distance : {gap, 4 * gap, 8 * gap}) {
+    const double right = around.right + distance;
+    const double left = around.left - distance - width;
+    const double above = around.top - distance - line_height;
+    const double below = around.bottom + distance;
+    corners.insert(corners.end(), {{right, middle_y},
+                                   {left, middle_y},
+                                   {middle_x, above},
+                                   {middle_x, below},
+                                   {right, above},
+                                   {right, below},
+                                   {left, above},
+                                   {left, below}});
+  }
+  return corners;
+}
+
 }  // namespace
 
 std::optional<Pixel> LabelPlacement::place(const std::string& text, const PixelBox& around) {
   const double width = text_width(text, font_size);
-  const double centre_x = (around.left + around.right) / 2.0;
-  const double centre_y = (around.top + around.bottom) / 2.0;
-  const double left_of_centre = centre_x - width / 2.0;
-  const double top_of_centre = centre_y - line_height / 2.0;
-  const bool inside =
-      width + 2 * gap <= around.right - around.left && line_height <= around.bottom - around.top;
-  const double right_side = around.right + gap;
-  const double left_side = around.left - gap - width;
-  const double above = around.top - gap - line_height;
-  const double below = around.bottom + gap;
-  std::vector<Pixel> corners;
-  if (inside) corners.push_back({left_of_centre, top_of_centre});
-  corners.insert(corners.end(), {{right_side, top_of_centre},
-                                 {left_side, top_of_centre},
-                                 {left_of_centre, above},
-                                 {left_of_centre, below},
-                                 {right_side, above},
-                                 {right_side, below},
-                                 {left_side, above},
-                                 {left_side, below}});
-  for (const Pixel& corner : corners) {
+  for (const Pixel& corner : candidates(around, width)) {
     const PixelBox box{corner.x, corner.y, corner.x + width, corner.y + line_height};
-    const bool free =
-        std::ranges::none_of(taken_, [&](const PixelBox& other) { return other.overlaps(box); });
-    if (!free || !area_.contains(box)) continue;
+    const bool inside = around.contains(box);
+    const auto in_the_way = [&](const PixelBox& other) {
+      return other.overlaps(box) && !(inside && other == around);
+    };
+    if (!area_.contains(box) || std::ranges::any_of(taken_, in_the_way)) continue;
     taken_.push_back(box);
     return Pixel{corner.x, corner.y + line_height - gap};
   }

@@ -15,6 +15,7 @@ struct PixelBox {
   double right = 0.0;
   double bottom = 0.0;
 
+  bool operator==(const PixelBox&) const = default;
   bool overlaps(const PixelBox& other) const {
     return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
   }
@@ -27,7 +28,7 @@ class LabelPlacement {
  public:
   explicit LabelPlacement(PixelBox area) : area_(area) {}
 
-  /// Nothing will be placed here.
+  /// Nothing will be placed here, but for a label inside a box that is reserved for its own shape.
   void reserve(const PixelBox& box) { taken_.push_back(box); }
 
   /// The left end of the text's baseline: inside `around` when it fits there, else beside, above or below it.

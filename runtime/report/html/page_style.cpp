@@ -30,7 +30,7 @@ svg .label{fill:var(--ink);paint-order:stroke;stroke:var(--card);stroke-width:3p
 .land{fill:var(--faint)}
 .ground{fill:none}
 .road{fill:var(--road)}
-.marking{fill:var(--marking)}
+.marking{fill:var(--marking);stroke:var(--line);stroke-width:.6}
 .detector{fill:none;stroke:var(--good);stroke-width:1.2;stroke-dasharray:4 3}
 .static{fill:var(--static);stroke:var(--static-edge)}
 .pole{fill:var(--static-edge);stroke:var(--ink);stroke-width:.8}
@@ -43,7 +43,7 @@ svg .label{fill:var(--ink);paint-order:stroke;stroke:var(--card);stroke-width:3p
 .fan{fill:var(--ego-edge);fill-opacity:.09;stroke:var(--ego-edge);stroke-opacity:.6;stroke-dasharray:5 4}
 .hits{fill:none;stroke:var(--dot);stroke-width:2.4;stroke-linecap:round}
 .moment{fill:none;stroke:var(--accent);stroke-width:8;stroke-linecap:round}
-.cloud{fill:none;stroke-width:1.9;stroke-linecap:round}
+.cloud{fill:none;stroke-width:1.5;stroke-linecap:round}
 .c0{stroke:var(--c0)}.c1{stroke:var(--c1)}.c2{stroke:var(--c2)}.c3{stroke:var(--c3)}
 .c4{stroke:var(--c4)}.c5{stroke:var(--c5)}.c6{stroke:var(--c6)}.c7{stroke:var(--c7)}
 .plate{fill:var(--card);fill-opacity:.88;stroke:var(--line)}
@@ -54,8 +54,6 @@ svg .label{fill:var(--ink);paint-order:stroke;stroke:var(--card);stroke-width:3p
 .use{fill:var(--bar)}
 .use-over{fill:var(--bad)}
 .use-rest{fill:var(--faint)}
-.stage0{fill:var(--c0)}.stage1{fill:var(--c1)}.stage2{fill:var(--c2)}.stage3{fill:var(--c3)}
-.stage4{fill:var(--c4)}.stage5{fill:var(--c5)}.stage6{fill:var(--c6)}.stage-idle{fill:var(--line)}
 )css";
 }
 
@@ -71,7 +69,7 @@ h3{font-size:15px;margin:0 0 4px}
 p{margin:6px 0;max-width:78ch}
 .soft,figcaption,.facts dt{color:var(--soft)}
 .small{font-size:13px}
-.overflow-anywhere,td,dd,figcaption,.reason{overflow-wrap:anywhere}
+td,dd,figcaption,.reason{overflow-wrap:anywhere}
 .verdict{background:var(--card);border:1px solid var(--line);border-left:8px solid var(--tone);border-radius:10px;
 padding:20px 24px}
 .verdict h1{color:var(--tone)}
@@ -90,24 +88,30 @@ tbody tr:last-child td{border-bottom:0}
 td{vertical-align:top}
 .n{text-align:right;white-space:nowrap}
 th.n{white-space:normal}
+.n:first-child{width:1%}
+.n+:not(.n){padding-left:16px}
 .group{text-align:center;border-bottom:1px solid var(--line)}
 .name{min-width:9em;overflow-wrap:anywhere}
 .nowrap{white-space:nowrap}
-svg{display:block;width:100%;height:auto}
+main svg{display:block;width:100%;height:auto}
+.wide svg{min-width:680px}
 .bar-cell{width:190px;min-width:150px}
-.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:8px 28px}
+.bar-cell svg{margin-top:2px}
+.scroll+h3{margin-top:18px}
+.first{padding-left:18px}
+.pair{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(440px,100%),1fr));gap:8px 28px}
 .panels{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(310px,100%),1fr));gap:18px 26px}
 figure{margin:0}
 figcaption{font-size:13px;margin-top:4px}
 .chart-title{font-size:13px;color:var(--soft);margin:8px 0 0}
-.key{display:inline-block;width:10px;height:10px;border-radius:5px;margin-right:6px}
+.key{white-space:nowrap;width:1%;padding-right:32px;color:var(--soft)}
 .legend{display:flex;flex-wrap:wrap;gap:4px 18px;font-size:13px;color:var(--soft);margin:8px 0 0}
 .legend svg{display:inline-block;width:12px;height:12px;margin-right:6px;vertical-align:-1px}
 ul{margin:6px 0;padding-left:20px}
 code{font:13px ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}
 footer{margin-top:40px;color:var(--soft);font-size:13px}
 @media print{:root{--bg:#fff}body{font-size:12px}main{max-width:none;padding:0}
-.card,.verdict,figure,tr{break-inside:avoid}h2,h3{break-after:avoid}.scroll{overflow:visible}
+.card,.verdict,figure,tr{break-inside:avoid}h2,h3{break-after:avoid}.scroll{overflow:visible}.wide svg{min-width:0}
 svg,.verdict{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
 )css";
 }

@@ -129,7 +129,7 @@ class Panel {
   }
 
   void scale_bar(double y) {
-    const double length_m = linear_step((window_.maximum.x_m - window_.minimum.x_m) / 8.0, 2);
+    const double length_m = linear_step((window_.maximum.x_m - window_.minimum.x_m) / 16.0, 2);
     const double length = length_m * place_.pixels_per_metre();
     svg_line(out_, "rule", {side, y}, {side + length, y});
     svg_line(out_, "rule", {side, y - 4.0}, {side, y + 4.0});

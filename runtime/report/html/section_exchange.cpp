@@ -115,18 +115,18 @@ void origin_section(Markup& out, const RunRecord& record) {
   out.element("h2", "To run it again");
   out.open("div", {{"class", "card"}});
   Table table(out, {{"What"}, {"Value"}});
-  table.row({"Scenario file", record.scenario.file});
-  table.row({"Seed", std::to_string(record.seed)});
+  table.row({{"Scenario file", "key"}, record.scenario.file});
+  table.row({{"Seed", "key"}, std::to_string(record.seed)});
   for (const Override& entry : record.overrides)
-    table.row({"Set on the command line", entry.path + "=" + entry.value});
-  table.row({"Scheduling", scheduling_text(record.realtime)});
-  table.row({"Memory", record.realtime.locked_memory ? "locked" : "not locked"});
-  table.row({"CPUs", cpus_text(record.realtime)});
-  table.row({"Kernel", record.realtime.kernel});
-  table.row({"GPU", record.gpu.device});
-  table.row({"GPU driver", record.gpu.driver});
-  table.row({"GPU API", record.gpu.api});
-  table.row({"hil", record.program_version});
+    table.row({{"Set on the command line", "key"}, entry.path + "=" + entry.value});
+  table.row({{"Scheduling", "key"}, scheduling_text(record.realtime)});
+  table.row({{"Memory", "key"}, record.realtime.locked_memory ? "locked" : "not locked"});
+  table.row({{"CPUs", "key"}, cpus_text(record.realtime)});
+  table.row({{"Kernel", "key"}, record.realtime.kernel});
+  table.row({{"GPU", "key"}, record.gpu.device});
+  table.row({{"GPU driver", "key"}, record.gpu.driver});
+  table.row({{"GPU API", "key"}, record.gpu.api});
+  table.row({{"hil", "key"}, record.program_version});
   table.end();
   out.close();
 }

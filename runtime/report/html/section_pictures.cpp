@@ -87,7 +87,7 @@ void response_card(Markup& out, const ResponseTime& response) {
     chart.marks.push_back({"max", spread.max, "mark-max"});
     chart.marks.push_back({"p99", spread.p99, "mark-p99"});
     chart.marks.push_back({"p50", spread.p50, "mark-p50"});
-    draw_histogram(out, histogram_of(response.samples_ns, 60), chart);
+    draw_histogram(out, histogram_of(response.samples_ns, 40), chart);
   }
   out.close();
 }
@@ -98,7 +98,9 @@ void top_view_section(Markup& out, const RunRecord& record) {
   if (!record.top_view) return;
   out.element("h2", "The world from above at " + instant(record.top_view->time_ns));
   out.open("figure", {{"class", "card"}});
+  out.open("div", {{"class", "scroll wide"}});
   const TopViewResult result = draw_top_view(out, *record.top_view, PictureUse::inline_in_page);
+  out.close();
   std::string caption;
   if (!record.top_view->scan_points.empty()) {
     caption =

@@ -43,6 +43,7 @@ void timing_row(Markup& out, const Task& task) {
   };
   const Spread& wake = task.wake_latency_ns;
   const Slack& slack = task.slack_ns;
+  const bool has_slack = slack.samples > 0;
   out.open("tr");
   cell(task.name, "name");
   cell(rate_text(task.rate_hz));
@@ -50,13 +51,15 @@ void timing_row(Markup& out, const Task& task) {
   bad_count(task.deadline_misses);
   bad_count(task.overruns);
   bad_count(task.skipped);
-  for (const std::int64_t quantile : {wake.p50, wake.p99, wake.p999, wake.max})
+  cell(of(wake, wake.p50), "n first");
+  for (const std::int64_t quantile : {wake.p99, wake.p999, wake.max})
     cell(of(wake, quantile));
-  for (const Spread* spread : {&task.wall_ns, &task.cpu_ns, &task.blocked_ns})
+  cell(of(task.wall_ns, task.wall_ns.p99), "n first");
+  for (const Spread* spread : {&task.cpu_ns, &task.blocked_ns})
     cell(of(*spread, spread->p99));
-  cell(slack.samples == 0 ? dash : measured_time(slack.min),
-       slack.samples > 0 && slack.min < 0 ? "n tone bad" : "n");
-  cell(slack.samples == 0 ? dash : measured_time(slack.p50));
+  cell(has_slack ? measured_time(slack.min) : dash,
+       has_slack && slack.min < 0 ? "n first tone bad" : "n first");
+  cell(has_slack ? measured_time(slack.p50) : dash);
   out.close();
 }
 
@@ -91,7 +94,7 @@ void budget_table(Markup& out, const RunRecord& record) {
                     {"CPU max", true},
                     {"Max of budget", true},
                     {"Runs over", true},
-                    {"p99 (bar), max (tick), budget (red line)"}});
+                    {"p99 (bar), max (tick), up to twice the budget (red)"}});
   for (const Task& task : record.tasks) {
     if (task.budget_ns <= 0) continue;
     const Spread& cpu = task.cpu_ns;

@@ -16,7 +16,8 @@ void Table::cells(std::initializer_list<Cell> cells) {
   std::size_t index = 0;
   for (const Cell& cell : cells) {
     const bool numeric = index < columns_.size() && columns_[index].numeric;
-    out_.element("td", {{"class", std::string(numeric ? "n " : "") + cell.css_class}}, cell.text);
+    out_.element("td", {{"class", std::string(numeric ? "n " : "") + cell.css_class}},
+                 cell.text.empty() ? dash : cell.text);
     ++index;
   }
 }

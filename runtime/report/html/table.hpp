@@ -26,7 +26,7 @@ class Table {
  public:
   /// Opens the table. `end` closes it.
   Table(Markup& out, std::initializer_list<Column> columns);
-  /// One cell per column.
+  /// One cell per column; an empty one shows a dash.
   Table& row(std::initializer_list<Cell> cells);
   /// A row whose last column the caller fills with markup between this and close_row.
   Table& open_row(std::initializer_list<Cell> cells, const char* css_class_of_last);

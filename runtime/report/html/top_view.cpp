@@ -144,12 +144,18 @@ class Drawing {
     out_.open("path", {{"class", to_string(shape.layer)}, {"d", svg_path(outline, true)}});
     if (!shape.label.empty()) out_.element("title", shape.label);
     out_.close();
+    const bool solid =
+        shape.layer == Layer::vehicle || shape.layer == Layer::ego || shape.layer == Layer::pole;
+    if (solid) labels_.reserve(bounds_of(outline));
     const bool named = !shape.label.empty() && shape.layer != Layer::ground && shape.layer != Layer::marking;
     if (named) wanted_labels_.push_back({&shape, bounds_of(outline)});
   }
 
   void draw_track(const Track& track) {
-    const std::string path = svg_path(on_screen(track, place_), false);
+    const std::vector<Pixel> way = on_screen(track, place_);
+    for (const Pixel& at : way)
+      labels_.reserve({at.x - 3.0, at.y - 3.0, at.x + 3.0, at.y + 3.0});
+    const std::string path = svg_path(way, false);
     if (path.empty()) return;
     out_.open("path", {{"class", track.ego ? "track track-ego" : "track"}, {"d", path}});
     out_.element("title", track.name).close();
@@ -187,7 +193,7 @@ class Drawing {
 
   void scale_bar() {
     const PixelBox& area = place_.area();
-    const double length_m = linear_step((window_.maximum.x_m - window_.minimum.x_m) / 8.0, 2);
+    const double length_m = linear_step((window_.maximum.x_m - window_.minimum.x_m) / 16.0, 2);
     const double length = length_m * place_.pixels_per_metre();
     const PixelBox plate{area.left + 10.0, area.bottom - 40.0, area.left + 34.0 + length, area.bottom - 10.0};
     rectangle("plate", plate);

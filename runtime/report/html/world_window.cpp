@@ -8,7 +8,7 @@ namespace hil::report {
 namespace {
 
 constexpr double flattest = 0.42;  // height over width
-constexpr double tallest = 0.75;
+constexpr double tallest = 0.6;
 constexpr double margin_share = 0.06;
 constexpr double least_margin_m = 4.0;
 
