@@ -137,7 +137,7 @@ void ClientDevice::start(const RunClock& clock, Pacing pacing) {
   const WallTime until = WallClock::now() + settings_.start_limit;
   while (!connect_until(until)) {
     if (WallClock::now() + settings_.reconnect_pause_min >= until) {
-      throw DeviceError(who_ + " can not be reached: " + health().fault + "; tried for " +
+      throw DeviceError(who_ + " can not be reached: " + connect_fault_ + "; tried for " +
                         std::to_string(settings_.start_limit.count()) +
                         " ms. Check that the unit is on and that the address and port are right");
     }
@@ -288,7 +288,8 @@ bool ClientDevice::cycle(WallTime until) {
 bool ClientDevice::connect_until(WallTime until) {
   Connection connection = connect_within(address_, request_limit(until));
   if (!connection.socket.open()) {
-    lose_connection(std::move(connection.fault));
+    connect_fault_ = std::move(connection.fault);
+    lose_connection("connecting: " + connect_fault_);
     return false;
   }
   session_.adopt(std::move(connection.socket));

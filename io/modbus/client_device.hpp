@@ -39,8 +39,8 @@
 namespace hil::io::modbus {
 
 struct ClientSettings {
-  std::string name;  ///< of the device, as in the configuration
-  Endpoint endpoint;
+  std::string name{};  ///< of the device, as in the configuration
+  Endpoint endpoint{};
   std::uint8_t unit = 1;  ///< unit identifier in every request
   std::chrono::microseconds response_timeout{
       500'000};                                  ///< per request, until its reply is whole; also per connect
@@ -56,10 +56,10 @@ struct ClientSettings {
   /// A writable entry that the device fills itself with the run time of the release, in milliseconds. Written
   /// after all others and in a request of its own, so that a unit with stepped time sees the outputs first.
   /// Empty: none. It is not among outputs().
-  std::string run_time_ms_entry;
+  std::string run_time_ms_entry{};
   /// A writable integer entry that the device counts up by one in every cycle, from its minimum (or 0) to its
   /// maximum and over again, so that the unit's watchdog sees hil alive. Empty: none. Not among outputs().
-  std::string heartbeat_entry;
+  std::string heartbeat_entry{};
 };
 
 /// All since construction. reconnects: connections after the first.
@@ -174,7 +174,8 @@ class ClientDevice final : public Device {
   bool due_ = false;  ///< a cycle has yet to succeed
   WallTime next_connect_{};
   std::chrono::milliseconds reconnect_pause_;
-  std::string cycle_fault_;
+  std::string cycle_fault_;    ///< the first exception of the cycle under way
+  std::string connect_fault_;  ///< why the last attempt to connect failed
   std::thread thread_;
 
   AtomicCounters counters_;

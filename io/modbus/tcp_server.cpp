@@ -19,6 +19,7 @@ namespace {
 
 constexpr auto relaxed = std::memory_order_relaxed;
 constexpr std::chrono::milliseconds accept_pause{100};
+constexpr int buffers_per_round = 8;
 
 }  // namespace
 
@@ -59,9 +60,9 @@ bool TcpServer::serve(std::chrono::milliseconds limit, int wake_fd) {
     if (ready > 0 && polled_[index].revents != 0) receive(connection, now);
     ++index;
   }
-  if (ready > 0 && polled_[0].revents != 0) accept_all(now);
   drop_expired(now);
   connections_.remove_if([](const Connection& connection) { return connection.closed; });
+  if (ready > 0 && polled_[0].revents != 0) accept_all(now);
   clients_.store(connections_.size(), relaxed);
   return ready > 0;
 }
@@ -82,8 +83,11 @@ int TcpServer::poll_timeout(std::chrono::milliseconds limit, Time now) const {
 }
 
 void TcpServer::accept_all(Time now) {
-  // As many as can wait in one round; the rest stay in the kernel's queue for the next.
-  for (std::size_t i = 0; i <= limits_.max_connections; ++i) {
+  // While there are places, no more are taken out of the kernel's queue than there are: those already closed
+  // by their clients give their places back in the next round. Without a place, all that wait are refused.
+  const std::size_t places = limits_.max_connections - connections_.size();
+  const std::size_t most = places > 0 ? places : SOMAXCONN;
+  for (std::size_t i = 0; i < most; ++i) {
     Descriptor socket(::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (!socket.open()) {
       if (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM) {
@@ -92,7 +96,7 @@ void TcpServer::accept_all(Time now) {
       }
       return;
     }
-    if (connections_.size() >= limits_.max_connections) {
+    if (places == 0) {
       counters_.refused.fetch_add(1, relaxed);
       continue;
     }
@@ -106,16 +110,23 @@ void TcpServer::accept_all(Time now) {
 }
 
 void TcpServer::receive(Connection& connection, Time now) {
-  const ssize_t got = ::recv(connection.socket.get(), connection.buffer.data() + connection.filled,
-                             connection.buffer.size() - connection.filled, 0);
-  if (got <= 0) {
-    const bool nothing_yet = got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR);
-    connection.closed = !nothing_yet;
-    return;
+  // Several buffers' worth, so that a client that sent something and left is noticed in this round; not
+  // without end, so that one busy client does not hold up the others.
+  for (int i = 0; i < buffers_per_round && !connection.closed; ++i) {
+    const ssize_t got = ::recv(connection.socket.get(), connection.buffer.data() + connection.filled,
+                               connection.buffer.size() - connection.filled, 0);
+    if (got <= 0) {
+      const bool nothing_yet = got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR);
+      connection.closed = !nothing_yet;
+      return;
+    }
+    if (connection.filled == 0) connection.first_byte = now;
+    connection.filled += static_cast<std::size_t>(got);
+    answer_whole_frames(connection, now);
   }
-  if (connection.filled == 0) connection.first_byte = now;
-  connection.filled += static_cast<std::size_t>(got);
+}
 
+void TcpServer::answer_whole_frames(Connection& connection, Time now) {
   std::span<const std::uint8_t> rest = std::span(connection.buffer).first(connection.filled);
   while (!connection.closed && !rest.empty()) {
     const FramingResult found = find_frame(rest);

@@ -98,6 +98,7 @@ class TcpServer {
   Time deadline_of(const Connection& connection) const noexcept;
   void accept_all(Time now);
   void receive(Connection& connection, Time now);
+  void answer_whole_frames(Connection& connection, Time now);
   void answer(Connection& connection, std::span<const std::uint8_t> frame);
   void drop_expired(Time now);
 

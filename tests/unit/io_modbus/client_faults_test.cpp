@@ -1,0 +1,408 @@
+// The client device against servers that misbehave, each by a script.
+#include <gtest/gtest.h>
+
+#include "bench.hpp"
+#include "io/modbus/client_device.hpp"
+#include "io/modbus/server_device.hpp"
+
+namespace hil::io::modbus {
+namespace {
+
+using bench::Bytes;
+using bench::entry;
+using bench::eventually;
+using bench::FakeConnection;
+using bench::FakeServer;
+using bench::latched;
+using std::chrono::milliseconds;
+using Wall = std::chrono::steady_clock;
+
+RegisterMap two_words() {
+  return {{entry("out", Table::holding, 0, ValueType::u16, true),
+           entry("in", Table::holding, 10, ValueType::u16, false)}};
+}
+
+ClientSettings quick(std::uint16_t port) {
+  ClientSettings settings;
+  settings.name = "plc";
+  settings.endpoint.port = port;
+  settings.response_timeout = milliseconds(30);
+  settings.start_limit = milliseconds(500);
+  settings.reconnect_pause_min = milliseconds(5);
+  settings.reconnect_pause_max = milliseconds(40);
+  settings.lockstep_limit = milliseconds(100);
+  return settings;
+}
+
+/// For a server that answers: no machine is so busy that it takes that long.
+ClientSettings patient(std::uint16_t port) {
+  ClientSettings settings = quick(port);
+  settings.response_timeout = milliseconds(5000);
+  settings.lockstep_limit = milliseconds(10'000);
+  return settings;
+}
+
+/// Serves soundly until the client leaves.
+void behave(FakeConnection& connection, std::uint16_t value) {
+  for (Bytes request = connection.receive(); !request.empty(); request = connection.receive()) {
+    connection.send(FakeConnection::reply_to(request, value));
+  }
+}
+
+/// One lockstep exchange: what it returned, and how long it took.
+struct Exchange {
+  bool good = false;
+  milliseconds took{0};
+};
+
+Exchange exchange_once(ClientDevice& client, double value, RunTimeNs tick_ns) {
+  const auto before = Wall::now();
+  client.release_outputs(std::vector{value}, tick_ns);
+  const bool good = client.exchange(tick_ns);
+  return {good, std::chrono::duration_cast<milliseconds>(Wall::now() - before)};
+}
+
+/// A first connection by `fault`, all later ones sound with the value 7: the exchange fails within the limit,
+/// the fault is counted and named, and a later exchange is right again.
+void expect_one_lost_exchange(const std::function<void(FakeConnection&)>& fault, bool is_timeout,
+                              const char* words) {
+  FakeServer server(
+      [&](FakeConnection& connection, int index) { index == 0 ? fault(connection) : behave(connection, 7); });
+  bench::HandClock clock;
+  ClientDevice client(quick(server.port()), two_words());
+  client.start(clock, Pacing::lockstep);
+  const Exchange first = exchange_once(client, 1, 0);
+  EXPECT_FALSE(first.good);
+  EXPECT_LT(first.took, milliseconds(250));
+  EXPECT_EQ(client.counters().timeouts, is_timeout ? 1U : 0U);
+  EXPECT_EQ(client.counters().errors, is_timeout ? 0U : 1U);
+  EXPECT_FALSE(client.health().connected);
+  EXPECT_NE(client.health().fault.find(words), std::string::npos) << client.health().fault;
+  EXPECT_NE(client.health().fault.find("plc"), std::string::npos) << client.health().fault;
+  // The fake server may still be busy with the connection it spoilt.
+  EXPECT_TRUE(eventually([&] { return exchange_once(client, 2, 1).good; })) << client.health().fault;
+  EXPECT_EQ(latched(client)[0].value, 7.0);
+  EXPECT_GE(client.counters().reconnects, 1U);
+  EXPECT_EQ(client.health().fault, "");
+  client.stop();
+}
+
+TEST(ClientFaults, ASilentServerIsATimeOut) {
+  expect_one_lost_exchange(
+      [](FakeConnection& connection) {
+        connection.receive();
+        connection.receive();  // waits for the client to give up
+      },
+      true, "writing holding 0: no whole reply within 30000 us");
+}
+
+TEST(ClientFaults, AServerKilledMidReplyIsAnError) {
+  expect_one_lost_exchange(
+      [](FakeConnection& connection) {
+        Bytes reply = FakeConnection::reply_to(connection.receive(), 1);
+        reply.resize(reply.size() / 2);
+        connection.send(reply);
+      },
+      false, "closed the connection");
+}
+
+TEST(ClientFaults, ASlowLorisIsBoundedByTheResponseTimeOut) {
+  expect_one_lost_exchange(
+      [](FakeConnection& connection) {
+        for (const std::uint8_t byte : FakeConnection::reply_to(connection.receive(), 1)) {
+          connection.send({byte});
+          std::this_thread::sleep_for(milliseconds(10));  // whole after 120 ms, each gap far below the limit
+        }
+      },
+      true, "no whole reply within 30000 us");
+}
+
+TEST(ClientFaults, AWrongTransactionIdIsNoAnswer) {
+  expect_one_lost_exchange(
+      [](FakeConnection& connection) {
+        Bytes reply = FakeConnection::reply_to(connection.receive(), 1);
+        reply[1] ^= 0x40U;
+        connection.send(reply);
+        connection.receive();
+      },
+      false, "does not fit the request");
+}
+
+TEST(ClientFaults, AnotherFunctionIsNoAnswer) {
+  expect_one_lost_exchange(
+      [](FakeConnection& connection) {
+        Bytes reply = FakeConnection::reply_to(connection.receive(), 1);
+        reply[7] = 5;
+        connection.send(reply);
+        connection.receive();
+      },
+      false, "does not fit the request");
+}
+
+TEST(ClientFaults, AnExceptionOfAnotherFunctionIsNoAnswer) {
+  expect_one_lost_exchange(
+      [](FakeConnection& connection) {
+        const Bytes request = connection.receive();
+        connection.send(bench::frame(static_cast<std::uint16_t>(request[0] << 8U | request[1]), {0x83, 2}));
+        connection.receive();
+      },
+      false, "exception that the protocol does not have");
+}
+
+TEST(ClientFaults, TooFewRegistersAreNoAnswer) {
+  expect_one_lost_exchange(
+      [](FakeConnection& connection) {
+        connection.send(FakeConnection::reply_to(connection.receive(), 1));
+        const Bytes read = connection.receive();
+        connection.send(
+            bench::frame(static_cast<std::uint16_t>(read[0] << 8U | read[1]), {3, 4, 0, 1, 0, 2}));
+        connection.receive();
+      },
+      false, "reading holding 10: the reply does not fit");
+}
+
+TEST(ClientFaults, NoiseIsNoAnswer) {
+  expect_one_lost_exchange(
+      [](FakeConnection& connection) {
+        connection.receive();
+        connection.send(Bytes(300, 0xA5));
+        connection.receive();
+      },
+      false, "does not");
+}
+
+TEST(ClientFaults, AHalfOpenConnectionIsNoticed) {
+  // The server accepts and goes away without a word, as after a power cut: nothing is read, nothing answered.
+  expect_one_lost_exchange([](FakeConnection&) { std::this_thread::sleep_for(milliseconds(60)); }, true,
+                           "no whole reply within 30000 us");
+}
+
+/// The reply to each request comes after the time-out, with the value of the request's order. No reply may
+/// ever be taken for another's: an input must show a value of its own connection's read, or nothing.
+TEST(ClientFaults, ALateReplyIsNeverTakenForAnother) {
+  constexpr std::uint16_t late_value = 666;
+  std::atomic<int> late_replies{0};
+  FakeServer server([&](FakeConnection& connection, int index) {
+    if (index >= 3) return behave(connection, 7);
+    connection.send(FakeConnection::reply_to(connection.receive(), 0));  // the write, in time
+    const Bytes read = connection.receive();
+    std::this_thread::sleep_for(milliseconds(45));
+    connection.send(FakeConnection::reply_to(read, late_value));
+    late_replies.fetch_add(1);
+    connection.receive();
+  });
+  bench::WallRunClock clock;
+  ClientDevice client(quick(server.port()), two_words());
+  client.start(clock, Pacing::realtime);
+  for (int tick = 0; tick < 200 && server.connections() < 4; ++tick) {
+    client.release_outputs(std::vector{1.0 * tick}, 0);
+    EXPECT_NE(latched(client)[0].value, late_value);
+    std::this_thread::sleep_for(milliseconds(5));
+  }
+  client.release_outputs(std::vector{1.0}, 0);
+  EXPECT_TRUE(eventually([&] { return latched(client)[0].value == 7.0; }));
+  EXPECT_EQ(late_replies.load(), 3);
+  EXPECT_GE(client.counters().timeouts, 3U);  // more on a busy machine
+  EXPECT_GE(client.counters().reconnects, 3U);
+  client.stop();
+}
+
+TEST(ClientFaults, ADuplicateReplyIsThrownAwayWithItsConnection) {
+  FakeServer server([](FakeConnection& connection, int index) {
+    if (index > 0) return behave(connection, 7);
+    connection.send(FakeConnection::reply_to(connection.receive(), 0));
+    const Bytes reply = FakeConnection::reply_to(connection.receive(), 5);
+    Bytes twice = reply;
+    twice.insert(twice.end(), reply.begin(), reply.end());
+    connection.send(twice);
+    connection.receive();
+  });
+  bench::HandClock clock;
+  ClientDevice client(patient(server.port()), two_words());
+  client.start(clock, Pacing::lockstep);
+  ASSERT_TRUE(exchange_once(client, 1, 0).good);
+  EXPECT_EQ(latched(client)[0].value, 5.0);
+  ASSERT_TRUE(eventually([&] { return exchange_once(client, 2, 1).good; }));
+  EXPECT_EQ(latched(client)[0].value, 7.0);
+  EXPECT_EQ(client.counters().reconnects, 1U);
+  client.stop();
+}
+
+TEST(ClientFaults, AnExceptionIsCountedNamedAndCostsNoConnection) {
+  RegisterMap map = two_words();
+  map.entries.push_back(entry("other", Table::input, 0, ValueType::u16, false));
+  FakeServer server([](FakeConnection& connection, int) {
+    for (Bytes request = connection.receive(); !request.empty(); request = connection.receive()) {
+      const auto id = static_cast<std::uint16_t>(request[0] << 8U | request[1]);
+      connection.send(request[7] == 3 ? bench::frame(id, {0x83, 2}) : FakeConnection::reply_to(request, 9));
+    }
+  });
+  bench::HandClock clock;
+  ClientDevice client(patient(server.port()), map);
+  client.start(clock, Pacing::lockstep);
+  for (int round = 0; round < 3; ++round)
+    ASSERT_TRUE(exchange_once(client, round, round).good);
+  EXPECT_FALSE(latched(client)[0].fresh);
+  EXPECT_EQ(latched(client)[1].value, 9.0);  // the requests after it went on
+  EXPECT_EQ(client.counters().exceptions, 3U);
+  EXPECT_EQ(client.counters().errors, 3U);
+  EXPECT_EQ(client.counters().reconnects, 0U);
+  EXPECT_EQ(client.counters().requests, client.counters().replies);
+  EXPECT_TRUE(client.health().connected);
+  EXPECT_NE(client.health().fault.find("reading holding 10: illegal data address (exception 2)"),
+            std::string::npos)
+      << client.health().fault;
+  client.stop();
+}
+
+TEST(ClientFaults, ATimeOutOfMillisecondsIsKeptToTheMillisecond) {
+  // libmodbus wants seconds and microseconds; a mistake there makes it 0 or seconds.
+  for (const milliseconds limit : {milliseconds(3), milliseconds(30), milliseconds(1200)}) {
+    FakeServer server([](FakeConnection& connection, int) {
+      connection.receive();
+      connection.receive();
+    });
+    bench::HandClock clock;
+    ClientSettings settings = quick(server.port());
+    settings.response_timeout = limit;
+    settings.lockstep_limit = milliseconds(3000);
+    ClientDevice client(settings, two_words());
+    client.start(clock, Pacing::lockstep);
+    const Exchange one = exchange_once(client, 1, 0);
+    EXPECT_FALSE(one.good);
+    EXPECT_EQ(client.counters().timeouts, 1U);
+    EXPECT_GE(one.took, limit - milliseconds(1));
+    EXPECT_LT(one.took, limit + milliseconds(300));
+    client.stop();
+  }
+}
+
+TEST(ClientFaults, AnExchangeEndsAtItsWallClockLimit) {
+  FakeServer server([](FakeConnection& connection, int) {
+    connection.receive();
+    connection.receive();
+  });
+  bench::HandClock clock;
+  ClientSettings settings = quick(server.port());
+  settings.response_timeout = milliseconds(4000);
+  settings.lockstep_limit = milliseconds(50);
+  ClientDevice client(settings, two_words());
+  client.start(clock, Pacing::lockstep);
+  const Exchange one = exchange_once(client, 1, 0);
+  EXPECT_FALSE(one.good);
+  EXPECT_GE(one.took, milliseconds(49));
+  EXPECT_LT(one.took, milliseconds(500));
+  client.stop();
+}
+
+TEST(ClientFaults, AnUnreachableUnitIsRefusedAtStartInOneSentence) {
+  std::uint16_t port = 0;
+  {
+    const FakeServer gone([](FakeConnection&, int) {});
+    port = gone.port();
+  }
+  bench::WallRunClock clock;
+  ClientSettings settings = quick(port);
+  settings.start_limit = milliseconds(60);
+  ClientDevice client(settings, two_words());
+  const auto before = Wall::now();
+  try {
+    client.start(clock, Pacing::realtime);
+    FAIL() << "nothing listens on port " << port;
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("plc (127.0.0.1:" + std::to_string(port) +
+                        ") can not be reached: Connection"
+                        " refused; tried for 60 ms"),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_LT(Wall::now() - before, milliseconds(500));
+}
+
+TEST(ClientFaults, AUnitThatComesBackIsFoundAgainWithAllItsOutputs) {
+  RegisterMap map = two_words();
+  RegisterMap turned = map;
+  for (RegisterEntry& one : turned.entries)
+    one.writable = !one.writable;
+  bench::WallRunClock clock;
+  auto server = std::make_unique<ServerDevice>(ServerSettings{.name = "unit"}, turned);
+  server->start(clock, Pacing::realtime);
+  const std::uint16_t port = server->port();
+  ClientSettings settings = quick(port);
+  settings.max_age = milliseconds(50);
+  ClientDevice client(settings, map);
+  client.start(clock, Pacing::realtime);
+  client.release_outputs(std::vector{41.0}, 0);
+  ASSERT_TRUE(eventually([&] { return latched(*server)[0].value == 41.0; }));
+  server.reset();
+  ASSERT_TRUE(eventually([&] {
+    client.release_outputs(std::vector{41.0}, 0);
+    return !client.health().connected;
+  }));
+  EXPECT_NE(client.health().fault, "");
+  EXPECT_TRUE(eventually([&] { return !latched(client)[0].fresh; }));
+  std::this_thread::sleep_for(milliseconds(100));  // some failed attempts
+  server =
+      std::make_unique<ServerDevice>(ServerSettings{.name = "unit", .endpoint = {"127.0.0.1", port}}, turned);
+  server->start(clock, Pacing::realtime);
+  // Nothing new is released: the device itself tries again and tells the unit what it should hold.
+  EXPECT_TRUE(eventually([&] { return latched(*server)[0].value == 41.0; }));
+  EXPECT_TRUE(eventually([&] { return client.health().connected && client.health().fault.empty(); }));
+  EXPECT_GE(client.counters().reconnects, 1U);
+  client.stop();
+}
+
+TEST(ClientFaults, PausesBetweenAttemptsAreBounded) {
+  // The server accepts and closes at once, for ever.
+  FakeServer server([](FakeConnection&, int) {});
+  bench::WallRunClock clock;
+  ClientDevice client(quick(server.port()), two_words());
+  client.start(clock, Pacing::realtime);
+  client.release_outputs(std::vector{1.0}, 0);
+  std::this_thread::sleep_for(milliseconds(600));
+  // 5, 10, 20, 40, 40, ... ms: about 15 within 600 ms; not a busy loop, not an ever longer wait.
+  EXPECT_GE(server.connections(), 6);
+  EXPECT_LE(server.connections(), 40);
+  client.stop();
+}
+
+TEST(ClientFaults, ADeadUnitStallsNeitherTheTickNorItsNeighbour) {
+  FakeServer dead([](FakeConnection& connection, int) {
+    connection.receive();
+    connection.receive();
+  });
+  FakeServer alive([](FakeConnection& connection, int) { behave(connection, 7); });
+  bench::WallRunClock clock;
+  ClientSettings slow = quick(dead.port());
+  slow.response_timeout = milliseconds(300);
+  ClientDevice first(slow, two_words());
+  ClientDevice second(quick(alive.port()), two_words());
+  first.start(clock, Pacing::realtime);
+  second.start(clock, Pacing::realtime);
+  std::vector<Sample> samples(1);
+  const std::vector value{1.0};
+  std::int64_t total_ns = 0;
+  for (int tick = 0; tick < 500; ++tick) {
+    const auto before = Wall::now();
+    first.release_outputs(value, tick);
+    first.latch_inputs(samples);
+    second.release_outputs(value, tick);
+    second.latch_inputs(samples);
+    total_ns += std::chrono::nanoseconds(Wall::now() - before).count();
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  EXPECT_TRUE(samples[0].fresh);
+  EXPECT_EQ(samples[0].value, 7.0);
+  EXPECT_GT(second.counters().replies, 100U);
+  EXPECT_GE(first.counters().timeouts, 1U);
+  EXPECT_GT(first.counters().superseded_releases, 100U);
+  EXPECT_LT(total_ns / 500, 200'000);  // four calls; blocking would show as hundreds of milliseconds
+  const auto before = Wall::now();
+  first.stop();
+  EXPECT_LT(Wall::now() - before, milliseconds(1200));
+  second.stop();
+}
+
+}  // namespace
+}  // namespace hil::io::modbus

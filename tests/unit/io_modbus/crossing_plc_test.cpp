@@ -1,0 +1,176 @@
+// The PLC as a process: against the client device, mbpoll, and its register map file.
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <sstream>
+
+#include "bench.hpp"
+#include "io/modbus/client_device.hpp"
+#include "io/modbus/crossing_plc/plc_registers.hpp"
+
+namespace hil::io::modbus::crossing_plc {
+namespace {
+
+using bench::eventually;
+using bench::latched;
+using bench::Process;
+using bench::run_command;
+using std::chrono::milliseconds;
+
+/// Sets one register, or reads one, as a user would at a terminal.
+std::string mbpoll(std::uint16_t port, const std::string& options, const std::string& value = "") {
+  return run_command("mbpoll -m tcp -a 1 -0 -1 -q -o 5 -p " + std::to_string(port) + " " + options +
+                     " 127.0.0.1 " + value)
+      .output;
+}
+
+ClientSettings settings_for(const Process& plc) {
+  ClientSettings settings;
+  settings.name = "plc";
+  settings.endpoint.port = plc.port();
+  settings.run_time_ms_entry = "bench_time_ms";
+  settings.heartbeat_entry = "heartbeat_hil";
+  return settings;
+}
+
+double value_of(ClientDevice& client, const std::string& name) {
+  const std::vector<Sample> samples = latched(client);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (client.inputs()[i].name == name) return samples[i].value;
+  }
+  ADD_FAILURE() << "no input " << name;
+  return -1.0;
+}
+
+/// 20 s of virtual time at 20 Hz, the ego on its loop from 1 s on: every input of every tick, as text.
+std::string stepped_run() {
+  const Process plc({HIL_CROSSING_PLC, "--listen", "127.0.0.1:0", "--clock", "stepped"});
+  bench::HandClock clock;
+  ClientDevice client(settings_for(plc), register_map());
+  client.start(clock, Pacing::lockstep);
+  std::ostringstream text;
+  for (int tick = 0; tick < 400; ++tick) {
+    const RunTimeNs tick_ns = tick * 50'000'000LL;
+    clock.set(tick_ns);
+    client.release_outputs(std::vector<double>{tick >= 20 ? 1.0 : 0.0, 0, 0}, tick_ns);
+    EXPECT_TRUE(client.exchange(tick_ns)) << client.health().fault;
+    text << tick << ':';
+    for (const Sample& sample : latched(client))
+      text << ' ' << sample.value << '@' << sample.time_ns << sample.fresh;
+    text << '\n';
+    // What was read is a function of the time written in the same exchange: whole scans up to it.
+    EXPECT_EQ(value_of(client, "plc_time_ms"), tick * 50 / 20 * 20) << tick;
+    EXPECT_EQ(value_of(client, "scan_count"), tick * 50 / 20) << tick;
+  }
+  EXPECT_EQ(value_of(client, "light_ego"), 2.0);
+  EXPECT_EQ(value_of(client, "light_cross"), 0.0);
+  EXPECT_EQ(value_of(client, "fault"), 0.0);
+  return text.str();
+}
+
+TEST(CrossingPlc, SteppedRunsAreTheSameToTheLastByte) {
+  const std::string first = stepped_run();
+  EXPECT_EQ(first, stepped_run());
+  EXPECT_GT(first.size(), 10'000U);
+}
+
+TEST(CrossingPlc, SteppedTimeNeverGoesBackAndStandsStillOtherwise) {
+  const Process plc({HIL_CROSSING_PLC, "--clock", "stepped"});
+  std::this_thread::sleep_for(milliseconds(60));
+  EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t0\n"), std::string::npos);
+  mbpoll(plc.port(), "-t 4:int -r 10", "1000");
+  EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t50\n"), std::string::npos);
+  mbpoll(plc.port(), "-t 4:int -r 10", "500");
+  EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t50\n"), std::string::npos);
+  EXPECT_NE(mbpoll(plc.port(), "-t 3:int -r 6").find("[6]: \t1000\n"), std::string::npos);
+}
+
+TEST(CrossingPlc, MbpollReadsADetectorAndSetsTheLightWhileTheBenchRuns) {
+  ASSERT_EQ(run_command("command -v mbpoll").exit_code, 0) << "mbpoll is missing: apt-get install mbpoll";
+  Process plc({HIL_CROSSING_PLC, "--listen", "127.0.0.1:0", "--clock", "wall", "--minimum-green-ms", "100",
+               "--yellow-ms", "100", "--all-red-ms", "100", "--red-yellow-ms", "100"});
+  ASSERT_EQ(plc.first_line(), "listening 127.0.0.1:" + std::to_string(plc.port()));
+  bench::WallRunClock clock;
+  ClientDevice client(settings_for(plc), register_map());
+  client.start(clock, Pacing::realtime);
+  const auto runs_until = [&](const std::function<bool()>& holds) {
+    return eventually([&] {
+      client.release_outputs(std::vector<double>{0, 3, 0}, clock.now_ns());
+      std::this_thread::sleep_for(milliseconds(20));
+      return holds();
+    });
+  };
+  EXPECT_TRUE(runs_until([&] { return value_of(client, "light_cross") == 2.0; }));
+  EXPECT_NE(mbpoll(plc.port(), "-t 4 -r 1").find("[1]: \t3\n"), std::string::npos);
+  EXPECT_NE(mbpoll(plc.port(), "-t 4 -r 4", "1").find("Written 1 references"), std::string::npos);
+  EXPECT_TRUE(runs_until([&] { return value_of(client, "light_ego") == 2.0; }))
+      << "the override did not reach the light";
+  EXPECT_EQ(value_of(client, "override_mode"), 1.0);
+  EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 0").find("[0]: \t2\n"), std::string::npos);
+  const double scans = value_of(client, "scan_count");
+  EXPECT_TRUE(runs_until([&] { return value_of(client, "scan_count") > scans + 5; }));
+
+  // The bench goes: within the watchdog's 2 s, and the yellow, all lights are red and the fault is set.
+  client.stop();
+  EXPECT_TRUE(eventually([&] {
+    std::this_thread::sleep_for(milliseconds(100));
+    const std::string lights = mbpoll(plc.port(), "-t 3 -r 0 -c 3");
+    return lights.find("[0]: \t0\n[1]: \t0\n[2]: \t1\n") != std::string::npos;
+  }));
+  EXPECT_EQ(plc.terminate(), 0);
+}
+
+TEST(CrossingPlc, WallScansKeepTheirRate) {
+  Process plc({HIL_CROSSING_PLC});
+  const auto scans = [&] {
+    const std::string text = mbpoll(plc.port(), "-t 3 -r 4");
+    return std::stoi(text.substr(text.find("[4]: \t") + 6));
+  };
+  const auto start = std::chrono::steady_clock::now();
+  const int first = scans();
+  std::this_thread::sleep_for(milliseconds(1000));
+  const int last = scans();
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  // Never more than the period allows; on a busy machine scans are slept through.
+  EXPECT_LE(last - first, seconds * 50 + 2);
+  EXPECT_GE(last - first, 25);
+}
+
+TEST(CrossingPlc, MistakesOnTheCommandLineAreSaid) {
+  for (const char* const options :
+       {"--listen 127.0.0.1", "--listen 127.0.0.1:66000", "--listen :5", "--listen 1.2.3.4:x",
+        "--clock sundial", "--yellow-ms -1", "--minimum-green-ms 500 --maximum-green-ms 400"}) {
+    const bench::CommandResult result = run_command(std::string(HIL_CROSSING_PLC) + " " + options);
+    EXPECT_NE(result.exit_code, 0) << options;
+    EXPECT_FALSE(result.output.empty()) << options;
+  }
+  const Process first({HIL_CROSSING_PLC});
+  const bench::CommandResult second =
+      run_command(std::string(HIL_CROSSING_PLC) + " --listen 127.0.0.1:" + std::to_string(first.port()));
+  EXPECT_EQ(second.exit_code, 4);
+  EXPECT_NE(second.output.find("Address already in use"), std::string::npos) << second.output;
+}
+
+TEST(CrossingPlc, TheRegisterMapFileSaysWhatTheProgramDoes) {
+  const YAML::Node registers =
+      YAML::LoadFile(std::string(HIL_SOURCE_DIR) + "/configs/crossing_plc.yaml")["registers"];
+  const RegisterMap map = register_map();
+  EXPECT_TRUE(mistakes_in(map, Role::client).empty());
+  ASSERT_EQ(registers.size(), map.entries.size());
+  for (std::size_t i = 0; i < map.entries.size(); ++i) {
+    const RegisterEntry& entry = map.entries[i];
+    const YAML::Node& node = registers[i];
+    EXPECT_EQ(node["name"].as<std::string>(), entry.name);
+    EXPECT_EQ(node["table"].as<std::string>(), to_text(entry.table)) << entry.name;
+    EXPECT_EQ(node["address"].as<int>(), entry.address) << entry.name;
+    EXPECT_EQ(node["type"].as<std::string>(), to_text(entry.type)) << entry.name;
+    EXPECT_EQ(node["word_order"].as<std::string>("ABCD"), to_text(entry.order)) << entry.name;
+    EXPECT_EQ(node["scale"].as<double>(1.0), entry.scale) << entry.name;
+    EXPECT_EQ(node["unit"].as<std::string>(""), entry.unit) << entry.name;
+    EXPECT_EQ(node["access"].as<std::string>(), entry.writable ? "write" : "read") << entry.name;
+    EXPECT_FALSE(node["about"].as<std::string>().empty()) << entry.name;
+  }
+}
+
+}  // namespace
+}  // namespace hil::io::modbus::crossing_plc

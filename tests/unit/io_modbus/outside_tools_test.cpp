@@ -1,0 +1,149 @@
+// Strangers at the other end: mbpoll and pymodbus. A machine without them fails these tests.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <sstream>
+
+#include "bench.hpp"
+#include "io/modbus/client_device.hpp"
+#include "io/modbus/server_device.hpp"
+
+namespace hil::io::modbus {
+namespace {
+
+using bench::CommandResult;
+using bench::entry;
+using bench::latched;
+using bench::run_command;
+
+void need_mbpoll() {
+  ASSERT_EQ(run_command("command -v mbpoll").exit_code, 0) << "mbpoll is missing: apt-get install mbpoll";
+}
+
+void need_pymodbus() {
+  ASSERT_EQ(run_command("/usr/bin/python3 -c 'import pymodbus.client, pymodbus.server'").exit_code, 0)
+      << "pymodbus is missing: apt-get install python3-pymodbus python3-serial-asyncio";
+}
+
+std::string script(const std::string& name) {
+  return std::string(HIL_SOURCE_DIR) + "/tests/unit/io_modbus/" + name;
+}
+
+CommandResult mbpoll(std::uint16_t port, const std::string& options, const std::string& values = "") {
+  return run_command("mbpoll -m tcp -a 1 -0 -1 -q -o 5 -p " + std::to_string(port) + " " + options +
+                     " 127.0.0.1 " + values);
+}
+
+/// The values of lines like "[10]: \t42".
+std::vector<std::string> values_in(const std::string& output) {
+  std::vector<std::string> values;
+  std::istringstream lines(output);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t tab = line.find(": \t");
+    if (!line.empty() && line[0] == '[' && tab != std::string::npos) values.push_back(line.substr(tab + 3));
+  }
+  return values;
+}
+
+RegisterMap panel_map() {
+  RegisterMap map{{entry("a", Table::holding, 0, ValueType::u64, false),
+                   entry("b", Table::input, 0, ValueType::f64, true)}};
+  for (std::uint16_t i = 0; i < 10; ++i) {
+    map.entries.push_back(entry(bench::numbered("coil", i), Table::coil, i, ValueType::boolean, false));
+  }
+  return map;
+}
+
+TEST(OutsideTools, MbpollReadsAndWritesOurServer) {
+  need_mbpoll();
+  RegisterMap map{{entry("speed", Table::input, 4, ValueType::f32, true),
+                   entry("count", Table::input, 6, ValueType::i32, true),
+                   entry("lamp", Table::discrete_input, 0, ValueType::boolean, true),
+                   entry("setpoint", Table::holding, 100, ValueType::i32, false),
+                   entry("mode", Table::holding, 102, ValueType::u16, false),
+                   entry("start", Table::coil, 2, ValueType::boolean, false)}};
+  map.entries[0].order = ByteOrder::abcd;
+  map.entries[1].order = ByteOrder::cdab;
+  map.entries[3].order = ByteOrder::cdab;  // mbpoll's order without -B
+  bench::WallRunClock clock;
+  ServerDevice device({.name = "panel"}, map);
+  device.start(clock, Pacing::realtime);
+  device.release_outputs(std::vector<double>{12.5, -70000, 1}, 0);
+  EXPECT_EQ(values_in(mbpoll(device.port(), "-t 3:float -B -r 4").output), std::vector<std::string>{"12.5"});
+  EXPECT_EQ(values_in(mbpoll(device.port(), "-t 3:int -r 6").output), std::vector<std::string>{"-70000"});
+  EXPECT_EQ(values_in(mbpoll(device.port(), "-t 1 -r 0").output), std::vector<std::string>{"1"});
+  EXPECT_EQ(mbpoll(device.port(), "-t 4:int -r 100", "-- -123456").exit_code, 0);
+  EXPECT_EQ(mbpoll(device.port(), "-t 4 -r 102", "3").exit_code, 0);
+  EXPECT_EQ(mbpoll(device.port(), "-t 0 -r 2", "1").exit_code, 0);
+  const std::vector<Sample> samples = latched(device);
+  EXPECT_EQ(samples[0].value, -123456.0);
+  EXPECT_EQ(samples[1].value, 3.0);
+  EXPECT_EQ(samples[2].value, 1.0);
+  const CommandResult refused = mbpoll(device.port(), "-t 4 -r 103", "3");
+  EXPECT_NE(refused.output.find("Illegal data address"), std::string::npos) << refused.output;
+}
+
+TEST(OutsideTools, PymodbusExercisesEveryFunctionOfOurServer) {
+  need_pymodbus();
+  bench::WallRunClock clock;
+  ServerDevice device({.name = "panel"}, panel_map());
+  device.start(clock, Pacing::realtime);
+  device.release_outputs(std::vector<double>{1234.5}, 0);
+  const CommandResult result =
+      run_command("/usr/bin/python3 " + script("pymodbus_master.py") + " " + std::to_string(device.port()));
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  const double expected = 1.0 * 0x1000000000000 + 2.0 * 0x100000000 + 0x12CD * 65536.0 + 77;
+  EXPECT_EQ(latched(device)[0].value, expected);
+  EXPECT_EQ(latched(device)[10].value, 1.0);
+}
+
+TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
+  need_pymodbus();
+  bench::Process unit({"/usr/bin/python3", script("pymodbus_unit.py")});
+  ASSERT_NE(unit.port(), 0) << unit.first_line();
+  RegisterMap map{{entry("wide", Table::holding, 10, ValueType::f64, true),
+                   entry("one", Table::holding, 20, ValueType::u16, true),
+                   entry("coil", Table::coil, 7, ValueType::boolean, true),
+                   entry("input", Table::input, 30, ValueType::u32, false),
+                   entry("bit1", Table::discrete_input, 1, ValueType::boolean, false),
+                   entry("bit2", Table::discrete_input, 2, ValueType::boolean, false),
+                   entry("beside", Table::holding, 21, ValueType::u16, false)}};
+  bench::HandClock clock;
+  ClientSettings settings;
+  settings.name = "pymodbus";
+  settings.endpoint.port = unit.port();
+  ClientDevice client(settings, map);
+  client.start(clock, Pacing::lockstep);
+  client.release_outputs(std::vector<double>{-0.125, 4242, 0}, 0);
+  ASSERT_TRUE(client.exchange(0)) << client.health().fault;
+  std::vector<Sample> samples = latched(client);
+  EXPECT_EQ(samples[0].value, 130.0 * 65536 + 131);
+  EXPECT_EQ(samples[1].value, 1.0);
+  EXPECT_EQ(samples[2].value, 0.0);
+  EXPECT_EQ(samples[3].value, 121.0) << "a write touched its neighbour";
+  client.stop();
+
+  // Read back what was written, by a map that only reads.
+  for (RegisterEntry& one : map.entries)
+    one.writable = false;
+  ClientDevice reader(settings, map);
+  reader.start(clock, Pacing::lockstep);
+  reader.release_outputs({}, 1);
+  ASSERT_TRUE(reader.exchange(1)) << reader.health().fault;
+  samples = latched(reader);
+  EXPECT_EQ(samples[0].value, -0.125);
+  EXPECT_EQ(samples[1].value, 4242.0);
+  EXPECT_EQ(samples[2].value, 0.0);
+  EXPECT_EQ(reader.counters().errors, 0U);
+
+  // The unit dies; the next exchange says so within its limit.
+  unit.kill();
+  reader.release_outputs({}, 2);
+  EXPECT_FALSE(reader.exchange(2));
+  EXPECT_NE(reader.health().fault.find("pymodbus"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hil::io::modbus

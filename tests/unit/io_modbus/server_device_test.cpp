@@ -1,0 +1,216 @@
+#include "io/modbus/server_device.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <thread>
+
+#include "bench.hpp"
+
+namespace hil::io::modbus {
+namespace {
+
+using bench::Bytes;
+using bench::entry;
+using bench::eventually;
+using bench::frame;
+using bench::latched;
+using bench::RawClient;
+using std::chrono::milliseconds;
+
+/// hil writes speed and lamp, clients write request and level.
+RegisterMap served_map() {
+  RegisterMap map{{entry("speed", Table::input, 0, ValueType::u32, true),
+                   entry("lamp", Table::discrete_input, 0, ValueType::boolean, true),
+                   entry("status", Table::holding, 0, ValueType::u16, true),
+                   entry("request", Table::holding, 1, ValueType::i16, false),
+                   entry("level", Table::holding, 2, ValueType::f32, false),
+                   entry("start", Table::coil, 0, ValueType::boolean, false)}};
+  map.entries[0].safe_value = 3.0;
+  map.entries[3].safe_value = -7.0;
+  map.entries[3].scale = 0.5;
+  return map;
+}
+
+std::uint32_t word32(const Bytes& reply, std::size_t at) {
+  return static_cast<std::uint32_t>(reply[at]) << 24U | static_cast<std::uint32_t>(reply[at + 1]) << 16U |
+         static_cast<std::uint32_t>(reply[at + 2]) << 8U | reply[at + 3];
+}
+
+struct Served {
+  explicit Served(ServerSettings settings = {.name = "panel"}, Pacing pacing = Pacing::realtime)
+      : device(std::move(settings), served_map()) {
+    device.start(clock, pacing);
+  }
+  bench::WallRunClock clock;
+  ServerDevice device;
+};
+
+TEST(ServerDevice, BothSidesStartAtTheirSafeValues) {
+  Served served;
+  EXPECT_EQ(latched(served.device)[0].value, -7.0);
+  EXPECT_FALSE(latched(served.device)[0].fresh);
+  RawClient client(served.device.port());
+  client.send(frame(9, {4, 0, 0, 0, 2}));
+  EXPECT_EQ(client.receive_frame(), frame(9, {4, 4, 0, 0, 0, 3}));
+  client.send(frame(10, {3, 0, 1, 0, 1}));
+  EXPECT_EQ(client.receive_frame(), frame(10, {3, 2, 0xFF, 0xF2}));  // -7 / 0.5 = -14
+}
+
+TEST(ServerDevice, WritesOfClientsArriveWithTheirTime) {
+  Served served;
+  RawClient client(served.device.port());
+  const RunTimeNs before = served.clock.now_ns();
+  client.send(frame(1, {6, 0, 1, 0, 8}));
+  EXPECT_EQ(client.receive_frame(), frame(1, {6, 0, 1, 0, 8}));
+  const std::vector<Sample> samples = latched(served.device);
+  EXPECT_EQ(samples[0].value, 4.0);
+  EXPECT_TRUE(samples[0].fresh);
+  EXPECT_GE(samples[0].time_ns, before);
+  EXPECT_LE(samples[0].time_ns, served.clock.now_ns());
+  EXPECT_FALSE(samples[1].fresh) << "level was not written";
+  client.send(frame(2, {15, 0, 0, 0, 1, 1, 1}));
+  EXPECT_EQ(client.receive_frame(), frame(2, {15, 0, 0, 0, 1}));
+  EXPECT_EQ(latched(served.device)[2].value, 1.0);
+}
+
+TEST(ServerDevice, ANanFromAClientKeepsTheLastValue) {
+  Served served;
+  RawClient client(served.device.port());
+  client.send(frame(1, {16, 0, 2, 0, 2, 4, 0x40, 0x20, 0, 0}));  // 2.5
+  client.receive_frame();
+  client.send(frame(2, {16, 0, 2, 0, 2, 4, 0x7F, 0xC0, 0, 0}));  // NaN
+  client.receive_frame();
+  EXPECT_EQ(latched(served.device)[1].value, 2.5);
+  EXPECT_EQ(served.device.refused_values(), 1U);
+}
+
+TEST(ServerDevice, ClientsCanNotWriteWhatHilWrites) {
+  Served served;
+  RawClient client(served.device.port());
+  client.send(frame(1, {6, 0, 0, 0, 8}));
+  EXPECT_EQ(client.receive_frame(), frame(1, {0x86, 2}));
+  client.send(frame(2, {16, 0, 0, 0, 2, 4, 0, 1, 0, 1}));  // status and request: nothing of it is done
+  EXPECT_EQ(client.receive_frame(), frame(2, {0x90, 2}));
+  EXPECT_FALSE(latched(served.device)[0].fresh);
+}
+
+TEST(ServerDevice, AValueOfTwoRegistersIsNeverTorn) {
+  Served served;
+  std::atomic<bool> stop{false};
+  std::thread tick([&] {
+    for (std::uint32_t i = 0; !stop.load(); ++i) {
+      const std::uint32_t half = i & 0xFFFFU;
+      served.device.release_outputs(std::vector<double>{static_cast<double>(half << 16U | half), 0, 0}, 0);
+    }
+  });
+  RawClient client(served.device.port());
+  std::uint32_t last = 0;
+  int changes = 0;
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  for (std::uint16_t round = 0; changes <= 500 && std::chrono::steady_clock::now() < until; ++round) {
+    client.send(frame(round, {4, 0, 0, 0, 2}));
+    const Bytes reply = client.receive_frame();
+    ASSERT_EQ(reply.size(), 13U);
+    const std::uint32_t value = word32(reply, 9);
+    ASSERT_TRUE(value == 3 || value >> 16U == (value & 0xFFFFU)) << value;
+    changes += value != last ? 1 : 0;
+    last = value;
+  }
+  stop.store(true);
+  tick.join();
+  EXPECT_GT(changes, 500);
+}
+
+TEST(ServerDevice, SafeStateShowsAtOnceAndTheNextReleaseReplacesIt) {
+  Served served;
+  RawClient client(served.device.port());
+  const auto speed = [&] {
+    client.send(frame(1, {4, 0, 0, 0, 2}));
+    return word32(client.receive_frame(), 9);
+  };
+  served.device.release_outputs(std::vector<double>{1000, 1, 5}, 0);
+  EXPECT_EQ(speed(), 1000U);
+  served.device.enter_safe_state();
+  EXPECT_TRUE(eventually([&] { return speed() == 3; }));
+  served.device.release_outputs(std::vector<double>{1001, 1, 5}, 0);
+  EXPECT_EQ(speed(), 1001U);
+}
+
+TEST(ServerDevice, LockstepMovesOnlyInExchange) {
+  bench::HandClock clock;
+  ServerDevice device({.name = "panel"}, served_map());
+  device.start(clock, Pacing::lockstep);
+  RawClient client(device.port());
+  client.send(frame(1, {6, 0, 1, 0, 8}));
+  EXPECT_TRUE(client.receive_frame(milliseconds(50)).empty());
+  EXPECT_FALSE(latched(device)[0].fresh);
+  ASSERT_TRUE(eventually([&] {
+    EXPECT_TRUE(device.exchange(70));
+    return latched(device)[0].fresh;
+  }));
+  EXPECT_EQ(latched(device)[0].time_ns, 70);
+  EXPECT_EQ(client.receive_frame(), frame(1, {6, 0, 1, 0, 8}));
+  device.stop();
+}
+
+TEST(ServerDevice, AnInputGoesStaleOnlyWhenTold) {
+  for (const milliseconds max_age : {milliseconds(0), milliseconds(30)}) {
+    Served served({.name = "panel", .max_age = max_age});
+    RawClient client(served.device.port());
+    client.send(frame(1, {6, 0, 1, 0, 8}));
+    client.receive_frame();
+    EXPECT_TRUE(latched(served.device)[0].fresh);
+    std::this_thread::sleep_for(milliseconds(60));
+    EXPECT_EQ(latched(served.device)[0].fresh, max_age.count() == 0);
+    EXPECT_EQ(latched(served.device)[0].value, max_age.count() == 0 ? 4.0 : -7.0);
+  }
+}
+
+TEST(ServerDevice, APortInUseIsOneSentence) {
+  Served first;
+  ServerDevice second({.name = "other", .endpoint = {"127.0.0.1", first.device.port()}}, served_map());
+  try {
+    second.start(first.clock, Pacing::realtime);
+    FAIL() << "two servers on one port";
+  } catch (const DeviceError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "Modbus server other can not listen on 127.0.0.1:" + std::to_string(first.device.port()) +
+                  ": Address already in use; another program uses that port: stop it, choose "
+                  "another port, or 0 for a free one");
+  }
+  EXPECT_EQ(second.port(), 0);
+  second.stop();
+}
+
+TEST(ServerDevice, AnAddressThatIsNotOursIsOneSentence) {
+  bench::WallRunClock clock;
+  ServerDevice device({.name = "far", .endpoint = {"192.0.2.1", 0}}, served_map());
+  try {
+    device.start(clock, Pacing::realtime);
+    FAIL();
+  } catch (const DeviceError& error) {
+    EXPECT_NE(
+        std::string(error.what()).find("no network interface of this machine has the address 192.0.2.1"),
+        std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(ServerDevice, StopsAndStartsAgain) {
+  bench::WallRunClock clock;
+  ServerDevice device({.name = "panel"}, served_map());
+  for (int round = 0; round < 20; ++round) {
+    device.start(clock, Pacing::realtime);
+    RawClient client(device.port());
+    client.send(frame(1, {17}));
+    EXPECT_FALSE(client.receive_frame().empty());
+    EXPECT_TRUE(device.health().connected);
+    device.stop();
+    EXPECT_TRUE(client.closed_within(milliseconds(1000)));
+    device.stop();
+  }
+}
+
+}  // namespace
+}  // namespace hil::io::modbus

@@ -1,0 +1,208 @@
+// The server device against clients that misbehave. A sound client beside them must not notice.
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+
+#include <memory>
+#include <random>
+
+#include "bench.hpp"
+#include "io/modbus/server_device.hpp"
+
+namespace hil::io::modbus {
+namespace {
+
+using bench::Bytes;
+using bench::entry;
+using bench::eventually;
+using bench::frame;
+using bench::RawClient;
+using std::chrono::milliseconds;
+using Wall = std::chrono::steady_clock;
+
+struct Served {
+  explicit Served(ServerLimits limits = {})
+      : device({.name = "panel", .limits = limits}, {{entry("a", Table::holding, 0, ValueType::u64, false),
+                                                      entry("b", Table::input, 0, ValueType::f64, true)}}) {
+    device.start(clock, Pacing::realtime);
+  }
+  bench::WallRunClock clock;
+  ServerDevice device;
+};
+
+milliseconds answer_time(RawClient& client) {
+  const auto before = Wall::now();
+  client.send(frame(77, {3, 0, 0, 0, 4}));
+  EXPECT_EQ(client.receive_frame().size(), 17U);
+  return std::chrono::duration_cast<milliseconds>(Wall::now() - before);
+}
+
+TEST(ServerFaults, EveryMalformedRequestIsAnsweredAtOnceAndTheConnectionLives) {
+  Served served;
+  RawClient client(served.device.port());
+  const std::vector<std::pair<Bytes, Bytes>> cases{
+      {{7}, {0x87, 1}},                                 // libmodbus 3.1.6 never answers it
+      {{17, 1}, {0x91, 3}},                             // too long
+      {{3, 0, 0}, {0x83, 3}},                           // short
+      {{3, 0, 0, 0, 0}, {0x83, 3}},                     // nothing: libmodbus sleeps 500 ms before this answer
+      {{99, 1, 2, 3}, {0xE3, 1}},                       // unknown: it sleeps here, too
+      {{16, 0, 0, 0, 2, 200, 1}, {0x90, 3}},            // a byte count that lies
+      {{23, 0, 0, 0, 4, 0, 0, 0, 4, 8, 1}, {0x97, 3}},  // short write and read
+      {{4, 0, 4, 0, 1}, {0x84, 2}}};
+  for (const auto& [request, reply] : cases) {
+    const auto before = Wall::now();
+    client.send(frame(5, request));
+    EXPECT_EQ(client.receive_frame(), frame(5, reply));
+    EXPECT_LT(Wall::now() - before, milliseconds(250));
+  }
+  EXPECT_LT(answer_time(client), milliseconds(250));
+  EXPECT_EQ(served.device.counters().exceptions, cases.size());
+}
+
+TEST(ServerFaults, ReportServerIdIsAnswered) {
+  Served served;
+  RawClient client(served.device.port());
+  client.send(frame(5, {17}));
+  const Bytes reply = client.receive_frame();
+  ASSERT_GT(reply.size(), 10U);
+  EXPECT_EQ(reply[7], 17);
+  EXPECT_EQ(reply[8], reply.size() - 9);
+}
+
+TEST(ServerFaults, WhatIsNoModbusLosesItsConnection) {
+  Served served;
+  const std::vector<Bytes> noises{
+      {'G', 'E', 'T', ' ', '/', ' ', 'H', 'T'}, {0, 1, 0, 0, 0, 1, 1}, {0, 1, 0, 0, 9, 9, 1}};
+  for (const Bytes& noise : noises) {
+    RawClient client(served.device.port());
+    client.send(noise);
+    EXPECT_TRUE(client.closed_within(milliseconds(1000)));
+  }
+  EXPECT_EQ(served.device.counters().malformed, noises.size());
+}
+
+TEST(ServerFaults, FramesInPiecesAndManyAtOnceAreAnsweredInOrder) {
+  Served served;
+  RawClient client(served.device.port());
+  const Bytes one = frame(1, {16, 0, 0, 0, 4, 8, 1, 2, 3, 4, 5, 6, 7, 8});
+  for (const std::uint8_t byte : one) {
+    client.send({byte});
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  EXPECT_EQ(client.receive_frame(), frame(1, {16, 0, 0, 0, 4}));
+  Bytes many;
+  for (std::uint16_t i = 0; i < 100; ++i) {
+    const Bytes next = frame(i, {3, 0, 0, 0, 4});
+    many.insert(many.end(), next.begin(), next.end());
+  }
+  client.send(many);
+  for (std::uint16_t i = 0; i < 100; ++i) {
+    ASSERT_EQ(client.receive_frame(), frame(i, {3, 8, 1, 2, 3, 4, 5, 6, 7, 8}));
+  }
+}
+
+TEST(ServerFaults, ASlowLorisIsDroppedAndDelaysNobody) {
+  Served served({.frame_limit = milliseconds(100)});
+  RawClient loris(served.device.port());
+  RawClient sound(served.device.port());
+  const auto before = Wall::now();
+  const Bytes bytes = frame(1, Bytes(200, 16));
+  std::size_t sent = 0;
+  while (!loris.closed_within(milliseconds(10)) && sent < bytes.size()) {
+    loris.send({bytes[sent++]});
+    ASSERT_LT(answer_time(sound), milliseconds(90));
+  }
+  EXPECT_LT(sent, bytes.size()) << "the connection was never closed";
+  EXPECT_LT(Wall::now() - before, milliseconds(1000));
+  EXPECT_EQ(served.device.counters().dropped_silent, 1U);
+}
+
+TEST(ServerFaults, ASilentClientIsDroppedAfterTheLimitAndABusyOneIsNot) {
+  Served served({.idle_limit = milliseconds(150)});
+  RawClient silent(served.device.port());
+  RawClient busy(served.device.port());
+  const auto before = Wall::now();
+  while (Wall::now() - before < milliseconds(400)) {
+    answer_time(busy);
+    std::this_thread::sleep_for(milliseconds(20));
+  }
+  EXPECT_TRUE(silent.closed_within(milliseconds(10)));
+  EXPECT_EQ(served.device.counters().dropped_silent, 1U);
+  EXPECT_LT(answer_time(busy), milliseconds(150));
+}
+
+TEST(ServerFaults, OneConnectionTooManyIsRefusedAndAPlaceThatIsFreeAgainIsGiven) {
+  Served served({.max_connections = 3});
+  std::vector<std::unique_ptr<RawClient>> clients;
+  for (int i = 0; i < 3; ++i) {
+    clients.push_back(std::make_unique<RawClient>(served.device.port()));
+    answer_time(*clients.back());
+  }
+  RawClient refused(served.device.port());
+  EXPECT_TRUE(refused.closed_within(milliseconds(1000)));
+  EXPECT_EQ(served.device.counters().refused, 1U);
+  clients.pop_back();
+  EXPECT_TRUE(eventually([&] {
+    RawClient next(served.device.port());
+    next.send(frame(1, {3, 0, 0, 0, 1}));
+    return !next.receive_frame(milliseconds(200)).empty();
+  }));
+  for (const auto& client : clients)
+    EXPECT_LT(answer_time(*client), milliseconds(250));
+}
+
+TEST(ServerFaults, AClientThatTakesNoRepliesIsDroppedAndDelaysNobody) {
+  Served served;
+  RawClient deaf(served.device.port());
+  RawClient sound(served.device.port());
+  const int small = 4096;
+  ::setsockopt(deaf.fd(), SOL_SOCKET, SO_RCVBUF, &small, sizeof(small));
+  Bytes burst;
+  for (std::uint16_t i = 0; i < 500; ++i) {
+    const Bytes next = frame(i, {3, 0, 0, 0, 4});
+    burst.insert(burst.end(), next.begin(), next.end());
+  }
+  EXPECT_TRUE(eventually(
+      [&] {
+        ::send(deaf.fd(), burst.data(), burst.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+        EXPECT_LT(answer_time(sound), milliseconds(500));
+        return served.device.counters().dropped_deaf == 1;
+      },
+      milliseconds(20'000)));
+}
+
+TEST(ServerFaults, NoiseFromManyClientsNeverStopsTheServer) {
+  Served served({.max_connections = 8});
+  std::mt19937 random(4711);
+  const std::array<std::uint8_t, 12> functions{1, 2, 3, 4, 5, 6, 7, 15, 16, 17, 22, 23};
+  for (int round = 0; round < 60; ++round) {
+    RawClient client(served.device.port());
+    for (int i = 0; i < 20; ++i) {
+      Bytes pdu{functions[random() % functions.size()]};
+      const std::size_t length = random() % 252;
+      for (std::size_t k = 0; k < length; ++k)
+        pdu.push_back(static_cast<std::uint8_t>(random() % 4 == 0 ? random() : 0));
+      Bytes bytes = frame(static_cast<std::uint16_t>(random()), pdu);
+      if (random() % 8 == 0) bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
+      if (random() % 8 == 0) bytes.resize(random() % bytes.size());
+      client.send(bytes);
+    }
+    ::shutdown(client.fd(), SHUT_WR);
+    ASSERT_TRUE(client.closed_within(milliseconds(2000))) << "round " << round;
+  }
+  EXPECT_GT(served.device.counters().requests, 100U);
+  RawClient sound(served.device.port());
+  EXPECT_LT(answer_time(sound), milliseconds(500));
+}
+
+TEST(ServerFaults, HalfAFrameAndGoneLeavesNothingBehind) {
+  Served served({.max_connections = 2});
+  for (int round = 0; round < 50; ++round) {
+    RawClient client(served.device.port());
+    client.send({0, 1, 0, 0, 0});
+  }
+  RawClient sound(served.device.port());  // at once: the dead ones before it in the queue cost it nothing
+  EXPECT_LT(answer_time(sound), milliseconds(500));
+}
+
+}  // namespace
+}  // namespace hil::io::modbus
