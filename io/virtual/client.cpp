@@ -85,8 +85,8 @@ can::ReceiveResult Client::receive(can::Frame& frame) noexcept {
     const ssize_t size = ::recv(socket_, packet.data(), packet.size(), MSG_DONTWAIT);
     if (size < 0 && errno == EINTR) continue;
     if (size < 0 && errno == EAGAIN) return can::ReceiveResult::empty;
+    if (size == 0 || (size < 0 && errno == ECONNRESET)) return lose("the hub has closed it");
     if (size < 0) return lose(std::strerror(errno));
-    if (size == 0) return lose("the hub has closed it");
     const auto length = static_cast<std::size_t>(size);
     if (const auto received = frame_of(packet, length)) {
       if (!filters_.passes(received->raw.can_id)) continue;

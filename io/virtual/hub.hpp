@@ -99,7 +99,7 @@ class Hub final : public can::Bus {
   };
 
   void listen();
-  void pump() noexcept;
+  bool pump() noexcept;
   void accept_clients();
   void read_client(Client& client, std::size_t most_packets);
   bool read_packet(Client& client);

@@ -89,7 +89,9 @@ void Hub::open_step() {
     return std::tie(one->name, one->connection) < std::tie(other->name, other->connection);
   });
   for (const auto& client : clients_) {
-    if (client->greeted && send_time(*client, TimePacket::Kind::now, sequence_)) client->unsettled = true;
+    if (!client->greeted) continue;
+    send_time(*client, TimePacket::Kind::now, sequence_);
+    client->unsettled = true;  // also when that failed: its barrier says what is wrong
   }
   deliver_due(lockstep_now_ns_);
   std::vector<can::Frame> staged;

@@ -1,0 +1,393 @@
+// A whole CAN device on a virtual bus, with hil-aeb-controller as the other side: in lock-step and in real
+// time.
+
+#include "io/can/can_device.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include "fake_clock.hpp"
+#include "io/virtual/client.hpp"
+#include "io/virtual/hub.hpp"
+#include "io/virtual/process.hpp"
+
+namespace hil::io::can {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+const Protection protection{"Counter", "Checksum"};
+
+std::filesystem::path scratch(const std::string& name) {
+  return std::filesystem::path(::testing::TempDir()) / (name + "-" + std::to_string(::getpid()));
+}
+
+std::string content_of(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+CanDeviceConfig crossing_config() {
+  CanDeviceConfig config;
+  config.name = "car";
+  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  config.send.push_back({"EgoStatus", 10 * ms, 0, protection, {}});
+  config.send.push_back({"Object0", 100 * ms, 0, {}, {}});
+  config.send.push_back({"ObjectHeader", 100 * ms, 0, protection, {}});
+  config.receive.push_back({"BrakeCommand", 250 * ms, protection, {{"Deceleration", 1.5}}});
+  return config;
+}
+
+std::size_t channel(std::span<const ChannelInfo> channels, const std::string& name) {
+  for (std::size_t index = 0; index < channels.size(); ++index) {
+    if (channels[index].name == name) return index;
+  }
+  ADD_FAILURE() << "no channel " << name;
+  return 0;
+}
+
+virtual_bus::HubConfig hub_config(std::size_t expected_clients) {
+  return {.name = "car", .path = {}, .faults = {}, .expected_clients = expected_clients};
+}
+
+process::ChildConfig controller_config(const std::string& address) {
+  return {.name = "dut",
+          .command = {HIL_BINARY_DIR "/bin/hil-aeb-controller", "--bus", address, "--database",
+                      HIL_SOURCE_DIR "/configs/crossing.dbc"},
+          .search_folders = {},
+          .working_folder = {},
+          .output_file = scratch("dut-output")};
+}
+
+void set_danger(CanDevice& device, std::vector<double>& outputs, double time_s) {
+  const auto set = [&](const char* name, double value) { outputs[channel(device.outputs(), name)] = value; };
+  set("EgoStatus.Speed", 14.0);
+  set("Object0.Valid", 1.0);
+  set("Object0.PosX", 60.0 - 14.0 * time_s);
+  set("Object0.PosY", -60.0 + 14.0 * time_s);
+  set("Object0.VelX", 0.0);
+  set("Object0.VelY", 14.0);
+  set("Object0.Length", 4.5);
+  set("ObjectHeader.ObjectCount", 1.0);
+}
+
+TEST(CanDevice, ChannelsAreOutputsWithoutProtectionAndInputsWithCounters) {
+  CanDevice device(crossing_config(), std::make_unique<virtual_bus::Hub>(hub_config(0)));
+  EXPECT_EQ(device.inputs()[0].name, "EgoStatus.Counter");
+  EXPECT_EQ(device.inputs()[1].name, "ObjectHeader.Counter");
+  const auto& deceleration = device.inputs()[channel(device.inputs(), "BrakeCommand.Deceleration")];
+  EXPECT_EQ(deceleration.unit, "m/s2");
+  EXPECT_EQ(deceleration.safe_value, 1.5);
+  EXPECT_EQ(deceleration.maximum, 20.0);
+  for (const ChannelInfo& output : device.outputs()) {
+    EXPECT_EQ(output.name.find("Counter"), std::string::npos);
+    EXPECT_EQ(output.name.find("Checksum"), std::string::npos);
+  }
+  EXPECT_EQ(device.outputs().size(), 2U + 7U + 2U);
+  std::vector<Sample> samples(device.inputs().size());
+  device.latch_inputs(samples);
+  EXPECT_FALSE(samples[2].fresh);
+  EXPECT_EQ(samples[channel(device.inputs(), "BrakeCommand.Deceleration")].value, 1.5);
+}
+
+TEST(CanDevice, EveryMistakeInItsConfigurationIsSaidAtOnce) {
+  CanDeviceConfig config = crossing_config();
+  config.send.push_back({"Nothing", -1, 0, {}, {}});
+  config.receive.push_back({"EgoStatus", -1, {"Speed", ""}, {{"Sped", 1.0}, {"Speed", std::nan("")}}});
+  config.bits_per_second = 0.0;
+  EXPECT_EQ(configuration_problems(config).size(), 8U);
+  EXPECT_THROW(CanDevice(std::move(config), std::make_unique<virtual_bus::Hub>(hub_config(0))), DeviceError);
+}
+
+/// 2 s of lock-step with the controller in its own process. Returns the log; checks the answers on the way.
+std::string lockstep_log() {
+  auto hub = std::make_unique<virtual_bus::Hub>(hub_config(1));
+  process::Child controller(controller_config(hub->address()));
+  CanDeviceConfig config = crossing_config();
+  config.log_file = scratch("lockstep.log");
+  const auto log_file = config.log_file;
+  SetClock clock;
+  {
+    CanDevice device(std::move(config), std::move(hub));
+    device.start(clock, Pacing::lockstep);
+    std::vector<double> outputs(device.outputs().size(), 0.0);
+    std::vector<Sample> samples(device.inputs().size());
+    const std::size_t request = channel(device.inputs(), "ObjectHeader.Counter");
+    const std::size_t reply = channel(device.inputs(), "BrakeCommand.AnswerTo");
+    const std::size_t deceleration = channel(device.inputs(), "BrakeCommand.Deceleration");
+    double strongest = 0.0;
+    for (int tick = 0; tick < 200; ++tick) {
+      const RunTimeNs now = tick * 10 * ms;
+      clock.set(now);
+      set_danger(device, outputs, static_cast<double>(now) * 1e-9);
+      device.release_outputs(outputs, now);
+      EXPECT_TRUE(device.exchange(now)) << device.health().fault;
+      device.latch_inputs(samples);
+      EXPECT_TRUE(samples[request].fresh);
+      EXPECT_EQ(samples[request].value, tick / 10);
+      EXPECT_EQ(samples[request].time_ns, tick / 10 * 100 * ms);
+      EXPECT_EQ(samples[reply].value, samples[request].value) << "answered in the same instant";
+      EXPECT_EQ(samples[reply].time_ns, samples[request].time_ns);
+      strongest = std::max(strongest, samples[deceleration].value);
+    }
+    EXPECT_GT(strongest, 3.0) << "the controller saw the danger";
+    EXPECT_LE(strongest, 9.0);
+    clock.set(2300 * ms);
+    device.latch_inputs(samples);
+    EXPECT_FALSE(samples[deceleration].fresh) << "older than its time-out";
+    EXPECT_EQ(samples[deceleration].value, 1.5);
+    device.stop();
+    EXPECT_EQ(device.counters().rx, 20U);
+    EXPECT_EQ(device.counters().tx, 200U + 20U + 20U);
+    EXPECT_EQ(device.counters().log_dropped, 0U);
+    EXPECT_GT(device.counters().bus_load, 0.0);
+  }
+  EXPECT_TRUE(controller.wait_for_exit(5'000 * ms)) << "the controller ends when its bus closes";
+  EXPECT_TRUE(controller.exit().success()) << describe(controller.exit());
+  const std::string log = content_of(log_file);
+  std::filesystem::remove(log_file);
+  std::filesystem::remove(scratch("dut-output"));
+  return log;
+}
+
+TEST(CanDevice, LockstepWithAControllerInAnotherProcessIsTheSameInEveryRun) {
+  const std::string first = lockstep_log();
+  EXPECT_EQ(std::count(first.begin(), first.end(), '\n'), 260);
+  EXPECT_EQ(lockstep_log(), first);
+}
+
+TEST(CanDevice, AControllerThatDiesInLockstepIsSaid) {
+  auto hub = std::make_unique<virtual_bus::Hub>(hub_config(1));
+  process::Child controller(controller_config(hub->address()));
+  SetClock clock;
+  CanDevice device(crossing_config(), std::move(hub));
+  device.start(clock, Pacing::lockstep);
+  ASSERT_TRUE(device.exchange(0));
+  controller.stop(1'000 * ms);
+  EXPECT_FALSE(device.exchange(ms));
+  EXPECT_NE(device.health().fault.find("'aeb-controller' closed its connection"), std::string::npos);
+  std::filesystem::remove(scratch("dut-output"));
+}
+
+TEST(CanDevice, SafeValuesGoOutOnce) {
+  auto hub = std::make_unique<virtual_bus::Hub>(hub_config(0));
+  SetClock clock;
+  CanDeviceConfig config = crossing_config();
+  config.send[0].safe_values["Speed"] = 2.5;
+  config.log_file = scratch("safe.log");
+  const auto log_file = config.log_file;
+  {
+    CanDevice device(std::move(config), std::move(hub));
+    device.start(clock, Pacing::lockstep);
+    std::vector<double> outputs(device.outputs().size(), 7.0);
+    device.release_outputs(outputs, 0);
+    ASSERT_TRUE(device.exchange(0));
+    device.enter_safe_state();
+    device.stop();
+    EXPECT_EQ(device.counters().tx, 6U);
+  }
+  const CandumpLog log = read_candump_log(log_file);
+  ASSERT_EQ(log.frames.size(), 6U);
+  EXPECT_EQ(log.frames[0].frame.raw.data[0] + 256 * log.frames[0].frame.raw.data[1], 700);
+  EXPECT_EQ(log.frames[3].frame.raw.data[0] + 256 * log.frames[3].frame.raw.data[1], 250);
+  std::filesystem::remove(log_file);
+}
+
+class RealtimeDevice : public ::testing::Test {
+ protected:
+  void start(CanDeviceConfig config) {
+    auto hub = std::make_unique<virtual_bus::Hub>(hub_config(0));
+    address_ = hub->address();
+    hub_ = hub.get();
+    device_ = std::make_unique<CanDevice>(std::move(config), std::move(hub));
+    device_->start(clock_, Pacing::realtime);
+    samples_.resize(device_->inputs().size());
+    outputs_.resize(device_->outputs().size());
+  }
+  template <typename Condition>
+  bool eventually(const Condition& condition) {
+    for (int wait = 0; wait < 2000; ++wait) {
+      device_->latch_inputs(samples_);
+      if (condition()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  }
+  const Sample& sample(const char* name) { return samples_[channel(device_->inputs(), name)]; }
+
+  RunningClock clock_;
+  virtual_bus::Hub* hub_ = nullptr;
+  std::string address_;
+  std::unique_ptr<CanDevice> device_;
+  std::vector<Sample> samples_;
+  std::vector<double> outputs_;
+};
+
+TEST_F(RealtimeDevice, TheControllerAnswersAndItsAnswersFadeWhenItDies) {
+  start(crossing_config());
+  process::Child controller(controller_config(address_));
+  ASSERT_TRUE(eventually([&] { return hub_->station_count() == 1; }));
+  const RunTimeNs begin = clock_.now_ns();
+  int answered = 0;
+  for (int tick = 0; tick < 100; ++tick) {
+    set_danger(*device_, outputs_, 2.0);
+    device_->release_outputs(outputs_, begin + tick * 10 * ms);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    device_->latch_inputs(samples_);
+    const Sample& request = sample("ObjectHeader.Counter");
+    const Sample& reply = sample("BrakeCommand.AnswerTo");
+    if (!reply.fresh || request.value != reply.value) continue;
+    ++answered;
+    EXPECT_GE(reply.time_ns, request.time_ns);
+    EXPECT_LT(reply.time_ns - request.time_ns, 200 * ms);
+  }
+  EXPECT_GT(answered, 50);
+  EXPECT_GT(sample("BrakeCommand.Deceleration").value, 3.0);
+  controller.stop(1'000 * ms);
+  EXPECT_TRUE(eventually([&] { return !sample("BrakeCommand.Deceleration").fresh; }));
+  EXPECT_EQ(sample("BrakeCommand.Deceleration").value, 1.5) << "the safe value";
+  device_->stop();
+  EXPECT_EQ(device_->counters().bad_checksum + device_->counters().bad_counter, 0U);
+  std::filesystem::remove(scratch("dut-output"));
+}
+
+TEST_F(RealtimeDevice, GarbageIsCountedAndTheGoodFrameIsTaken) {
+  start(crossing_config());
+  virtual_bus::Client outside({address_, "outside"});
+  outside.open(clock_, Pacing::realtime);
+  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  MessageEncoder encoder(*database.find_message("BrakeCommand"), protection);
+  MessageEncoder::Tally tally;
+  const auto build = [&] { return encoder.build(std::vector<double>{4.0, 0.0, 0.0, 3.0, 0.0, 0.0}, tally); };
+  const Frame good = build();
+  Frame bad_checksum = good;
+  bad_checksum.raw.data[1] ^= 0x10U;
+  outside.send(make_frame(0x300, {}));
+  outside.send(make_frame(0x300 | CAN_RTR_FLAG, {}));
+  outside.send(make_frame(0x555, {}));
+  outside.send(make_frame(0x300 | CAN_EFF_FLAG, good.payload()));
+  outside.send(bad_checksum);
+  outside.send(good);
+  outside.send(good);  // a repeated counter
+  ASSERT_TRUE(eventually([&] { return device_->counters().rx == 7; }));
+  const CanCounters counters = device_->counters();
+  EXPECT_EQ(counters.wrong_length, 2U);
+  EXPECT_EQ(counters.unknown_id, 2U);
+  EXPECT_EQ(counters.bad_checksum, 1U);
+  EXPECT_EQ(counters.bad_counter, 1U);
+  EXPECT_TRUE(eventually([&] { return sample("BrakeCommand.Deceleration").value == 4.0; }));
+  EXPECT_TRUE(device_->health().connected);
+}
+
+TEST_F(RealtimeDevice, NotANumberAndOutOfRangeAreCountedAndNeverSent) {
+  start(crossing_config());
+  outputs_[channel(device_->outputs(), "EgoStatus.Speed")] = 1000.0;
+  outputs_[channel(device_->outputs(), "EgoStatus.YawRate")] = std::nan("");
+  device_->release_outputs(outputs_, 0);
+  EXPECT_TRUE(eventually([&] { return device_->counters().tx == 3; }));
+  EXPECT_EQ(device_->counters().saturated, 1U);
+  EXPECT_EQ(device_->counters().refused_values, 1U);
+}
+
+TEST_F(RealtimeDevice, WhatWasReleasedBeforeStopIsSentAndStopMayComeTwice) {
+  CanDeviceConfig config = crossing_config();
+  config.send[0].period_ns = 0;
+  config.log_file = scratch("stop.log");
+  const auto log_file = config.log_file;
+  start(std::move(config));
+  for (int tick = 0; tick < 20; ++tick)
+    device_->release_outputs(outputs_, tick * ms);
+  device_->stop();
+  device_->stop();
+  EXPECT_EQ(device_->counters().tx, 22U);
+  EXPECT_EQ(read_candump_log(log_file).frames.size(), 22U);
+  std::filesystem::remove(log_file);
+}
+
+/// A bus whose send queue is full when told so.
+class FullBus final : public Bus {
+ public:
+  const std::string& name() const noexcept override { return name_; }
+  std::string description() const override { return name_; }
+  void open(const RunClock&, Pacing) override {}
+  void close() noexcept override {}
+  int fd() const noexcept override { return -1; }
+  SendResult send(const Frame& frame) noexcept override {
+    ++tries;
+    if (full) return SendResult::no_buffer;
+    sent.push_back(frame);
+    return SendResult::sent;
+  }
+  ReceiveResult receive(Frame&) noexcept override { return ReceiveResult::empty; }
+  void set_filters(std::span<const can_filter>) override {}
+  SettleResult settle(RunTimeNs) override { return {}; }
+  BusCounters counters() const noexcept override { return {}; }
+  std::string fault() const override { return {}; }
+
+  bool full = false;
+  int tries = 0;
+  std::vector<Frame> sent;
+
+ private:
+  std::string name_ = "full";
+};
+
+TEST(CanDevice, AFullQueueIsTriedOnceMoreAtTheNextTickAndNeverSpunOn) {
+  CanDeviceConfig config = crossing_config();
+  config.send = {{"EgoStatus", 10 * ms, 0, protection, {}}};
+  auto owned = std::make_unique<FullBus>();
+  FullBus& bus = *owned;
+  SetClock clock;
+  CanDevice device(std::move(config), std::move(owned));
+  device.start(clock, Pacing::lockstep);
+  const std::vector<double> outputs(device.outputs().size(), 0.0);
+  const auto tick = [&](RunTimeNs now) {
+    device.release_outputs(outputs, now);
+    EXPECT_TRUE(device.exchange(now));
+  };
+  bus.full = true;
+  tick(0);
+  EXPECT_EQ(bus.tries, 1);
+  tick(1 * ms);
+  EXPECT_EQ(bus.tries, 2) << "once more";
+  tick(2 * ms);
+  EXPECT_EQ(bus.tries, 2) << "and no more until it is due";
+  tick(10 * ms);
+  EXPECT_EQ(bus.tries, 3);
+  bus.full = false;
+  tick(11 * ms);
+  tick(20 * ms);
+  ASSERT_EQ(bus.sent.size(), 2U);
+  EXPECT_EQ(bus.sent[0].raw.data[4] & 0xF, 0) << "the counter counts frames that were sent";
+  EXPECT_EQ(bus.sent[1].raw.data[4] & 0xF, 1);
+  EXPECT_EQ(device.counters().no_buffer, 3U);
+  EXPECT_EQ(device.counters().tx, 2U);
+}
+
+TEST(CanDevice, PeriodsFollowTheReleasesWithoutDrift) {
+  CanDeviceConfig config = crossing_config();
+  config.send = {{"EgoStatus", 10 * ms, 5 * ms, protection, {}}};
+  auto owned = std::make_unique<FullBus>();
+  const FullBus& bus = *owned;
+  SetClock clock;
+  CanDevice device(std::move(config), std::move(owned));
+  device.start(clock, Pacing::lockstep);
+  const std::vector<double> outputs(device.outputs().size(), 0.0);
+  std::vector<RunTimeNs> sent_at;
+  for (RunTimeNs now = 0; now < 100 * ms; now += 3 * ms) {
+    device.release_outputs(outputs, now);
+    const std::size_t before = bus.sent.size();
+    device.exchange(now);
+    if (bus.sent.size() > before) sent_at.push_back(now / ms);
+  }
+  EXPECT_EQ(sent_at, (std::vector<RunTimeNs>{6, 15, 27, 36, 45, 57, 66, 75, 87, 96}));
+}
+
+}  // namespace
+}  // namespace hil::io::can

@@ -1,0 +1,254 @@
+// The virtual bus under the virtual clock: the same frames at the same instants in every run, whatever the
+// threads do.
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <random>
+#include <string>
+#include <thread>
+
+#include "fake_clock.hpp"
+#include "io/can/candump_log.hpp"
+#include "io/virtual/client.hpp"
+#include "io/virtual/hub.hpp"
+
+namespace hil::io::virtual_bus {
+namespace {
+
+/// A station in a thread of its own: for every frame it gets, what `answer` says; with a wait of random
+/// length before each look at the bus, so that no order comes about by luck.
+class Station {
+ public:
+  using Answer = std::function<std::vector<can::Frame>(const can::Frame&)>;
+
+  Station(const std::string& address, const std::string& name, Answer answer, std::uint64_t seed,
+          int jitter_us = 200)
+      : thread_([=, this] { run(address, name, answer, seed, jitter_us); }) {}
+  ~Station() {
+    leave_ = true;
+    thread_.join();
+  }
+  std::atomic<bool> leave_{false};
+  std::atomic<bool> hang_{false};
+
+ private:
+  void run(const std::string& address, const std::string& name, const Answer& answer, std::uint64_t seed,
+           int jitter_us) {
+    const RunningClock clock;
+    std::mt19937_64 random(seed);
+    std::this_thread::sleep_for(
+        std::chrono::microseconds(random() % 20000));  // stations connect in any order
+    Client client(ClientConfig{address, name});
+    client.open(clock, Pacing::realtime);
+    while (!leave_) {
+      if (hang_) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        continue;
+      }
+      if (jitter_us > 0)
+        std::this_thread::sleep_for(std::chrono::microseconds(random() % static_cast<unsigned>(jitter_us)));
+      can::Frame frame;
+      switch (client.receive(frame)) {
+        case can::ReceiveResult::frame:
+          for (const can::Frame& reply : answer(frame))
+            EXPECT_EQ(client.send(reply), can::SendResult::sent);
+          break;
+        case can::ReceiveResult::lost:
+          return;
+        case can::ReceiveResult::empty: {
+          pollfd watched{client.fd(), POLLIN, 0};
+          ::poll(&watched, 1, 5);
+        }
+      }
+    }
+  }
+  std::thread thread_;
+};
+
+can::Frame frame_of_bytes(canid_t id, std::initializer_list<std::uint8_t> bytes) {
+  return can::make_frame(id, std::span(bytes.begin(), bytes.size()));
+}
+
+/// Everything the hub saw in a run, as a log.
+std::string log_of_run(std::uint64_t jitter_seed, FaultConfig faults) {
+  const SetClock clock;
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = faults, .expected_clients = 3});
+  hub.open(clock, Pacing::lockstep);
+  // "b" answers frames of ours twice; "a" answers those of "b"; "c" answers frames of "a" that carry an even
+  // number.
+  const auto echo = [](canid_t from, canid_t to, int times) {
+    return [=](const can::Frame& frame) {
+      std::vector<can::Frame> replies;
+      if (frame.identifier() != from) return replies;
+      for (int count = 0; count < times; ++count) {
+        const auto time = static_cast<std::uint8_t>(frame.time_ns / 1'000'000);
+        replies.push_back(frame_of_bytes(to, {frame.raw.data[0], static_cast<std::uint8_t>(count), time}));
+      }
+      return replies;
+    };
+  };
+  Station b(hub.address(), "b", echo(0x100, 0x200, 2), jitter_seed);
+  Station a(hub.address(), "a", echo(0x200, 0x300, 1), jitter_seed + 1);
+  Station c(hub.address(), "c", echo(0x300, 0x400, 1), jitter_seed + 2);
+  std::string log;
+  for (int tick = 0; tick < 40; ++tick) {
+    hub.send(frame_of_bytes(0x100, {static_cast<std::uint8_t>(tick)}));
+    if (tick % 3 == 0) hub.send(frame_of_bytes(0x101, {}));
+    const can::SettleResult result = hub.settle(std::int64_t{tick} * 1'000'000);
+    EXPECT_TRUE(result.settled()) << result.client << " " << hub.fault();
+    can::Frame frame;
+    while (hub.receive(frame) == can::ReceiveResult::frame) {
+      can::append_candump_line(log, frame, frame.direction == can::Direction::tx ? "tx" : "rx");
+      log += "\n";
+    }
+  }
+  return log;
+}
+
+TEST(Lockstep, LogsAreTheSameInEveryRun) {
+  const std::string first = log_of_run(1, {});
+  EXPECT_EQ(log_of_run(1000, {}), first);
+  EXPECT_EQ(log_of_run(7, {}), first);
+  // One step, in full: ours, then b, then a's and c's answers in the order the stations are taken.
+  const std::string beginning =
+      "(0000000000.000000) tx 100#00\n(0000000000.000000) tx 101#\n(0000000000.000000) rx 200#000000\n"
+      "(0000000000.000000) rx 200#000100\n(0000000000.000000) rx 300#000000\n(0000000000.000000) rx "
+      "300#000000\n"
+      "(0000000000.000000) rx 400#000000\n(0000000000.000000) rx 400#000000\n(0000000000.001000) tx 100#01\n";
+  EXPECT_EQ(first.substr(0, beginning.size()), beginning);
+}
+
+TEST(Lockstep, LogsWithFaultsAreTheSameInEveryRunToo) {
+  const FaultConfig faults{.drop_probability = 0.1,
+                           .corrupt_probability = 0.1,
+                           .delay_probability = 0.2,
+                           .delay_ns = 3'000'000,
+                           .seed = 11};
+  const std::string first = log_of_run(1, faults);
+  EXPECT_EQ(log_of_run(500, faults), first);
+  EXPECT_NE(first, log_of_run(1, {}));
+}
+
+TEST(Lockstep, FramesCarryTheRunTimeOfTheStep) {
+  const SetClock clock;
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 1});
+  hub.open(clock, Pacing::lockstep);
+  std::vector<RunTimeNs> times;
+  {
+    Station listener(
+        hub.address(), "x",
+        [&](const can::Frame& frame) {
+          times.push_back(frame.time_ns);
+          return std::vector<can::Frame>{};
+        },
+        1);
+    for (const RunTimeNs now : {5LL, 1'000'000LL, 2'000'000LL}) {
+      hub.send(frame_of_bytes(1, {}));
+      ASSERT_TRUE(hub.settle(now).settled());
+      EXPECT_EQ(times.back(), now) << "settle returns when the station has dealt with it";
+    }
+  }
+  EXPECT_EQ(times.size(), 3U);
+}
+
+TEST(Lockstep, MoreFramesThanASocketHoldsAreAllDelivered) {
+  const SetClock clock;
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 1});
+  hub.open(clock, Pacing::lockstep);
+  constexpr std::size_t count = 20000;
+  std::atomic<std::size_t> heard{0};
+  Station flood(
+      hub.address(), "flood",
+      [&](const can::Frame&) {
+        ++heard;
+        return std::vector<can::Frame>{frame_of_bytes(2, {}), frame_of_bytes(3, {})};
+      },
+      1, 0);
+  ASSERT_TRUE(hub.settle(0).settled());
+  for (std::size_t index = 0; index < count; ++index)
+    hub.send(frame_of_bytes(1, {}));
+  ASSERT_TRUE(hub.settle(1).settled()) << hub.fault();
+  EXPECT_EQ(heard, count);
+  std::size_t seen = 0;
+  can::Frame frame;
+  while (hub.receive(frame) == can::ReceiveResult::frame)
+    ++seen;
+  EXPECT_EQ(seen, 3 * count);
+  EXPECT_EQ(hub.counters().dropped, 0U);
+}
+
+TEST(Lockstep, AHungStationIsNamed) {
+  const SetClock clock;
+  Hub hub(HubConfig{
+      .name = "car", .path = {}, .faults = {}, .expected_clients = 1, .answer_limit_ns = 100'000'000});
+  hub.open(clock, Pacing::lockstep);
+  Station sleeper(
+      hub.address(), "sleeper", [](const can::Frame&) { return std::vector<can::Frame>{}; }, 1);
+  ASSERT_TRUE(hub.settle(0).settled());
+  sleeper.hang_ = true;
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  const can::SettleResult result = hub.settle(1);
+  EXPECT_EQ(result.status, can::SettleResult::Status::client_hung);
+  EXPECT_EQ(result.client, "sleeper");
+  EXPECT_NE(hub.fault().find("'sleeper' did not answer within 100 ms"), std::string::npos);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_FALSE(hub.settle(2).settled()) << "and it stays so, without waiting again";
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(50));
+}
+
+TEST(Lockstep, AStationThatDiesIsNamed) {
+  const SetClock clock;
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 2});
+  hub.open(clock, Pacing::lockstep);
+  const auto silent = [](const can::Frame&) { return std::vector<can::Frame>{}; };
+  Station stays(hub.address(), "stays", silent, 1);
+  auto dies = std::make_unique<Station>(hub.address(), "dies", silent, 2);
+  ASSERT_TRUE(hub.settle(0).settled());
+  dies.reset();
+  const can::SettleResult result = hub.settle(1);
+  EXPECT_EQ(result.status, can::SettleResult::Status::client_died);
+  EXPECT_EQ(result.client, "dies");
+}
+
+TEST(Lockstep, MissingStationsAreSaid) {
+  const SetClock clock;
+  Hub hub(HubConfig{
+      .name = "car", .path = {}, .faults = {}, .expected_clients = 2, .connect_limit_ns = 100'000'000});
+  hub.open(clock, Pacing::lockstep);
+  const Station only(
+      hub.address(), "only", [](const can::Frame&) { return std::vector<can::Frame>{}; }, 1);
+  const can::SettleResult result = hub.settle(0);
+  EXPECT_EQ(result.status, can::SettleResult::Status::clients_missing);
+  EXPECT_NE(hub.fault().find("1 of 2 expected stations"), std::string::npos) << hub.fault();
+}
+
+TEST(Lockstep, StationsThatAnswerEachOtherWithoutEndAreSaid) {
+  const SetClock clock;
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 2});
+  hub.open(clock, Pacing::lockstep);
+  const auto parrot = [](const can::Frame& frame) { return std::vector<can::Frame>{frame}; };
+  const Station one(hub.address(), "one", parrot, 1, 0);
+  const Station two(hub.address(), "two", parrot, 2, 0);
+  hub.send(frame_of_bytes(1, {}));
+  EXPECT_EQ(hub.settle(0).status, can::SettleResult::Status::not_quiescent);
+}
+
+TEST(Lockstep, ABusWithoutStationsSettlesAtOnce) {
+  const SetClock clock;
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}});
+  hub.open(clock, Pacing::lockstep);
+  hub.send(frame_of_bytes(1, {}));
+  ASSERT_TRUE(hub.settle(7).settled());
+  can::Frame frame;
+  ASSERT_EQ(hub.receive(frame), can::ReceiveResult::frame);
+  EXPECT_EQ(frame.time_ns, 7);
+  EXPECT_EQ(frame.direction, can::Direction::tx);
+}
+
+}  // namespace
+}  // namespace hil::io::virtual_bus
