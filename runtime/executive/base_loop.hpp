@@ -1,0 +1,91 @@
+#pragma once
+// The base thread's loop: when each tick begins, and what happens in it. Nothing in here allocates, locks or
+// writes.
+//
+// Pacing. Tick k is due at start + k * period, an absolute instant. A tick that is due already begins at
+// once, so up to `catch_up_ticks` ticks that were missed run back to back; when more than that many are due
+// after the next one, all but the latest due tick are given up and counted. So the tick index is always the
+// whole number of periods that have passed, never more than catch_up_ticks behind.
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/executive/accounting.hpp"
+#include "runtime/executive/clock.hpp"
+#include "runtime/executive/executive.hpp"
+#include "runtime/executive/worker.hpp"
+
+namespace hil::executive {
+
+struct BaseBeat {
+  std::atomic<std::uint64_t> ticks_begun{0};
+  LiveNumber<std::int64_t> run_time_ns;
+  LiveNumber<std::uint64_t> skipped_ticks;
+};
+
+class BaseLoop {
+ public:
+  /// `worker_of[i]`: the thread of task i, or null when its steps run inline (base thread's tasks, virtual
+  /// clock).
+  BaseLoop(const ExecutiveOptions& options, const Probe& probe, const Accounting::Slots& slots,
+           std::vector<Worker*> worker_of, Accounting& accounting, BaseBeat& beat);
+
+  /// Until the duration is over (false) or a stop was asked for (true).
+  bool run(const std::atomic<bool>& stop_requested) noexcept;
+  /// After the tasks' threads have ended: counts the runs that were still under way.
+  void settle_the_rest() noexcept;
+
+  std::int64_t start_ns() const noexcept { return start_ns_; }
+  /// The tick after the last: ticks that ran and ticks that were skipped.
+  std::uint64_t next_tick() const noexcept { return next_tick_; }
+
+ private:
+  std::int64_t due_ns(std::uint64_t tick) const noexcept {
+    return start_ns_ + static_cast<std::int64_t>(tick) * options_.base_period_ns;
+  }
+  bool wait_for_tick(const std::atomic<bool>& stop_requested) noexcept;
+  std::uint64_t give_up_late_ticks() noexcept;
+  void run_tick(std::uint64_t skipped_before) noexcept;
+  void run_tasks(std::uint64_t tick) noexcept;
+
+  // Base thread's tasks.
+  bool admits(TaskSlot& slot, std::int64_t release_ns) noexcept;
+  void run_here(TaskSlot& slot, std::uint64_t tick) noexcept;
+
+  // Tasks on threads of their own.
+  void release(TaskSlot& slot, std::uint64_t tick) noexcept;
+  void begin_run(TaskSlot& slot, std::uint64_t tick) noexcept;
+  void settle(TaskSlot& slot, std::uint64_t tick) noexcept;
+  void settle_late(TaskSlot& slot) noexcept;
+  bool thread_is_busy(const TaskSlot& waiting) const noexcept;
+  void close_run(TaskSlot& slot) noexcept;
+  void note_overrun(TaskSlot& slot) noexcept;
+
+  void keep(const RunRecord& record) noexcept;
+  TickInfo next_run_of(TaskSlot& slot, std::uint64_t tick) const noexcept;
+  RunRecord new_record(const TaskSlot& slot, const TickInfo& info) const noexcept;
+  std::int64_t next_release_after_ns(const TaskSlot& slot, std::int64_t instant_ns) const noexcept;
+  void count_run(TaskSlot& slot, const RunRecord& record, bool miss_counted) noexcept;
+
+  const ExecutiveOptions& options_;
+  Clock& clock_;
+  const Probe& probe_;
+  TickHooks& hooks_;
+  const Accounting::Slots& slots_;
+  const std::vector<Worker*> worker_of_;
+  Accounting& accounting_;
+  BaseBeat& beat_;
+
+  std::int64_t start_ns_ = 0;
+  std::uint64_t next_tick_ = 0;
+  std::int64_t base_wake_ns_ = 0;  ///< when the last sleep ended
+  std::int64_t frame_begin_ns_ = 0;
+  std::int64_t awake_ns_ = 0;
+  std::int64_t ended_ns_ = 0;  ///< when the last tick ended
+  ThreadLook look_;            ///< the last look at this thread, while look_is_fresh_
+  bool look_is_fresh_ = false;
+};
+
+}  // namespace hil::executive

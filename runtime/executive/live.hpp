@@ -1,0 +1,40 @@
+#pragma once
+// The state of a run while it goes on, for one line per second on the console.
+
+#include <atomic>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace hil::executive {
+
+struct LiveTask {
+  std::uint64_t runs = 0;
+  std::uint64_t deadline_misses = 0;
+  std::uint64_t overruns = 0;
+  std::uint64_t skipped = 0;
+  std::int64_t slack_min_ns =
+      std::numeric_limits<std::int64_t>::max();  ///< the largest int64 until the first run
+};
+
+struct LiveSnapshot {
+  std::uint64_t ticks_begun = 0;  ///< a beat counter, too: it grows by one with each tick that runs
+  std::int64_t run_time_ns = 0;   ///< release of the latest tick
+  std::uint64_t skipped_ticks = 0;
+  std::vector<LiveTask> tasks;  ///< in the order they were added
+};
+
+/// A number that one thread writes and any thread reads; never waits.
+template <typename Number>
+class LiveNumber {
+ public:
+  explicit LiveNumber(Number initial = 0) noexcept : value_(initial) {}
+  Number get() const noexcept { return value_.load(std::memory_order_relaxed); }
+  void set(Number value) noexcept { value_.store(value, std::memory_order_relaxed); }
+  void add(Number more) noexcept { set(get() + more); }
+
+ private:
+  std::atomic<Number> value_;
+};
+
+}  // namespace hil::executive

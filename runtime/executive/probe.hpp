@@ -1,0 +1,50 @@
+#pragma once
+// What the executive asks the kernel about the calling thread and about the host. A port, so that a test can
+// say that a run was preempted or that the host stole time, which nobody can bring about at will.
+
+#include <cstdint>
+
+namespace hil::executive {
+
+struct PageFaults {
+  std::int64_t minor = 0;  ///< served from memory
+  std::int64_t major = 0;  ///< waited for a disk
+};
+
+class Probe {
+ public:
+  virtual ~Probe() = default;
+  /// CPU time of the calling thread. In the tick.
+  virtual std::int64_t thread_cpu_ns() const noexcept = 0;
+  /// Page faults of the calling thread so far. In the tick.
+  virtual PageFaults thread_faults() const noexcept = 0;
+  /// The clock as an ordinary thread sees it: the accounting thread looks for gaps in it. Ordinary threads
+  /// only.
+  virtual std::int64_t host_now_ns() const noexcept = 0;
+  /// Time that the host took away from this machine's CPUs so far, all of them together. Ordinary threads
+  /// only.
+  virtual std::int64_t host_steal_ns() const noexcept = 0;
+};
+
+/// CLOCK_THREAD_CPUTIME_ID, getrusage(RUSAGE_THREAD), CLOCK_MONOTONIC and /proc/stat.
+class SystemProbe final : public Probe {
+ public:
+  SystemProbe() noexcept;
+  ~SystemProbe() override;
+  SystemProbe(const SystemProbe&) = delete;
+  SystemProbe& operator=(const SystemProbe&) = delete;
+
+  std::int64_t thread_cpu_ns() const noexcept override;
+  PageFaults thread_faults() const noexcept override;
+  std::int64_t host_now_ns() const noexcept override;
+  std::int64_t host_steal_ns() const noexcept override;
+
+ private:
+  int stat_file_ = -1;
+  std::int64_t ns_per_jiffy_ = 0;
+};
+
+/// What one look at the calling thread (CPU time and page faults) costs here: the mean of some hundred looks.
+std::int64_t measure_look_ns(const Probe& probe) noexcept;
+
+}  // namespace hil::executive

@@ -1,0 +1,80 @@
+#include "runtime/executive/task_account.hpp"
+
+namespace hil::executive {
+
+TaskAccount::TaskAccount(const TaskSlot& slot, std::int64_t base_period_ns, std::size_t kept_misses)
+    : budget_ns_(slot.spec.budget_ns), kept_misses_(kept_misses) {
+  result_.name = slot.spec.name;
+  result_.thread = slot.spec.thread;
+  result_.period_ns = base_period_ns * slot.spec.every_ticks;
+  result_.rate_hz = 1e9 / static_cast<double>(result_.period_ns);
+  result_.deadline_ns = slot.deadline_ns;
+  result_.misses.reserve(kept_misses);
+}
+
+void TaskAccount::take(const RunRecord& run, const HostWitness& witness) {
+  if (is_late(run)) {
+    const DelayParts parts = explain(run, witness);
+    last_cause_ = parts.largest();
+    if (!run.warmup && result_.misses.size() < kept_misses_) {
+      const std::int64_t lateness_ns = run.finish_ns - run.release_ns - result_.deadline_ns;
+      result_.misses.push_back({run.tick, last_cause_, lateness_ns, parts});
+    }
+  }
+  last_finish_ns_ = run.finish_ns;
+  if (!run.warmup && !run.not_started) measure(run);
+}
+
+DelayParts TaskAccount::explain(const RunRecord& run, const HostWitness& witness) const noexcept {
+  RunEvidence evidence;
+  evidence.release_ns = run.release_ns;
+  evidence.base_wake_ns = run.base_wake_ns;
+  evidence.ready_ns = run.ready_ns;
+  evidence.thread_free_ns = run.thread_free_ns;
+  evidence.start_ns = run.start_ns;
+  evidence.finish_ns = run.finish_ns;
+  evidence.deadline_ns = result_.deadline_ns;
+  evidence.budget_ns = budget_ns_;
+  evidence.cpu_ns = run.cpu_ns;
+  evidence.blocked_ns = run.blocked_ns;
+  evidence.minor_faults = run.minor_faults;
+  evidence.major_faults = run.major_faults;
+  evidence.pause_before_start_ns =
+      witness.pause_ns(run.release_ns, run.start_ns, run.start_ns - run.release_ns);
+  const std::int64_t off_cpu_ns = run.finish_ns - run.start_ns - run.cpu_ns - run.blocked_ns;
+  evidence.pause_in_step_ns = witness.pause_ns(run.start_ns, run.finish_ns, off_cpu_ns);
+  evidence.same_task_until_ns = last_finish_ns_;
+  evidence.same_task_cause = last_cause_;
+  return take_apart(evidence);
+}
+
+void TaskAccount::measure(const RunRecord& run) noexcept {
+  result_.wake_latency.record(run.start_ns - run.release_ns);
+  result_.wall.record(run.finish_ns - run.start_ns);
+  result_.cpu.record(run.cpu_ns);
+  result_.blocked.record(run.blocked_ns);
+  result_.gpu.record(run.gpu_ns);
+  result_.response.record(run.finish_ns - run.release_ns);
+  result_.minor_faults += run.minor_faults;
+  result_.major_faults += run.major_faults;
+}
+
+TaskResult TaskAccount::result(const TaskSlot& slot) const {
+  TaskResult result = result_;
+  const TaskCounters& counted = slot.counters;
+  result.runs = counted.runs.get();
+  result.warmup_runs = counted.warmup_runs.get();
+  result.deadline_misses = counted.deadline_misses.get();
+  result.overruns = counted.overruns.get();
+  result.skipped = counted.skipped.get();
+  result.aborted = counted.aborted.get();
+  result.over_budget = counted.over_budget.get();
+  result.warmup_trouble = counted.warmup_trouble.get();
+  if (result.response.count() > 0) {
+    result.slack_min_ns = result.deadline_ns - result.response.max_ns();
+    result.slack_p50_ns = result.deadline_ns - result.response.quantile_ns(0.5);
+  }
+  return result;
+}
+
+}  // namespace hil::executive

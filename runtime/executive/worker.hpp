@@ -1,0 +1,74 @@
+#pragma once
+// A thread of its own for the tasks that name it. The base thread wakes it without waiting (a semaphore: one
+// futex call).
+
+#include <semaphore.h>
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "runtime/executive/clock.hpp"
+#include "runtime/executive/probe.hpp"
+#include "runtime/executive/realtime.hpp"
+#include "runtime/executive/spsc_ring.hpp"
+#include "runtime/executive/task_slot.hpp"
+
+namespace hil::executive {
+
+/// Reads what a step used. Two looks around it.
+struct ThreadLook {
+  std::int64_t cpu_ns = 0;
+  PageFaults faults;
+};
+inline ThreadLook look_at_thread(const Probe& probe) noexcept {
+  return {probe.thread_cpu_ns(), probe.thread_faults()};
+}
+void fill_use(RunRecord& record, const ThreadLook& before, const ThreadLook& after) noexcept;
+
+/// Runs the step of `slot` on the calling thread and fills in its record.
+void run_step(TaskSlot& slot, const Clock& clock, const Probe& probe) noexcept;
+
+class Worker {
+ public:
+  Worker(std::string name, const Clock& clock, const Probe& probe, std::size_t ring_capacity);
+  ~Worker();
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  const std::string& name() const noexcept { return name_; }
+  /// Before start().
+  void add(TaskSlot& slot);
+  std::int64_t shortest_period_ns() const noexcept;
+
+  /// Returns when the thread stands ready; what was refused it.
+  std::vector<std::string> start(const RealtimeOptions& options, int priority);
+  /// Base thread: a task of this thread is released. Never waits.
+  void wake() noexcept;
+  /// Runs what is released, then ends. Waits for it.
+  void stop();
+
+  SpscRing<RunRecord>& records() noexcept { return records_; }
+
+ private:
+  void serve(const RealtimeOptions& options, int priority);
+  TaskSlot* take_released() noexcept;
+  void run(TaskSlot& slot) noexcept;
+
+  const std::string name_;
+  const Clock& clock_;
+  const Probe& probe_;
+  SpscRing<RunRecord> records_;
+  std::vector<TaskSlot*> slots_;  ///< by period
+  std::int64_t free_ns_ = 0;      ///< when the last run on this thread ended
+  std::vector<std::string> refused_;
+  std::atomic<bool> stopping_{false};
+  sem_t wake_{};
+  sem_t ready_{};
+  std::thread thread_;
+};
+
+}  // namespace hil::executive

@@ -1,0 +1,116 @@
+#pragma once
+// Time that a test moves: a clock that is not virtual for the executive (ticks can be late on it) but stands
+// still unless slept on or moved, and a probe that reports what the test says.
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "runtime/executive/clock.hpp"
+#include "runtime/executive/executive.hpp"
+#include "runtime/executive/probe.hpp"
+
+namespace hil::executive::testing {
+
+class FakeClock final : public Clock {
+ public:
+  std::int64_t now_ns() const noexcept override { return now_ns_.load(); }
+  void sleep_until(std::int64_t wake_ns) noexcept override {
+    if (wake_ns > now_ns()) now_ns_.store(wake_ns + (oversleep_ns ? oversleep_ns(wake_ns) : 0));
+  }
+  bool is_virtual() const noexcept override { return false; }
+  void advance(std::int64_t by_ns) noexcept { now_ns_.fetch_add(by_ns); }
+
+  /// How much too late a sleep until the given instant ends.
+  std::function<std::int64_t(std::int64_t wake_ns)> oversleep_ns;
+
+ private:
+  std::atomic<std::int64_t> now_ns_{1'000'000'000};
+};
+
+class FakeProbe final : public Probe {
+ public:
+  std::int64_t thread_cpu_ns() const noexcept override { return cpu_ns.load(); }
+  PageFaults thread_faults() const noexcept override { return {minor_faults.load(), major_faults.load()}; }
+  std::int64_t host_now_ns() const noexcept override { return host_ns.load(); }
+  std::int64_t host_steal_ns() const noexcept override { return steal_ns.load(); }
+
+  std::atomic<std::int64_t> cpu_ns{0};
+  std::atomic<std::int64_t> minor_faults{0};
+  std::atomic<std::int64_t> major_faults{0};
+  std::atomic<std::int64_t> host_ns{0};
+  std::atomic<std::int64_t> steal_ns{0};
+};
+
+/// A task made of functions; those not given do nothing.
+class ScriptedTask final : public Task {
+ public:
+  using Action = std::function<void(const TickInfo&)>;
+  ScriptedTask() = default;
+  explicit ScriptedTask(Action step_action) : on_step(std::move(step_action)) {}
+
+  void latch(const TickInfo& tick) noexcept override { call(on_latch, tick); }
+  void step(const TickInfo& tick) noexcept override { call(on_step, tick); }
+  void publish(const TickInfo& tick) noexcept override { call(on_publish, tick); }
+  void abort() noexcept override {
+    if (on_abort) on_abort();
+  }
+  std::int64_t last_blocked_ns() const noexcept override { return blocked_ns; }
+  std::int64_t last_gpu_ns() const noexcept override { return gpu_ns; }
+
+  Action on_latch, on_step, on_publish;
+  std::function<void()> on_abort;
+  std::int64_t blocked_ns = 0;
+  std::int64_t gpu_ns = 0;
+
+ private:
+  static void call(const Action& action, const TickInfo& tick) {
+    if (action) action(tick);
+  }
+};
+
+class ScriptedHooks final : public TickHooks {
+ public:
+  void begin_tick(const TickInfo& tick) noexcept override {
+    if (on_begin) on_begin(tick);
+  }
+  void end_tick(const TickInfo& tick) noexcept override {
+    if (on_end) on_end(tick);
+  }
+  std::function<void(const TickInfo&)> on_begin, on_end;
+};
+
+/// Everything a run on fake time needs, with 1 ms ticks.
+struct FakeRun {
+  FakeClock clock;
+  FakeProbe probe;
+  ScriptedHooks hooks;
+  ExecutiveOptions options;
+  std::atomic<bool> stop{false};
+
+  explicit FakeRun(std::uint64_t duration_ticks) {
+    options.base_period_ns = 1'000'000;
+    options.duration_ticks = duration_ticks;
+    options.clock = &clock;
+    options.probe = &probe;
+    options.hooks = &hooks;
+    options.watchdog.timeout_ns = 60'000'000'000;
+  }
+  /// Computes for that long: the clock and the thread's CPU time go on.
+  void work(std::int64_t for_ns) {
+    probe.cpu_ns += for_ns;
+    clock.advance(for_ns);
+  }
+};
+
+inline TaskSpec spec_of(const char* name, std::uint32_t every_ticks = 1, const char* thread = "") {
+  TaskSpec spec;
+  spec.name = std::string(name);
+  spec.every_ticks = every_ticks;
+  spec.thread = std::string(thread);
+  return spec;
+}
+
+}  // namespace hil::executive::testing

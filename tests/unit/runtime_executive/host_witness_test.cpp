@@ -1,0 +1,54 @@
+#include "runtime/executive/host_witness.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hil::executive {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+TEST(HostWitness, KnowsOfNoPauseWithoutEvidence) {
+  const HostWitness witness;
+  EXPECT_EQ(witness.pause_ns(0, 1'000 * ms, 1'000 * ms), 0);
+}
+
+TEST(HostWitness, TakesAnOversleptStretchThatTheThreadSharedForAPause) {
+  HostWitness witness;
+  witness.note_sleep(100 * ms, 300 * ms);
+  EXPECT_EQ(witness.pause_ns(95 * ms, 305 * ms, 205 * ms), 200 * ms);
+  EXPECT_EQ(witness.pause_ns(250 * ms, 400 * ms, 150 * ms), 50 * ms) << "the overlap only";
+  EXPECT_EQ(witness.pause_ns(300 * ms, 500 * ms, 200 * ms), 0) << "elsewhere";
+}
+
+TEST(HostWitness, IsNotBelievedWhenTheThreadRanMeanwhile) {
+  HostWitness witness;
+  witness.note_sleep(100 * ms, 300 * ms);
+  EXPECT_EQ(witness.pause_ns(100 * ms, 300 * ms, 1 * ms), 0) << "only the witness was starved";
+}
+
+TEST(HostWitness, OrdinaryOversleepingIsNoPause) {
+  HostWitness witness;
+  witness.note_sleep(100 * ms, 101 * ms);
+  EXPECT_EQ(witness.pause_ns(99 * ms, 102 * ms, 3 * ms), 0);
+}
+
+TEST(HostWitness, StolenTimeIsAPause) {
+  HostWitness witness;
+  witness.note_steal(100 * ms, 5'000 * ms);
+  EXPECT_EQ(witness.pause_ns(0, 200 * ms, 200 * ms), 0) << "what was stolen before is no news";
+  witness.note_steal(120 * ms, 5'010 * ms);
+  EXPECT_EQ(witness.pause_ns(100 * ms, 120 * ms, 12 * ms), 10 * ms);
+  EXPECT_EQ(witness.pause_ns(100 * ms, 120 * ms, 6 * ms), 6 * ms);
+  EXPECT_EQ(witness.pause_ns(100 * ms, 120 * ms, 1 * ms), 0);
+}
+
+TEST(HostWitness, ForgetsTheOldestOnly) {
+  HostWitness witness;
+  for (std::int64_t i = 0; i < 300; ++i)
+    witness.note_sleep(i * 100 * ms, i * 100 * ms + 50 * ms);
+  EXPECT_EQ(witness.pause_ns(0, 60 * ms, 60 * ms), 0);
+  EXPECT_EQ(witness.pause_ns(29'900 * ms, 29'950 * ms, 50 * ms), 50 * ms);
+}
+
+}  // namespace
+}  // namespace hil::executive

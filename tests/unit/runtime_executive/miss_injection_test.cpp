@@ -1,0 +1,193 @@
+// Each cause of a miss, brought about in a whole executive on fake time, and named by it.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdint>
+#include <thread>
+
+#include "runtime/executive/executive.hpp"
+#include "tests/unit/runtime_executive/fake_time.hpp"
+
+namespace hil::executive {
+namespace {
+
+using testing::FakeRun;
+using testing::ScriptedTask;
+using testing::spec_of;
+constexpr std::int64_t us = 1'000;
+constexpr std::int64_t ms = 1'000'000;
+
+/// Ten ticks of a task with 0.5 ms of deadline; `inject` is called in tick 5 of it.
+struct Injection {
+  FakeRun fake{10};
+  ScriptedTask task;
+  TaskSpec spec = spec_of("t");
+
+  Injection() { spec.deadline_ns = 500 * us; }
+  std::int64_t due_ns(std::uint64_t tick) const { return first_ns + static_cast<std::int64_t>(tick) * ms; }
+
+  void expect_one_miss(const RunResult& result, MissCause cause, std::int64_t lateness_ns) const {
+    const TaskResult& counted = result.tasks.back();
+    EXPECT_EQ(counted.deadline_misses, 1U);
+    ASSERT_EQ(counted.misses.size(), 1U);
+    EXPECT_EQ(counted.misses[0].tick, 5U);
+    EXPECT_STREQ(to_string(counted.misses[0].cause), to_string(cause));
+    EXPECT_EQ(counted.misses[0].lateness_ns, lateness_ns);
+  }
+  void run_and_expect(MissCause cause, std::int64_t lateness_ns) {
+    Executive executive(fake.options);
+    executive.add_task(spec, task);
+    expect_one_miss(executive.run(fake.stop), cause, lateness_ns);
+  }
+  std::int64_t first_ns = fake.clock.now_ns() + ms;
+};
+
+TEST(MissInjection, LateWakeup) {
+  Injection run;
+  run.fake.clock.oversleep_ns = [&](std::int64_t wake_ns) { return wake_ns == run.due_ns(5) ? 700 * us : 0; };
+  run.run_and_expect(MissCause::late_wakeup, 200 * us);
+}
+
+TEST(MissInjection, OwnWork) {
+  Injection run;
+  run.task.on_step = [&](const TickInfo& tick) { run.fake.work(tick.tick == 5 ? 800 * us : 100 * us); };
+  run.run_and_expect(MissCause::own_work, 300 * us);
+}
+
+TEST(MissInjection, OverBudgetNamesOwnWorkAndIsCounted) {
+  Injection run;
+  run.spec.budget_ns = 150 * us;
+  run.fake.clock.oversleep_ns = [&](std::int64_t wake_ns) { return wake_ns == run.due_ns(5) ? 120 * us : 0; };
+  run.task.on_step = [&](const TickInfo& tick) {
+    if (tick.tick == 5) run.fake.work(400 * us);
+    if (tick.tick == 7) run.fake.work(200 * us);  // over budget, yet in time
+  };
+  Executive executive(run.fake.options);
+  executive.add_task(run.spec, run.task);
+  const RunResult result = executive.run(run.fake.stop);
+  run.expect_one_miss(result, MissCause::own_work, 20 * us);
+  EXPECT_EQ(result.tasks[0].over_budget, 2U);
+}
+
+TEST(MissInjection, Database) {
+  Injection run;
+  run.task.on_step = [&](const TickInfo& tick) {
+    run.task.blocked_ns = tick.tick == 5 ? 600 * us : 0;
+    run.fake.clock.advance(run.task.blocked_ns);
+    run.fake.work(50 * us);
+  };
+  run.run_and_expect(MissCause::database, 150 * us);
+}
+
+TEST(MissInjection, EarlierTask) {
+  Injection run;
+  ScriptedTask earlier([&](const TickInfo& tick) {
+    if (tick.tick == 5) run.fake.work(600 * us);
+  });
+  Executive executive(run.fake.options);
+  executive.add_task(spec_of("earlier"), earlier);
+  executive.add_task(run.spec, run.task);
+  run.expect_one_miss(executive.run(run.fake.stop), MissCause::earlier_task, 100 * us);
+}
+
+TEST(MissInjection, EarlierHookCountsAsEarlierTask) {
+  Injection run;
+  run.fake.hooks.on_begin = [&](const TickInfo& tick) {
+    if (tick.tick == 5) run.fake.work(600 * us);
+  };
+  run.run_and_expect(MissCause::earlier_task, 100 * us);
+}
+
+TEST(MissInjection, EarlierTaskOfATickThatOverran) {
+  Injection run;
+  ScriptedTask late([&](const TickInfo& tick) {
+    if (tick.tick == 4) run.fake.work(1'600 * us);
+  });
+  Executive executive(run.fake.options);
+  executive.add_task(run.spec, run.task);
+  executive.add_task(spec_of("late"), late);
+  const RunResult result = executive.run(run.fake.stop);
+  ASSERT_EQ(result.tasks[0].misses.size(), 1U);
+  EXPECT_EQ(result.tasks[0].misses[0].tick, 5U);
+  EXPECT_EQ(result.tasks[0].misses[0].cause, MissCause::earlier_task);
+  EXPECT_EQ(result.tasks[0].misses[0].lateness_ns, 100 * us);
+}
+
+TEST(MissInjection, BackToBackTicksAfterALateWakeupStillNameTheWakeup) {
+  Injection run;
+  run.fake.clock.oversleep_ns = [&](std::int64_t wake_ns) {
+    return wake_ns == run.due_ns(5) ? 2'700 * us : 0;
+  };
+  Executive executive(run.fake.options);
+  executive.add_task(run.spec, run.task);
+  const RunResult result = executive.run(run.fake.stop);
+  ASSERT_EQ(result.tasks[0].misses.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(result.tasks[0].misses[i].tick, 5 + i);
+    EXPECT_EQ(result.tasks[0].misses[i].cause, MissCause::late_wakeup);
+    EXPECT_EQ(result.tasks[0].misses[i].lateness_ns, 2'200 * us - static_cast<std::int64_t>(i) * ms);
+  }
+}
+
+TEST(MissInjection, Preempted) {
+  Injection run;
+  run.task.on_step = [&](const TickInfo& tick) {
+    run.fake.work(50 * us);
+    if (tick.tick == 5)
+      run.fake.clock.advance(600 * us);  // the clock goes on, the thread's CPU time does not
+  };
+  run.run_and_expect(MissCause::preempted, 150 * us);
+}
+
+TEST(MissInjection, PageFault) {
+  Injection run;
+  run.task.on_step = [&](const TickInfo& tick) {
+    run.fake.work(50 * us);
+    if (tick.tick != 5) return;
+    run.fake.clock.advance(600 * us);
+    run.fake.probe.major_faults += 1;
+  };
+  run.run_and_expect(MissCause::page_fault, 150 * us);
+}
+
+TEST(MissInjection, HostPauseSeenByTheWitness) {
+  Injection run;
+  run.fake.options.catch_up_ticks = 1'000;
+  run.fake.probe.host_ns = run.fake.clock.now_ns();
+  run.spec.deadline_ns = 1 * ms;
+  run.task.on_step = [&](const TickInfo& tick) {
+    if (tick.tick != 5) return;
+    // Let the witness fall asleep at an instant near this one, then stop both clocks for 40 ms and let it
+    // wake.
+    run.fake.probe.host_ns = run.fake.clock.now_ns();
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    run.fake.clock.advance(40 * ms);
+    run.fake.probe.host_ns = run.fake.clock.now_ns();
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  };
+  run.run_and_expect(MissCause::host_pause, 39 * ms);
+}
+
+TEST(MissInjection, HostPauseSeenAsStolenTime) {
+  Injection run;
+  run.fake.options.catch_up_ticks = 1'000;
+  run.fake.probe.host_ns = run.fake.clock.now_ns();
+  run.spec.deadline_ns = 1 * ms;
+  run.task.on_step = [&](const TickInfo& tick) {
+    if (tick.tick != 5) return;
+    run.fake.probe.host_ns = run.fake.clock.now_ns();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // a look at the steal counter falls in here
+    run.fake.clock.advance(12 * ms);
+    // The witness ran on: it saw its clock move in small steps.
+    for (int step = 0; step < 12; ++step) {
+      run.fake.probe.host_ns += ms;
+      if (step == 6) run.fake.probe.steal_ns += 10 * ms;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  };
+  run.run_and_expect(MissCause::host_pause, 11 * ms);
+}
+
+}  // namespace
+}  // namespace hil::executive
