@@ -1,0 +1,86 @@
+#include "rtstdb/oracle/mesh_tree.hpp"
+
+#include <cmath>
+#include <numeric>
+
+namespace rtstdb::oracle {
+namespace {
+
+constexpr std::uint32_t leaf_triangles = 4;
+
+}  // namespace
+
+MeshTree::MeshTree(const TriangleMesh& mesh)
+    : mesh_(mesh), bounds_(bounds_of(mesh)), order_(mesh.triangles.size()) {
+  std::iota(order_.begin(), order_.end(), 0u);
+  std::vector<glm::dvec3> centers;
+  centers.reserve(order_.size());
+  for (std::uint32_t i = 0; i < triangle_count(); ++i) {
+    const auto [a, b, c] = corners(i);
+    centers.push_back((a + b + c) / 3.0);
+  }
+  const glm::dvec3 far =
+      glm::max(glm::abs(glm::dvec3(bounds_.minimum_m)), glm::abs(glm::dvec3(bounds_.maximum_m)));
+  magnitude_ = std::max({far.x, far.y, far.z});
+  nodes_.emplace_back();
+  build(0, 0, triangle_count(), centers);
+}
+
+std::array<glm::dvec3, 3> MeshTree::corners(std::uint32_t triangle) const noexcept {
+  const glm::uvec3& t = mesh_.triangles[triangle];
+  return {glm::dvec3(mesh_.positions_m[t.x]), glm::dvec3(mesh_.positions_m[t.y]),
+          glm::dvec3(mesh_.positions_m[t.z])};
+}
+
+// Depth is the logarithm of the count: the median halves it, whatever the shape.
+void MeshTree::build(std::uint32_t node, std::uint32_t first, std::uint32_t count,
+                     const std::vector<glm::dvec3>& centers) {
+  glm::dvec3 minimum(std::numeric_limits<double>::infinity());
+  glm::dvec3 maximum(-std::numeric_limits<double>::infinity());
+  for (std::uint32_t i = first; i < first + count; ++i) {
+    for (const glm::dvec3& corner : corners(order_[i])) {
+      minimum = glm::min(minimum, corner);
+      maximum = glm::max(maximum, corner);
+    }
+  }
+  nodes_[node] = {minimum, maximum, first, count};
+  if (count <= leaf_triangles) return;
+  const glm::dvec3 size = maximum - minimum;
+  const int axis = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+  const std::uint32_t half = count / 2;
+  const auto begin = order_.begin() + first;
+  std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t a, std::uint32_t b) {
+    return std::pair(centers[a][axis], a) < std::pair(centers[b][axis], b);
+  });
+  const auto left = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.resize(nodes_.size() + 2);
+  nodes_[node].first = left;
+  nodes_[node].count = 0;
+  build(left, first, half, centers);
+  build(left + 1, first + half, count - half, centers);
+}
+
+bool MeshTree::meets(const Node& node, const LocalRay& ray, const glm::dvec3& grow) noexcept {
+  double enter = ray.lambda_min;
+  double leave = ray.lambda_max;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double low = node.minimum[axis] - grow[axis] - ray.origin[axis];
+    const double high = node.maximum[axis] + grow[axis] - ray.origin[axis];
+    const double step = ray.direction[axis];
+    if (step == 0.0) {
+      if (low > 0.0 || high < 0.0) return false;
+      continue;
+    }
+    const double a = low / step;
+    const double b = high / step;
+    // A few units in the last place, outwards: the quotients are rounded.
+    constexpr double unit = 4.0 * std::numeric_limits<double>::epsilon();
+    const double first = std::min(a, b);
+    const double last = std::max(a, b);
+    enter = std::max(enter, first - unit * std::abs(first));
+    leave = std::min(leave, last + unit * std::abs(last));
+  }
+  return enter <= leave;
+}
+
+}  // namespace rtstdb::oracle

@@ -1,0 +1,79 @@
+#pragma once
+// A geometry with a plain tree of boxes over its triangles, in double precision. Conservative: a walk meets
+// every triangle that a given box or ray could touch. Constant after it is made: any thread.
+
+#include <glm/common.hpp>
+#include <glm/ext/vector_double3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <rtstdb/geometry.hpp>
+
+namespace rtstdb::oracle {
+
+/// A ray in the frame of a mesh; lambda as in the world.
+struct LocalRay {
+  glm::dvec3 origin{0.0};
+  glm::dvec3 direction{0.0};
+  double lambda_min = 0.0;
+  double lambda_max = 0.0;
+};
+
+class MeshTree {
+ public:
+  /// The mesh has passed validate.
+  explicit MeshTree(const TriangleMesh& mesh);
+
+  const Bounds& bounds() const noexcept { return bounds_; }
+  std::uint32_t triangle_count() const noexcept { return static_cast<std::uint32_t>(mesh_.triangles.size()); }
+  std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const noexcept;
+
+  /// Calls visit(triangle) for every triangle whose box, grown by `grow` per axis, the ray meets within its
+  /// range, and some others. The visitor may shorten ray.lambda_max on the way.
+  template <class Visit>
+  void walk(LocalRay& ray, const glm::dvec3& grow, Visit&& visit) const;
+
+ private:
+  struct Node {
+    glm::dvec3 minimum, maximum;
+    std::uint32_t first = 0;  ///< leaf: first place in order_; inner: the left child
+    std::uint32_t count = 0;  ///< leaf: how many; inner: 0, and the right child follows the left
+  };
+
+  void build(std::uint32_t node, std::uint32_t first, std::uint32_t count,
+             const std::vector<glm::dvec3>& centers);
+  static bool meets(const Node& node, const LocalRay& ray, const glm::dvec3& grow) noexcept;
+
+  TriangleMesh mesh_;
+  Bounds bounds_;
+  double magnitude_ = 0.0;  ///< largest coordinate
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> order_;
+};
+
+template <class Visit>
+void MeshTree::walk(LocalRay& ray, const glm::dvec3& grow, Visit&& visit) const {
+  // What rounding in the box test and in a triangle test could differ by.
+  const glm::dvec3 size = glm::abs(ray.origin);
+  const glm::dvec3 grown = grow + 1e-12 * (magnitude_ + std::max({size.x, size.y, size.z}));
+  std::vector<std::uint32_t> pending{0};
+  while (!pending.empty()) {
+    const Node& node = nodes_[pending.back()];
+    pending.pop_back();
+    if (!meets(node, ray, grown)) continue;
+    if (node.count == 0) {
+      pending.push_back(node.first + 1);
+      pending.push_back(node.first);
+      continue;
+    }
+    for (std::uint32_t i = 0; i < node.count; ++i)
+      visit(order_[node.first + i]);
+  }
+}
+
+}  // namespace rtstdb::oracle

@@ -1,0 +1,196 @@
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/oracle/oracle.hpp"
+#include "rtstdb/oracle/posed_ray.hpp"
+
+namespace rtstdb::oracle {
+namespace {
+
+/// How far the box reaches from its centre along a unit direction.
+double extent_along(const OrientedBox& box, const glm::dvec3& direction) {
+  return box.half_extent_m.x * std::abs(glm::dot(box.axis[0], direction)) +
+         box.half_extent_m.y * std::abs(glm::dot(box.axis[1], direction)) +
+         box.half_extent_m.z * std::abs(glm::dot(box.axis[2], direction));
+}
+
+/// Separating axes: two boxes are apart exactly when one of 15 directions tells them apart; the largest gap
+/// along any of them.
+double separation_m(const OrientedBox& a, const OrientedBox& b) {
+  double largest = -std::numeric_limits<double>::infinity();
+  const auto try_axis = [&](const glm::dvec3& axis) {
+    const double gap =
+        std::abs(glm::dot(b.center_m - a.center_m, axis)) - extent_along(a, axis) - extent_along(b, axis);
+    largest = std::max(largest, gap);
+  };
+  for (const glm::dvec3& axis : a.axis)
+    try_axis(axis);
+  for (const glm::dvec3& axis : b.axis)
+    try_axis(axis);
+  for (const glm::dvec3& edge_a : a.axis) {
+    for (const glm::dvec3& edge_b : b.axis) {
+      const glm::dvec3 across = glm::cross(edge_a, edge_b);
+      const double sine = glm::length(across);
+      // Parallel edges span no direction of their own: the faces' directions have looked there already.
+      if (sine > 1e-10) try_axis(across / sine);
+    }
+  }
+  return largest;
+}
+
+/// Signed distance of a point to a box: negative inside.
+double distance_m(const OrientedBox& box, const glm::dvec3& p) {
+  glm::dvec3 beyond(0.0);
+  for (int i = 0; i < 3; ++i)
+    beyond[i] = std::abs(glm::dot(box.axis[i], p - box.center_m)) - box.half_extent_m[i];
+  const double deepest = std::max({beyond.x, beyond.y, beyond.z});
+  return deepest <= 0.0 ? deepest : glm::length(glm::max(beyond, glm::dvec3(0.0)));
+}
+
+/// How far the inner box sticks out of the outer one's faces; not above zero when it lies within.
+double sticks_out_m(const OrientedBox& inner, const OrientedBox& outer) {
+  double most = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    const double offset_m = std::abs(glm::dot(outer.axis[i], inner.center_m - outer.center_m));
+    most = std::max(most, offset_m + extent_along(inner, outer.axis[i]) - outer.half_extent_m[i]);
+  }
+  return most;
+}
+
+double farthest_corner_m(const OrientedBox& box, const glm::dvec3& p) {
+  glm::dvec3 reach(0.0);
+  for (int i = 0; i < 3; ++i)
+    reach[i] = std::abs(glm::dot(box.axis[i], p - box.center_m)) + box.half_extent_m[i];
+  return glm::length(reach);
+}
+
+/// A region where it stands in the world at its instant; the sphere's radius is half_extent_m.x.
+struct PosedRegion {
+  OrientedBox box;
+  double noise_units = 0.0;
+};
+
+PosedRegion posed_region(const World& world, const Region& region) {
+  glm::dvec3 center_m(region.center_m);
+  glm::dquat q = glm::normalize(glm::dquat(region.q));
+  const glm::dvec3 half_m(region.half_extent_m);
+  double noise = glm::length(half_m);
+  if (region.carrier.valid()) {
+    const EntityState* carrier = world.find(region.carrier);
+    RTSTDB_ASSERT(carrier != nullptr);
+    const PosedEntity at = posed(world, *carrier, region.t, false);
+    noise += noise_units_m(*carrier, at.pose, at.dt_s, glm::length(center_m) + glm::length(half_m));
+    center_m = at.pose.p_world_m + at.pose.q_world * center_m;
+    q = at.pose.q_world * q;
+  } else {
+    noise += glm::length(center_m);
+  }
+  RTSTDB_ASSERT(std::isfinite(noise));
+  RTSTDB_ASSERT(half_m.x >= 0.0 && half_m.y >= 0.0 && half_m.z >= 0.0);
+  const glm::dmat3 axes = glm::mat3_cast(q);
+  return {{center_m, {axes[0], axes[1], axes[2]}, half_m}, noise};
+}
+
+double gap_m(const Region& region, const OrientedBox& shape, const OrientedBox& entity) {
+  const bool inside = region.test == RegionTest::inside;
+  if (region.shape == RegionShape::box)
+    return inside ? sticks_out_m(entity, shape) : separation_m(shape, entity);
+  const double radius_m = shape.half_extent_m.x;
+  return (inside ? farthest_corner_m(entity, shape.center_m) : distance_m(entity, shape.center_m)) - radius_m;
+}
+
+OrientedBox oriented_bounds(const PosedEntity& entity) {
+  return oriented_box(entity.mesh->bounds(), entity.state->row.scale, entity.pose);
+}
+
+double own_noise_units(const PosedEntity& entity) {
+  return noise_units_m(*entity.state, entity.pose, entity.dt_s, entity.reach());
+}
+
+Judgement wrong(const char* format, unsigned long long first, unsigned long long second) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, first, second);
+  return {Verdict::differs, text};
+}
+
+}  // namespace
+
+std::vector<EntityGap> gaps(const World& world, const Region& region) {
+  const PosedRegion where = posed_region(world, region);
+  std::vector<EntityGap> all;
+  for (const EntityState& state : world.entities()) {
+    if ((region.mask & state.row.mask) == 0) continue;
+    const PosedEntity entity = posed(world, state, region.t, false);
+    all.push_back({state.id, gap_m(region, where.box, oriented_bounds(entity)),
+                   noise_per_unit * (where.noise_units + own_noise_units(entity))});
+  }
+  return all;
+}
+
+std::vector<EntityGap> gaps(const World& world, const Overlap& overlap) {
+  const EntityState* self = world.find(overlap.entity);
+  RTSTDB_ASSERT(self != nullptr);
+  const PosedEntity at = posed(world, *self, overlap.t, false);
+  const OrientedBox own = oriented_bounds(at);
+  std::vector<EntityGap> all;
+  for (const EntityState& state : world.entities()) {
+    if (&state == self || (overlap.mask & state.row.mask) == 0) continue;
+    const PosedEntity entity = posed(world, state, overlap.t, false);
+    all.push_back({state.id, separation_m(own, oriented_bounds(entity)),
+                   noise_per_unit * (own_noise_units(at) + own_noise_units(entity))});
+  }
+  return all;
+}
+
+std::vector<EntityId> found(std::span<const EntityGap> gaps) {
+  std::vector<EntityId> ids;
+  for (const EntityGap& gap : gaps) {
+    if (gap.gap_m <= 0.0) ids.push_back(gap.entity);
+  }
+  return ids;
+}
+
+Judgement compare(std::span<const EntityGap> truth, const RegionAnswer& answer) {
+  if (answer.incomplete) return {Verdict::differs, "no answer: incomplete"};
+  if (answer.overflow ? answer.entities.size() >= answer.found : answer.entities.size() != answer.found)
+    return wrong("%llu entities listed and %llu found", answer.entities.size(), answer.found);
+  std::size_t next = 0;
+  std::uint32_t certain = 0;
+  std::uint32_t possible = 0;
+  bool close = false;
+  for (const EntityGap& gap : truth) {
+    const bool exhausted = next == answer.entities.size();
+    const bool listed = !exhausted && answer.entities[next] == gap.entity;
+    if (listed) ++next;
+    if (gap.gap_m < -gap.noise_m) ++certain;
+    if (gap.gap_m <= gap.noise_m) ++possible;
+    // Past the end of a list that overflowed nothing can be said of the single entity.
+    if (answer.overflow && exhausted) continue;
+    if (listed == (gap.gap_m <= 0.0)) continue;
+    if (std::abs(gap.gap_m) <= gap.noise_m) {
+      close = true;
+      continue;
+    }
+    char text[160];
+    std::snprintf(text, sizeof text, "entity %u is %s, where its gap is %.9g m", gap.entity.index,
+                  listed ? "listed" : "missing", gap.gap_m);
+    return {Verdict::differs, text};
+  }
+  if (next != answer.entities.size())
+    return wrong("place %llu lists entity %llu, which is unknown, masked out, or out of order", next,
+                 answer.entities[next].index);
+  if (answer.found < certain || answer.found > possible)
+    return wrong("%llu found, where at least %llu are", answer.found, certain);
+  if (close || answer.found != found(truth).size())
+    return {Verdict::too_close, "an entity at the border is counted otherwise"};
+  return {};
+}
+
+}  // namespace rtstdb::oracle

@@ -1,0 +1,50 @@
+#include <algorithm>
+#include <utility>
+
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/oracle/oracle.hpp"
+
+namespace rtstdb::oracle {
+namespace {
+
+std::vector<std::shared_ptr<const MeshTree>> trees_of(std::span<const TriangleMesh* const> meshes) {
+  std::vector<std::shared_ptr<const MeshTree>> trees;
+  trees.reserve(meshes.size());
+  for (const TriangleMesh* mesh : meshes)
+    trees.push_back(mesh == nullptr ? nullptr : std::make_shared<const MeshTree>(*mesh));
+  return trees;
+}
+
+}  // namespace
+
+World::World(std::vector<EntityState> entities, std::span<const TriangleMesh* const> meshes,
+             WorldTime version_time)
+    : World(std::move(entities), trees_of(meshes), version_time) {}
+
+World::World(std::vector<EntityState> entities, std::vector<std::shared_ptr<const MeshTree>> meshes,
+             WorldTime version_time)
+    : entities_(std::move(entities)), meshes_(std::move(meshes)), version_time_(version_time) {
+  for (std::size_t i = 0; i < entities_.size(); ++i) {
+    RTSTDB_ASSERT(i == 0 || entities_[i - 1].id.index < entities_[i].id.index);
+    RTSTDB_ASSERT(entities_[i].row.geometry.index < meshes_.size());
+    RTSTDB_ASSERT(meshes_[entities_[i].row.geometry.index] != nullptr);
+  }
+}
+
+World World::with_entities(std::vector<EntityState> entities, WorldTime version_time) const {
+  return World(std::move(entities), meshes_, version_time);
+}
+
+const MeshTree& World::mesh_of(const EntityState& entity) const noexcept {
+  return *meshes_[entity.row.geometry.index];
+}
+
+const EntityState* World::find(EntityId id) const noexcept {
+  const auto place = std::lower_bound(
+      entities_.begin(), entities_.end(), id.index,
+      [](const EntityState& entity, std::uint32_t index) { return entity.id.index < index; });
+  return place != entities_.end() && place->id == id ? &*place : nullptr;
+}
+
+}  // namespace rtstdb::oracle
