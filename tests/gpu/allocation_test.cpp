@@ -1,7 +1,8 @@
 // The real-time path: recording, submitting, waiting and reading timestamps allocate nothing of ours.
 
-#include <atomic>
+#include <algorithm>
 #include <cstdlib>
+#include <memory>
 #include <new>
 
 #include "tests/gpu/gpu_test.hpp"
@@ -12,9 +13,13 @@ namespace {
 thread_local bool counting = false;
 thread_local std::size_t allocations = 0;
 
-void* counted_allocation(std::size_t size) {
+void* counted_allocation_or_null(std::size_t size) noexcept {
   if (counting) ++allocations;
-  void* memory = std::malloc(size != 0 ? size : 1);
+  return std::malloc(size != 0 ? size : 1);
+}
+
+void* counted_allocation(std::size_t size) {
+  void* memory = counted_allocation_or_null(size);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
@@ -26,6 +31,12 @@ void* operator new(std::size_t size) {
 }
 void* operator new[](std::size_t size) {
   return counted_allocation(size);
+}
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return counted_allocation_or_null(size);
+}
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
+  return counted_allocation_or_null(size);
 }
 void operator delete(void* memory) noexcept {
   std::free(memory);
