@@ -98,6 +98,7 @@ struct Conflict {
 struct Outcome {
   Status status = Status::idle;
   BadInput bad_input;
+  std::int32_t bad_query = -1;  ///< bad_input: ordinal of the ask at fault; -1: a write or the terms
   Conflict conflict;
   bool truncated = false;    ///< at least one answer is incomplete or overflowed, also when late
   Version version = 0;       ///< the version made, or read

@@ -1,0 +1,54 @@
+#pragma once
+// What work costs, learned from what it cost: per kind of query, and for the rows of a transaction, a running
+// fit of cost = a + b * count in which old samples fade. One thread; no allocation.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include <rtstdb/time.hpp>
+
+#include "rtstdb/query/executor.hpp"
+
+namespace rtstdb::transaction {
+
+/// A weighted least-squares line that never falls and never goes below zero.
+class CostLine {
+ public:
+  void learn(double count, double cost_ns) noexcept;
+  /// Zero before the first sample. Where only one count was ever seen, more is taken to cost in proportion
+  /// and less to cost the same.
+  double predict_ns(double count) const noexcept;
+  std::uint64_t samples() const noexcept { return samples_; }
+
+ private:
+  double weight_ = 0.0, counts_ = 0.0, costs_ = 0.0, counts_squared_ = 0.0, counts_costs_ = 0.0;
+  std::uint64_t samples_ = 0;
+};
+
+class CostModel {
+ public:
+  /// Below this many samples of a kind nothing is predicted for it.
+  static constexpr std::uint64_t samples_needed = 16;
+
+  /// None while a kind that takes part has too few samples.
+  std::optional<Nanoseconds> predict(std::size_t writes,
+                                     std::span<const query::Request> requests) const noexcept;
+
+  /// A transaction with so many writes took so long, its queries not counted.
+  void learn_writes(std::size_t writes, Nanoseconds cost) noexcept;
+  /// One run of the executor. With several requests the cost is split in the proportion of the predictions.
+  void learn_queries(std::span<const query::Request> requests, Nanoseconds cost) noexcept;
+
+ private:
+  const CostLine& line(const query::Request& request) const noexcept {
+    return queries_[static_cast<std::size_t>(request.query->kind())];
+  }
+
+  CostLine writes_;
+  std::array<CostLine, static_cast<std::size_t>(query::QueryKind::count)> queries_;
+};
+
+}  // namespace rtstdb::transaction

@@ -1,0 +1,231 @@
+// Outcomes in words.
+
+#include <cstdarg>
+#include <cstdio>
+#include <string>
+
+#include <rtstdb/transaction.hpp>
+
+namespace rtstdb {
+
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string sentence(const char* format, ...) {
+  char text[400];
+  va_list values;
+  va_start(values, format);
+  std::vsnprintf(text, sizeof text, format, values);
+  va_end(values);
+  return text;
+}
+
+double milliseconds(Nanoseconds time) {
+  return static_cast<double>(time.count()) * 1e-6;
+}
+
+unsigned long long number(Version version) {
+  return version;
+}
+
+std::string name(EntityId id) {
+  return id.valid() ? sentence("entity %u (generation %u)", id.index, id.generation) : "no entity";
+}
+
+std::string values_of(const BadInput& fault) {
+  return sentence("(%g, %g, %g, %g)", fault.values[0], fault.values[1], fault.values[2], fault.values[3]);
+}
+
+std::string about_version(const BadInput& fault) {
+  const std::string asked = fault.values[0] < 0.0 ? sentence("world time %.9f s", fault.values[2])
+                                                  : sentence("version %.0f", fault.values[0]);
+  if (fault.reason == BadInputReason::unknown_version)
+    return asked + " belongs to no version that was published";
+  return asked + sentence(" is no longer kept: the oldest kept version is %.0f, from %.9f s on",
+                          fault.values[1], fault.values[3]);
+}
+
+std::string fault_itself(const BadInput& fault) {
+  switch (fault.reason) {
+    case BadInputReason::none:
+      return "no fault";
+    case BadInputReason::not_finite:
+      return "a value is not finite: " + values_of(fault);
+    case BadInputReason::zero_quaternion:
+      return "the orientation is a zero quaternion: " + values_of(fault);
+    case BadInputReason::out_of_limits:
+      return "a value is beyond its limit: " + values_of(fault);
+    case BadInputReason::unknown_entity:
+      return name(fault.entity) + " does not exist";
+    case BadInputReason::unknown_geometry:
+      return sentence("geometry %.0f does not exist", fault.values[0]);
+    case BadInputReason::too_many_entities:
+      return sentence("there is room for %.0f entities, and all are alive", fault.values[0]);
+    case BadInputReason::world_time_goes_back:
+      return sentence("world time %.9f s is before the latest version's %.9f s", fault.values[0],
+                      fault.values[1]);
+    case BadInputReason::time_not_covered:
+      return "a time is not covered by the version that was read: " + values_of(fault);
+    case BadInputReason::window_too_long:
+      return sentence("the times asked at run from %.9f s to %.9f s, more than %g s", fault.values[0],
+                      fault.values[1], fault.values[2]);
+    case BadInputReason::snapshot_too_old:
+    case BadInputReason::unknown_version:
+      return about_version(fault);
+    case BadInputReason::bad_ray:
+      return "a ray can not be cast: " + values_of(fault);
+    case BadInputReason::bad_region:
+      return "a region can not be asked: " + values_of(fault);
+  }
+  return "an unnamed fault";
+}
+
+std::string place_of(const Outcome& outcome) {
+  switch (outcome.bad_input.reason) {
+    case BadInputReason::world_time_goes_back:
+    case BadInputReason::snapshot_too_old:
+    case BadInputReason::unknown_version:
+      return "";
+    case BadInputReason::window_too_long:
+      return ", over all its queries";
+    default:
+      break;
+  }
+  if (outcome.bad_query < 0) return sentence(", in write %u", outcome.bad_input.element);
+  return sentence(", in element %u of query %d", outcome.bad_input.element, outcome.bad_query);
+}
+
+std::string about_conflict(const Outcome& outcome) {
+  const Conflict& conflict = outcome.conflict;
+  const std::string found = conflict.entity_exists
+                                ? sentence(" was last written by version %llu", number(conflict.written_by))
+                                : " does not exist";
+  return sentence("conflict: precondition %u does not hold in version %llu: ", conflict.precondition,
+                  number(outcome.version)) +
+         name(conflict.entity) + found;
+}
+
+std::string about_done(const Outcome& outcome) {
+  std::string text =
+      sentence("version %llu, which holds from %.9f s, took %.3f ms", number(outcome.version),
+               seconds_between(WorldTime{}, outcome.version_time), milliseconds(outcome.actual_cost));
+  if (outcome.predicted_cost.count() != 0) {
+    text += sentence(", predicted %.3f ms", milliseconds(outcome.predicted_cost));
+  }
+  if (outcome.truncated) text += "; at least one answer is incomplete";
+  return text;
+}
+
+}  // namespace
+
+const char* to_string(Status status) noexcept {
+  switch (status) {
+    case Status::idle:
+      return "idle";
+    case Status::pending:
+      return "pending";
+    case Status::committed:
+      return "committed";
+    case Status::late:
+      return "late";
+    case Status::missed:
+      return "missed";
+    case Status::refused:
+      return "refused";
+    case Status::conflict:
+      return "conflict";
+    case Status::cancelled:
+      return "cancelled";
+    case Status::truncated:
+      return "truncated";
+    case Status::device_lost:
+      return "device_lost";
+    case Status::bad_input:
+      return "bad_input";
+  }
+  return "unknown";
+}
+
+const char* to_string(DeadlineClass deadline_class) noexcept {
+  switch (deadline_class) {
+    case DeadlineClass::hard:
+      return "hard";
+    case DeadlineClass::firm:
+      return "firm";
+    case DeadlineClass::soft:
+      return "soft";
+    case DeadlineClass::best_effort:
+      return "best_effort";
+  }
+  return "unknown";
+}
+
+const char* to_string(BadInputReason reason) noexcept {
+  switch (reason) {
+    case BadInputReason::none:
+      return "none";
+    case BadInputReason::not_finite:
+      return "not_finite";
+    case BadInputReason::zero_quaternion:
+      return "zero_quaternion";
+    case BadInputReason::out_of_limits:
+      return "out_of_limits";
+    case BadInputReason::unknown_entity:
+      return "unknown_entity";
+    case BadInputReason::unknown_geometry:
+      return "unknown_geometry";
+    case BadInputReason::too_many_entities:
+      return "too_many_entities";
+    case BadInputReason::world_time_goes_back:
+      return "world_time_goes_back";
+    case BadInputReason::time_not_covered:
+      return "time_not_covered";
+    case BadInputReason::window_too_long:
+      return "window_too_long";
+    case BadInputReason::snapshot_too_old:
+      return "snapshot_too_old";
+    case BadInputReason::unknown_version:
+      return "unknown_version";
+    case BadInputReason::bad_ray:
+      return "bad_ray";
+    case BadInputReason::bad_region:
+      return "bad_region";
+  }
+  return "unknown";
+}
+
+std::string describe(const BadInput& bad_input) {
+  return std::string(to_string(bad_input.reason)) + ": " + fault_itself(bad_input);
+}
+
+std::string describe(const Outcome& outcome) {
+  switch (outcome.status) {
+    case Status::idle:
+      return "idle: not submitted";
+    case Status::pending:
+      return "pending: no outcome yet";
+    case Status::committed:
+    case Status::truncated:
+      return std::string(to_string(outcome.status)) + ": " + about_done(outcome);
+    case Status::late:
+      return sentence("late by %.3f ms: ", milliseconds(outcome.lateness)) + about_done(outcome);
+    case Status::missed:
+      return sentence("missed: the firm deadline had passed by %.3f ms; nothing was done",
+                      milliseconds(outcome.lateness));
+    case Status::refused:
+      return sentence(
+          "refused: predicted to take %.3f ms; the earliest deadline that could be met lies %.3f ms after it "
+          "was submitted; nothing was done",
+          milliseconds(outcome.predicted_cost), milliseconds(outcome.earliest_feasible - outcome.submitted));
+    case Status::conflict:
+      return about_conflict(outcome) + "; nothing was done";
+    case Status::cancelled:
+      return "cancelled: shed from a full queue or by the database closing; nothing was done";
+    case Status::device_lost:
+      return "device_lost: the GPU stopped answering; nothing was published";
+    case Status::bad_input:
+      return "bad_input: " + fault_itself(outcome.bad_input) + place_of(outcome) + "; nothing was done";
+  }
+  return "unknown";
+}
+
+}  // namespace rtstdb

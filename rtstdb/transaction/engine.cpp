@@ -1,0 +1,253 @@
+#include "rtstdb/transaction/engine.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <csignal>
+#include <system_error>
+#include <utility>
+
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/transaction/futex.hpp"
+#include "rtstdb/transaction/snapshot_errand.hpp"
+
+namespace rtstdb::transaction {
+
+namespace {
+
+constexpr std::uint32_t refusals_before_one_is_let_in = 15;
+
+class CallErrand final : public Errand {
+ public:
+  explicit CallErrand(const std::function<void()>& work) : work_(work) {}
+  bool step(const store::Store&) noexcept override {
+    work_();
+    return true;
+  }
+
+ private:
+  const std::function<void()>& work_;
+};
+
+/// Signals are the program's business: none is delivered to the engine's thread.
+class SignalsBlocked {
+ public:
+  SignalsBlocked() {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before_);
+  }
+  ~SignalsBlocked() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  SignalsBlocked(const SignalsBlocked&) = delete;
+  SignalsBlocked& operator=(const SignalsBlocked&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
+}  // namespace
+
+Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& clock)
+    : max_entities_(options.store.max_entities),
+      clock_(clock),
+      store_(std::move(options.store)),
+      latest_(store_.latest()),
+      queue_(options.queue_capacity),
+      runner_(store_, executor, clock, costs_) {
+  const SignalsBlocked inherited_by_the_thread;
+  thread_ = std::thread([this] { serve(); });
+  pthread_setname_np(thread_.native_handle(), "rtstdb");
+  set_priority(options.thread_priority);
+}
+
+Engine::~Engine() {
+  close();
+}
+
+void Engine::set_priority(int priority) {
+  // Set in any case: a thread inherits its creator's policy.
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  const int refusal =
+      pthread_setschedparam(thread_.native_handle(), priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameters);
+  if (refusal == 0) return;
+  degraded_.push_back("the database's thread runs without SCHED_FIFO priority " + std::to_string(priority) +
+                      ": " + std::generic_category().message(refusal));
+}
+
+// ---- any thread
+
+std::unique_ptr<Transaction> Engine::make_transaction(const TransactionOptions& options) const {
+  return std::make_unique<TransactionImpl>(options, *this);
+}
+
+void Engine::submit(Transaction& transaction) noexcept {
+  auto& submitted = static_cast<TransactionImpl&>(transaction);
+  RTSTDB_ASSERT(&submitted.engine() == this);
+  submitted.mark_pending();
+  submitted.draft().submitted = clock_.now();
+  tally_.submitted();
+  if (submitted_.push(submitted)) {
+    ring();
+  } else {
+    finish(submitted, Status::cancelled);
+  }
+}
+
+const Outcome& Engine::wait(Transaction& transaction) noexcept {
+  auto& submitted = static_cast<TransactionImpl&>(transaction);
+  RTSTDB_ASSERT(submitted.status() != Status::idle);
+  submitted.wait();
+  return submitted.outcome();
+}
+
+Result<std::vector<EntityState>> Engine::snapshot(const ReadAt& read_at) {
+  SnapshotErrand errand(read_at, max_entities_);
+  give_errand(errand);
+  errand.wait();
+  return std::move(errand).take();
+}
+
+void Engine::call(const std::function<void()>& work) {
+  CallErrand errand(work);
+  give_errand(errand);
+  errand.wait();
+}
+
+void Engine::give_errand(Errand& errand) noexcept {
+  const bool open = errands_given_.push(errand);
+  RTSTDB_ASSERT(open);
+  ring();
+}
+
+void Engine::close() noexcept {
+  if (!thread_.joinable()) return;
+  closing_.store(true, std::memory_order_release);
+  ring();
+  thread_.join();
+}
+
+void Engine::ring() noexcept {
+  // Pairs with sleep_unless_rung: either the bell is heard there or the sleeper is seen here.
+  bell_.fetch_add(1, std::memory_order_seq_cst);
+  if (asleep_.load(std::memory_order_seq_cst)) futex_wake_all(&bell_);
+}
+
+void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
+  const Terms terms = transaction.terms();
+  tally_.ended(status, transaction.outcome(), terms);
+  const bool firm_commit = terms.deadline_class == DeadlineClass::firm &&
+                           (status == Status::committed || status == Status::truncated);
+  transaction.finish(status);  // from here on it may be gone
+  if (firm_commit && clock_.now() > terms.deadline) tally_.handed_over_late();
+}
+
+// ---- the engine's thread
+
+void Engine::serve() noexcept {
+  while (!closing_.load(std::memory_order_acquire)) {
+    const std::uint32_t heard = bell_.load(std::memory_order_seq_cst);
+    if (!work_once()) sleep_unless_rung(heard);
+  }
+  cancel_all();
+}
+
+bool Engine::work_once() noexcept {
+  receive();
+  TransactionImpl* const most_urgent = queue_.pop();
+  if (most_urgent != nullptr) carry_out(*most_urgent);
+  const bool stepped = step_errand();
+  return most_urgent != nullptr || stepped;
+}
+
+void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
+  asleep_.store(true, std::memory_order_seq_cst);
+  futex_wait(bell_, heard);
+  asleep_.store(false, std::memory_order_relaxed);
+}
+
+void Engine::receive() noexcept {
+  receive(submitted_.take_all());
+}
+
+void Engine::receive(HandOverLink* transactions) noexcept {
+  while (transactions != nullptr) {
+    HandOverLink* const next = transactions->next;
+    admit(static_cast<TransactionImpl&>(*transactions));
+    transactions = next;
+  }
+}
+
+void Engine::admit(TransactionImpl& transaction) noexcept {
+  const ClockTime now = clock_.now();
+  transaction.arrival = arrivals_++;
+  if (!passes_admission(transaction, now)) return;
+  if (queue_.full()) {
+    TransactionImpl& victim = queue_.shed(transaction);
+    finish(victim, Status::cancelled);
+    if (&victim == &transaction) return;
+  }
+  transaction.draft().admitted = now;
+  queue_.push(transaction);
+}
+
+bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexcept {
+  Outcome& outcome = transaction.draft();
+  const ClockTime deadline = transaction.terms().deadline;
+  const bool firm = transaction.is(DeadlineClass::firm);
+  if (firm && now > deadline) {
+    outcome.lateness = now - deadline;
+    finish(transaction, Status::missed);
+    return false;
+  }
+  if (clock_.is_virtual()) return true;
+  const auto cost = costs_.predict(transaction.write_set().writes.size(), transaction.requests());
+  if (!cost) return true;
+  outcome.predicted_cost = *cost;
+  if (!firm || queue_.expected_end(now, transaction, deadline, *cost) <= deadline) {
+    if (firm) refused_in_a_row_ = 0;
+    return true;
+  }
+  if (refused_in_a_row_++ == refusals_before_one_is_let_in) {
+    refused_in_a_row_ = 0;
+    return true;
+  }
+  outcome.earliest_feasible = queue_.earliest_feasible(now, transaction, *cost);
+  finish(transaction, Status::refused);
+  return false;
+}
+
+void Engine::carry_out(TransactionImpl& transaction) noexcept {
+  const Status status = runner_.run(transaction);
+  if (store_.latest().version != latest_.get().version) latest_.set(store_.latest());
+  finish(transaction, status);
+}
+
+bool Engine::step_errand() noexcept {
+  if (errands_ == nullptr) errands_ = errands_given_.take_all();
+  if (errands_ == nullptr) return false;
+  auto& errand = static_cast<Errand&>(*errands_);
+  if (errand.step(store_)) {
+    errands_ = errand.next;
+    errand.mark_done();  // from here on it may be gone
+  }
+  return true;
+}
+
+void Engine::cancel_all() noexcept {
+  for (HandOverLink* waiting = submitted_.close(); waiting != nullptr;) {
+    HandOverLink* const next = waiting->next;
+    finish(static_cast<TransactionImpl&>(*waiting), Status::cancelled);
+    waiting = next;
+  }
+  while (TransactionImpl* const waiting = queue_.pop())
+    finish(*waiting, Status::cancelled);
+  while (step_errand()) {
+  }
+  errands_ = errands_given_.close();
+  while (errands_ != nullptr)
+    step_errand();
+}
+
+}  // namespace rtstdb::transaction

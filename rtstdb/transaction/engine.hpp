@@ -1,0 +1,119 @@
+#pragma once
+// The heart of the database: takes transactions from any thread, admits, orders and carries them out on a
+// thread of its own, and gives each back with exactly one outcome.
+//
+//   submit -> hand-over (lock-free) -> admission -> ready queue -> Runner -> outcome, owner woken
+//
+// Admission
+//   firm: a deadline that has passed is missed; one that can not be met by the predicted costs of this
+//   transaction and of all that go before it is refused, with the earliest that could. Only where each kind
+//   of work in it has been measured often enough, and not under a virtual clock. Refused work gives no
+//   measurements: so that a prediction that has become too high does not refuse for ever, each 16th of a row
+//   is let in. queue full: the least urgent best-effort transaction is cancelled, else the newcomer.
+// Order: importance, then earliest deadline, then arrival.
+//
+// Threads: submit, wait, latest, counts, snapshot and call from any; constructor, make_transaction and
+// destructor are setup. submit, wait and latest neither allocate nor take a lock.
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+#include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/store.hpp"
+#include "rtstdb/transaction/cost_model.hpp"
+#include "rtstdb/transaction/errand.hpp"
+#include "rtstdb/transaction/hand_over.hpp"
+#include "rtstdb/transaction/latest_version.hpp"
+#include "rtstdb/transaction/ready_queue.hpp"
+#include "rtstdb/transaction/runner.hpp"
+#include "rtstdb/transaction/tally.hpp"
+#include "rtstdb/transaction/transaction_impl.hpp"
+
+namespace rtstdb::transaction {
+
+struct EngineOptions {
+  store::StoreOptions store;  ///< geometry_known is called on the engine's thread
+  std::uint32_t queue_capacity = 256;
+  /// SCHED_FIFO priority of the engine's thread, 0: ordinary. Where it is refused, degraded() says so.
+  int thread_priority = 0;
+};
+
+class Engine {
+ public:
+  /// The executor is called on the engine's thread alone. Executor and clock must outlive the engine.
+  Engine(EngineOptions options, query::Executor& executor, const Clock& clock);
+  /// Closes.
+  ~Engine();
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) const;
+
+  /// The transaction is this engine's and was begun since its last outcome. After close: cancelled at once.
+  void submit(Transaction& transaction) noexcept;
+  /// Misuse when it was never submitted.
+  const Outcome& wait(Transaction& transaction) noexcept;
+  VersionInfo latest() const noexcept { return latest_.get(); }
+
+  /// All entities of a version, by ascending index. The caller waits while the engine copies in slices.
+  /// Errors: bad_input when the version is unknown or no longer kept. Misuse after close.
+  Result<std::vector<EntityState>> snapshot(const ReadAt& read_at);
+  /// Runs `work`, which must not throw, on the engine's thread between two transactions and waits for it. For
+  /// setup: transactions wait meanwhile. Misuse after close.
+  void call(const std::function<void()>& work);
+
+  TransactionCounts counts() const noexcept { return tally_.read(); }
+  /// What the machine did not permit, in words.
+  const std::vector<std::string>& degraded() const noexcept { return degraded_; }
+
+  /// Lets the transaction that runs finish, cancels all that wait, ends the thread. Again: does nothing. One
+  /// thread at a time.
+  void close() noexcept;
+
+ private:
+  void serve() noexcept;
+  bool work_once() noexcept;
+  void receive() noexcept;
+  void receive(HandOverLink* transactions) noexcept;
+  void admit(TransactionImpl& transaction) noexcept;
+  bool passes_admission(TransactionImpl& transaction, ClockTime now) noexcept;
+  void carry_out(TransactionImpl& transaction) noexcept;
+  void finish(TransactionImpl& transaction, Status status) noexcept;
+  bool step_errand() noexcept;
+  void cancel_all() noexcept;
+  void give_errand(Errand& errand) noexcept;
+  void ring() noexcept;
+  void sleep_unless_rung(std::uint32_t heard) noexcept;
+  void set_priority(int priority);
+
+  const std::uint32_t max_entities_;
+  const Clock& clock_;
+  Tally tally_;
+  HandOver submitted_;
+  HandOver errands_given_;
+  std::atomic<std::uint32_t> bell_{0};  ///< grows with whatever there is to look at
+  std::atomic<bool> asleep_{false};
+  std::atomic<bool> closing_{false};
+
+  // The engine's thread alone, once it runs.
+  store::Store store_;
+  LatestVersion latest_;  ///< written by it, read by any
+  CostModel costs_;
+  ReadyQueue queue_;
+  Runner runner_;
+  HandOverLink* errands_ = nullptr;  ///< taken over, oldest first
+  std::uint64_t arrivals_ = 0;
+  std::uint32_t refused_in_a_row_ = 0;
+
+  std::vector<std::string> degraded_;
+  std::thread thread_;
+};
+
+}  // namespace rtstdb::transaction

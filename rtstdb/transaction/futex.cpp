@@ -1,0 +1,34 @@
+#include "rtstdb/transaction/futex.hpp"
+
+#include <linux/futex.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <limits>
+
+namespace rtstdb::transaction {
+
+static_assert(sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t));
+static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+
+void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected) noexcept {
+  syscall(SYS_futex, &word, FUTEX_WAIT_PRIVATE, expected, nullptr, nullptr, 0);
+}
+
+void futex_wake_all(const std::atomic<std::uint32_t>* word) noexcept {
+  syscall(SYS_futex, word, FUTEX_WAKE_PRIVATE, std::numeric_limits<int>::max(), nullptr, nullptr, 0);
+}
+
+void FutexCell::wait_while(std::uint32_t value) noexcept {
+  while (true) {
+    std::uint32_t seen = word_.load(std::memory_order_acquire);
+    if ((seen & ~sleeper) != value) return;
+    if ((seen & sleeper) == 0 &&
+        !word_.compare_exchange_weak(seen, value | sleeper, std::memory_order_acq_rel)) {
+      continue;
+    }
+    futex_wait(word_, value | sleeper);
+  }
+}
+
+}  // namespace rtstdb::transaction

@@ -1,0 +1,80 @@
+#include "rtstdb/transaction/ready_queue.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/transaction/transaction_impl.hpp"
+
+namespace rtstdb::transaction {
+
+namespace {
+
+auto urgency(const TransactionImpl& transaction) {
+  return std::tuple(-int{transaction.terms().importance}, transaction.terms().deadline, transaction.arrival);
+}
+
+bool less_urgent(const TransactionImpl* a, const TransactionImpl* b) {
+  return urgency(*a) > urgency(*b);
+}
+
+}  // namespace
+
+ReadyQueue::ReadyQueue(std::uint32_t capacity) : capacity_(capacity) {
+  RTSTDB_ASSERT(capacity >= 1);
+  heap_.reserve(capacity);
+}
+
+void ReadyQueue::push(TransactionImpl& transaction) noexcept {
+  RTSTDB_ASSERT(!full());
+  heap_.push_back(&transaction);
+  std::push_heap(heap_.begin(), heap_.end(), less_urgent);
+}
+
+TransactionImpl* ReadyQueue::pop() noexcept {
+  if (heap_.empty()) return nullptr;
+  std::pop_heap(heap_.begin(), heap_.end(), less_urgent);
+  TransactionImpl* const most_urgent = heap_.back();
+  heap_.pop_back();
+  return most_urgent;
+}
+
+TransactionImpl& ReadyQueue::shed(TransactionImpl& newcomer) noexcept {
+  TransactionImpl* victim = newcomer.is(DeadlineClass::best_effort) ? &newcomer : nullptr;
+  for (TransactionImpl* waiting : heap_) {
+    if (!waiting->is(DeadlineClass::best_effort)) continue;
+    if (victim == nullptr || less_urgent(waiting, victim)) victim = waiting;
+  }
+  if (victim == nullptr || victim == &newcomer) return newcomer;
+  *std::find(heap_.begin(), heap_.end(), victim) = heap_.back();
+  heap_.pop_back();
+  std::make_heap(heap_.begin(), heap_.end(), less_urgent);
+  return *victim;
+}
+
+ClockTime ReadyQueue::expected_end(ClockTime now, const TransactionImpl& transaction, ClockTime deadline,
+                                   Nanoseconds cost) const noexcept {
+  ClockTime end = now + cost;
+  for (const TransactionImpl* waiting : heap_) {
+    const auto importance = waiting->terms().importance;
+    const bool goes_before =
+        importance > transaction.terms().importance ||
+        (importance == transaction.terms().importance && waiting->terms().deadline <= deadline);
+    if (goes_before) end += waiting->outcome().predicted_cost;
+  }
+  return end;
+}
+
+ClockTime ReadyQueue::earliest_feasible(ClockTime now, const TransactionImpl& transaction,
+                                        Nanoseconds cost) const noexcept {
+  // A later deadline lets more of the queue go before: raise it until it stands.
+  ClockTime deadline = transaction.terms().deadline;
+  while (true) {
+    const ClockTime end = expected_end(now, transaction, deadline, cost);
+    if (end <= deadline) return deadline;
+    deadline = end;
+  }
+}
+
+}  // namespace rtstdb::transaction

@@ -1,0 +1,43 @@
+#pragma once
+// The admitted transactions that wait, most urgent first: higher importance, then earlier deadline, then
+// earlier arrival. Holds pointers only; allocates in the constructor alone. One thread.
+
+#include <cstdint>
+#include <vector>
+
+#include <rtstdb/time.hpp>
+
+namespace rtstdb::transaction {
+
+class TransactionImpl;
+
+class ReadyQueue {
+ public:
+  /// `capacity` >= 1.
+  explicit ReadyQueue(std::uint32_t capacity);
+
+  bool empty() const noexcept { return heap_.empty(); }
+  bool full() const noexcept { return heap_.size() == capacity_; }
+  /// Misuse when full.
+  void push(TransactionImpl& transaction) noexcept;
+  /// The most urgent one, or null.
+  TransactionImpl* pop() noexcept;
+
+  /// Who goes when there is no room for one more: the least urgent best-effort transaction, `newcomer`
+  /// counted; else the newcomer. The one who goes is no longer in the queue.
+  TransactionImpl& shed(TransactionImpl& newcomer) noexcept;
+
+  /// When a transaction of these terms would be done if nothing else came: the predicted costs of all that go
+  /// before it, and its own.
+  ClockTime expected_end(ClockTime now, const TransactionImpl& transaction, ClockTime deadline,
+                         Nanoseconds cost) const noexcept;
+  /// The earliest deadline from its own on at which it would be done in time.
+  ClockTime earliest_feasible(ClockTime now, const TransactionImpl& transaction,
+                              Nanoseconds cost) const noexcept;
+
+ private:
+  std::vector<TransactionImpl*> heap_;
+  std::uint32_t capacity_;
+};
+
+}  // namespace rtstdb::transaction

@@ -1,0 +1,147 @@
+#include "rtstdb/transaction/runner.hpp"
+
+#include <variant>
+
+#include <rtstdb/limits.hpp>
+
+namespace rtstdb::transaction {
+
+Status Runner::run(TransactionImpl& transaction) noexcept {
+  Outcome& outcome = transaction.draft();
+  const Terms& terms = transaction.terms();
+  const ClockTime now = clock_.now();
+  if (transaction.is(DeadlineClass::firm) && now > terms.deadline) {
+    outcome.lateness = now - terms.deadline;
+    return Status::missed;
+  }
+  outcome.started = now;
+  queries_cost_ = Nanoseconds(0);
+  return transaction.write_set().writes.empty() ? read(transaction) : write(transaction);
+}
+
+Status Runner::write(TransactionImpl& transaction) noexcept {
+  if (!expectations_hold(transaction, store_.latest_snapshot())) return Status::conflict;
+  if (auto fault = store_.stage(transaction.write_set())) {
+    transaction.draft().bad_input = *fault;
+    return Status::bad_input;
+  }
+  const store::Snapshot version = store_.staged_snapshot();
+  if (auto failure = answer(transaction, version)) {
+    store_.discard();
+    return *failure;
+  }
+  store_.publish();
+  if (!published_in_time(transaction)) {
+    store_.discard();
+    return Status::missed;
+  }
+  const Status status = done(transaction, version);
+  store_.settle();
+  return status;
+}
+
+Status Runner::read(TransactionImpl& transaction) noexcept {
+  const auto found = store_.read(transaction.terms().read_at);
+  if (const auto* fault = std::get_if<BadInput>(&found)) {
+    transaction.draft().bad_input = *fault;
+    return Status::bad_input;
+  }
+  const auto& version = *std::get_if<store::Snapshot>(&found);
+  if (!expectations_hold(transaction, version)) return Status::conflict;
+  if (auto failure = answer(transaction, version)) return *failure;
+  if (!published_in_time(transaction)) return Status::missed;
+  return done(transaction, version);
+}
+
+bool Runner::expectations_hold(TransactionImpl& transaction, const query::RowSource& rows) noexcept {
+  std::uint32_t ordinal = 0;
+  for (const Precondition& expected : transaction.preconditions()) {
+    const EntityState* state = rows.find(expected.entity);
+    if (state == nullptr || (!expected.any_version && state->written_by != expected.written_by)) {
+      Outcome& outcome = transaction.draft();
+      outcome.conflict = {ordinal, expected.entity, state != nullptr,
+                          state != nullptr ? state->written_by : 0};
+      outcome.version = rows.version();
+      outcome.version_time = rows.time();
+      return false;
+    }
+    ++ordinal;
+  }
+  return true;
+}
+
+std::optional<Status> Runner::answer(TransactionImpl& transaction, const query::RowSource& rows) noexcept {
+  Outcome& outcome = transaction.draft();
+  if (transaction.requests().empty()) {
+    outcome.computed = clock_.now();
+    return std::nullopt;
+  }
+  query::TimeSpan times;
+  if (auto fault = check_queries(transaction, rows, times)) {
+    outcome.bad_input = *fault;
+    return Status::bad_input;
+  }
+  const ClockTime begun = clock_.now();
+  const query::RunReport report = executor_.run(rows, transaction.requests(), times);
+  outcome.computed = clock_.now();
+  queries_cost_ = outcome.computed - begun;
+  outcome.gpu_time = Nanoseconds(report.gpu_ns);
+  if (report.status == query::RunStatus::device_lost) return Status::device_lost;
+  outcome.truncated = report.status == query::RunStatus::truncated;
+  return std::nullopt;
+}
+
+std::optional<BadInput> Runner::check_queries(TransactionImpl& transaction, const query::RowSource& rows,
+                                              query::TimeSpan& times) noexcept {
+  std::int32_t ordinal = 0;
+  for (const query::Request& request : transaction.requests()) {
+    if (auto fault = request.query->check(request.count, rows, times)) {
+      transaction.draft().bad_query = ordinal;
+      return fault;
+    }
+    ++ordinal;
+  }
+  if (times.first > times.last) times = {rows.time(), rows.time()};  // no element asked
+  // Unsigned: times that a query let through may be further apart than a signed difference can say.
+  const auto window_ns = static_cast<std::uint64_t>(times.last.time_since_epoch().count()) -
+                         static_cast<std::uint64_t>(times.first.time_since_epoch().count());
+  if (window_ns <= static_cast<std::uint64_t>(max_query_window_ns)) return std::nullopt;
+  BadInput fault;
+  fault.reason = BadInputReason::window_too_long;
+  fault.values[0] = seconds_between(WorldTime{}, times.first);
+  fault.values[1] = seconds_between(WorldTime{}, times.last);
+  fault.values[2] = static_cast<double>(max_query_window_ns) * 1e-9;
+  return fault;
+}
+
+bool Runner::published_in_time(TransactionImpl& transaction) noexcept {
+  Outcome& outcome = transaction.draft();
+  const ClockTime now = clock_.now();
+  outcome.actual_cost = now - outcome.started;
+  if (!clock_.is_virtual()) {
+    costs_.learn_writes(transaction.write_set().writes.size(), outcome.actual_cost - queries_cost_);
+    if (!transaction.requests().empty()) costs_.learn_queries(transaction.requests(), queries_cost_);
+  }
+  const ClockTime deadline = transaction.terms().deadline;
+  if (transaction.is(DeadlineClass::firm) && now > deadline) {
+    outcome.lateness = now - deadline;
+    return false;
+  }
+  outcome.published = now;
+  return true;
+}
+
+Status Runner::done(TransactionImpl& transaction, const query::RowSource& rows) noexcept {
+  Outcome& outcome = transaction.draft();
+  outcome.version = rows.version();
+  outcome.version_time = rows.time();
+  const ClockTime deadline = transaction.terms().deadline;
+  const bool may_be_late = transaction.is(DeadlineClass::hard) || transaction.is(DeadlineClass::soft);
+  if (may_be_late && outcome.published > deadline) {
+    outcome.lateness = outcome.published - deadline;
+    return Status::late;
+  }
+  return outcome.truncated ? Status::truncated : Status::committed;
+}
+
+}  // namespace rtstdb::transaction

@@ -1,0 +1,114 @@
+#include "rtstdb/transaction/transaction_impl.hpp"
+
+#include <rtstdb/limits.hpp>
+#include <rtstdb/result.hpp>
+
+namespace rtstdb::transaction {
+
+TransactionImpl::TransactionImpl(const TransactionOptions& options, const Engine& engine)
+    : options_(options), engine_(engine) {
+  preconditions_.reserve(options.max_preconditions);
+  write_set_.writes.reserve(options.max_writes);
+  creates_.reserve(options.max_writes);
+  requests_.reserve(options.max_queries);
+}
+
+TransactionImpl::~TransactionImpl() {
+  RTSTDB_ASSERT(status() != Status::pending);
+}
+
+void TransactionImpl::begin(const Terms& terms) noexcept {
+  RTSTDB_ASSERT(status() != Status::pending);
+  RTSTDB_ASSERT(terms.importance <= max_importance);
+  terms_ = terms;
+  preconditions_.clear();
+  write_set_.writes.clear();
+  write_set_.time = terms.world_time;
+  creates_.clear();
+  requests_.clear();
+  outcome_ = Outcome{};
+  status_.set(static_cast<std::uint32_t>(Status::idle));
+}
+
+void TransactionImpl::assert_declaring() const noexcept {
+  RTSTDB_ASSERT(status() == Status::idle);
+}
+
+void TransactionImpl::expect_exists(EntityId entity) noexcept {
+  declare({entity, true, 0});
+}
+
+void TransactionImpl::expect_written_by(EntityId entity, Version version) noexcept {
+  declare({entity, false, version});
+}
+
+std::uint32_t TransactionImpl::create(const EntityRow& row) noexcept {
+  declare(store::WriteKind::create, EntityId{}, row);
+  creates_.push_back(static_cast<std::uint32_t>(write_set_.writes.size()) - 1);
+  return static_cast<std::uint32_t>(creates_.size()) - 1;
+}
+
+void TransactionImpl::update(EntityId entity, const EntityRow& row) noexcept {
+  declare(store::WriteKind::update, entity, row);
+}
+
+void TransactionImpl::update_motion(EntityId entity, const Motion& motion) noexcept {
+  EntityRow row;
+  row.motion = motion;
+  declare(store::WriteKind::update_motion, entity, row);
+}
+
+void TransactionImpl::remove(EntityId entity) noexcept {
+  declare(store::WriteKind::remove, entity, EntityRow{});
+}
+
+void TransactionImpl::ask(RayQuery& query, std::uint32_t count) noexcept {
+  declare(dynamic_cast<query::PreparedQuery*>(&query), count);
+}
+
+void TransactionImpl::ask(RegionQuery& query, std::uint32_t count) noexcept {
+  declare(dynamic_cast<query::PreparedQuery*>(&query), count);
+}
+
+void TransactionImpl::ask(OverlapQuery& query, std::uint32_t count) noexcept {
+  declare(dynamic_cast<query::PreparedQuery*>(&query), count);
+}
+
+void TransactionImpl::declare(const Precondition& precondition) noexcept {
+  assert_declaring();
+  RTSTDB_ASSERT(preconditions_.size() < options_.max_preconditions);
+  preconditions_.push_back(precondition);
+}
+
+void TransactionImpl::declare(store::WriteKind kind, EntityId entity, const EntityRow& row) noexcept {
+  assert_declaring();
+  RTSTDB_ASSERT(write_set_.writes.size() < options_.max_writes);
+  write_set_.writes.push_back({kind, {entity, row, 0}});
+}
+
+void TransactionImpl::declare(query::PreparedQuery* query, std::uint32_t count) noexcept {
+  assert_declaring();
+  RTSTDB_ASSERT(query != nullptr);  // not made by a database's prepare
+  RTSTDB_ASSERT(count <= query->capacity());
+  RTSTDB_ASSERT(requests_.size() < options_.max_queries);
+  requests_.push_back({query, count});
+}
+
+EntityId TransactionImpl::created(std::uint32_t ordinal) const noexcept {
+  RTSTDB_ASSERT(ordinal < creates_.size());
+  RTSTDB_ASSERT(status() != Status::idle && status() != Status::pending);
+  return outcome_.done() ? write_set_.writes[creates_[ordinal]].state.id : EntityId{};
+}
+
+void TransactionImpl::mark_pending() noexcept {
+  assert_declaring();
+  outcome_.status = Status::pending;
+  status_.set(static_cast<std::uint32_t>(Status::pending));
+}
+
+void TransactionImpl::finish(Status status) noexcept {
+  outcome_.status = status;
+  status_.set_and_wake(static_cast<std::uint32_t>(status));
+}
+
+}  // namespace rtstdb::transaction

@@ -1,0 +1,82 @@
+#pragma once
+// A declared transaction: its terms, preconditions, writes and requests in memory of its own, allocated once.
+//
+// Threads: the owner declares; between mark_pending and finish everything but status() and wait() is the
+// engine's.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <rtstdb/transaction.hpp>
+
+#include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/write_set.hpp"
+#include "rtstdb/transaction/futex.hpp"
+#include "rtstdb/transaction/hand_over.hpp"
+
+namespace rtstdb::transaction {
+
+class Engine;
+
+struct Precondition {
+  EntityId entity;
+  bool any_version = true;  ///< existence is enough
+  Version written_by = 0;
+};
+
+class TransactionImpl final : public Transaction, public HandOverLink {
+ public:
+  TransactionImpl(const TransactionOptions& options, const Engine& engine);
+  ~TransactionImpl() override;
+  TransactionImpl(const TransactionImpl&) = delete;
+  TransactionImpl& operator=(const TransactionImpl&) = delete;
+
+  void begin(const Terms& terms) noexcept override;
+  void expect_exists(EntityId entity) noexcept override;
+  void expect_written_by(EntityId entity, Version version) noexcept override;
+  std::uint32_t create(const EntityRow& row) noexcept override;
+  void update(EntityId entity, const EntityRow& row) noexcept override;
+  void update_motion(EntityId entity, const Motion& motion) noexcept override;
+  void remove(EntityId entity) noexcept override;
+  void ask(RayQuery& query, std::uint32_t count) noexcept override;
+  void ask(RegionQuery& query, std::uint32_t count) noexcept override;
+  void ask(OverlapQuery& query, std::uint32_t count) noexcept override;
+  EntityId created(std::uint32_t ordinal) const noexcept override;
+  Status status() const noexcept override { return static_cast<Status>(status_.get()); }
+  const Outcome& outcome() const noexcept override { return outcome_; }
+
+  // ---- for the engine
+  const Engine& engine() const noexcept { return engine_; }
+  const Terms& terms() const noexcept { return terms_; }
+  bool is(DeadlineClass deadline_class) const noexcept { return terms_.deadline_class == deadline_class; }
+  std::span<const Precondition> preconditions() const noexcept { return preconditions_; }
+  store::WriteSet& write_set() noexcept { return write_set_; }
+  const store::WriteSet& write_set() const noexcept { return write_set_; }
+  std::span<const query::Request> requests() const noexcept { return requests_; }
+  Outcome& draft() noexcept { return outcome_; }
+  void mark_pending() noexcept;
+  /// Gives the transaction back to its owner, who may destroy it at once.
+  void finish(Status status) noexcept;
+  void wait() noexcept { status_.wait_while(static_cast<std::uint32_t>(Status::pending)); }
+
+  std::uint64_t arrival = 0;  ///< the engine's count of admitted transactions, for order among equals
+
+ private:
+  void declare(const Precondition& precondition) noexcept;
+  void declare(store::WriteKind kind, EntityId entity, const EntityRow& row) noexcept;
+  void declare(query::PreparedQuery* query, std::uint32_t count) noexcept;
+  void assert_declaring() const noexcept;
+
+  const TransactionOptions options_;
+  const Engine& engine_;
+  Terms terms_;
+  std::vector<Precondition> preconditions_;
+  store::WriteSet write_set_;
+  std::vector<std::uint32_t> creates_;  ///< ordinal of create -> index in the write set
+  std::vector<query::Request> requests_;
+  Outcome outcome_;
+  FutexCell status_{static_cast<std::uint32_t>(Status::idle)};
+};
+
+}  // namespace rtstdb::transaction

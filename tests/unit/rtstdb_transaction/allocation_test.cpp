@@ -1,0 +1,82 @@
+// The tick's calls allocate nothing, on the caller's thread nor on the engine's.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "allocation_count.hpp"
+#include "simulated.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(Allocation, TheCounterCounts) {
+  arm_allocation_count();
+  auto volatile_use = std::make_unique<std::vector<int>>(100);
+  EXPECT_GE(allocations_since_armed(), 2u) << volatile_use->size();
+}
+
+TEST(Allocation, TicksAllocateNothing) {
+  World world(engine_options(8, 64, 128));
+  std::vector<std::uint32_t> changed;
+  changed.reserve(64);
+  Version device_version = 0;
+  int runs = 0;
+  world.executor.work = [&](const query::RowSource& rows, const auto&, const auto&) {
+    changed.clear();
+    static_cast<void>(rows.changed_between(device_version, changed));
+    device_version = rows.version();
+    // Some are done, some missed, some truncated; at last the device is lost.
+    if (++runs % 5 == 0) world.clock.advance(2ms);
+    return query::RunReport{runs % 7 == 0 ? query::RunStatus::truncated : query::RunStatus::done, 0};
+  };
+  SimulatedQuery query(16);
+  const auto transaction = world.make(8, 2);
+  const auto tight = world.make(1, 1);
+  const auto tick = [&](int k) {
+    const ClockTime deadline = world.clock.peek() + 1ms;
+    Terms given = terms(k % 2 == 0 ? DeadlineClass::firm : DeadlineClass::soft, deadline,
+                        static_cast<std::uint8_t>(k % 8));
+    transaction->begin(given);
+    transaction->expect_exists({0, 1});
+    const std::uint32_t ordinal = transaction->create(row_of(static_cast<std::uint32_t>(k)));
+    transaction->update({0, 1}, row_of(3));
+    transaction->update_motion({0, 1}, Motion{});
+    transaction->ask(query, 4);
+    world.execute(*transaction);
+    const EntityId created = transaction->created(ordinal);
+    transaction->begin({});
+    if (created.valid()) transaction->remove(created);
+    if (k % 3 == 0) transaction->remove({60, 9});  // refused
+    world.execute(*transaction);
+    if (created.valid() && !transaction->outcome().done()) {
+      transaction->begin({});
+      transaction->remove(created);
+      world.execute(*transaction);
+    }
+    tight->begin(terms(DeadlineClass::firm, world.clock.peek() + 1ns));
+    tight->ask(query, 1);
+    world.engine.submit(*tight);
+    world.engine.wait(*tight);
+    static_cast<void>(world.engine.latest());
+    static_cast<void>(world.engine.counts());
+  };
+  world.create(1);
+  tick(0);
+  const TransactionCounts before = world.engine.counts();
+  arm_allocation_count();
+  for (int k = 1; k < 3000; ++k)
+    tick(k);
+  EXPECT_EQ(allocations_since_armed(), 0u);
+  const TransactionCounts after = world.engine.counts();
+  EXPECT_GT(after.committed, before.committed);
+  EXPECT_GT(after.missed, before.missed) << "the path that takes a version back was walked too";
+  EXPECT_GT(after.refused, before.refused);
+  EXPECT_GT(after.truncated, before.truncated);
+  EXPECT_GT(after.bad_input, before.bad_input);
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test

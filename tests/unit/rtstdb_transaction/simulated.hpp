@@ -1,0 +1,164 @@
+#pragma once
+// A clock, queries and an executor that tests hold in their hand, and an engine around them.
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <semaphore>
+#include <string>
+#include <vector>
+
+#include "rtstdb/transaction/engine.hpp"
+
+namespace rtstdb::transaction::test {
+
+/// Moves when told to, by `per_reading_ns` at every reading, and by a jump planned some readings ahead.
+class SimulatedClock final : public Clock {
+ public:
+  ClockTime now() const noexcept override {
+    if (readings_to_jump_.load() > 0 && readings_to_jump_.fetch_sub(1) == 1)
+      now_ns_.fetch_add(jump_ns_.load());
+    return clock_time_ns(now_ns_.fetch_add(per_reading_ns.load()));
+  }
+  bool is_virtual() const noexcept override { return virtual_time; }
+
+  void advance(Nanoseconds by) { now_ns_.fetch_add(by.count()); }
+  /// The `reading`-th reading from now (1: the next) is the first to show the time moved by `by`.
+  void jump_before_reading(int reading, Nanoseconds by) {
+    jump_ns_ = by.count();
+    readings_to_jump_ = reading;
+  }
+  /// Without being a reading.
+  ClockTime peek() const { return clock_time_ns(now_ns_.load()); }
+
+  std::atomic<std::int64_t> per_reading_ns{0};
+  bool virtual_time = false;
+
+ private:
+  mutable std::atomic<std::int64_t> now_ns_{1'000'000'000};
+  mutable std::atomic<int> readings_to_jump_{0};
+  std::atomic<std::int64_t> jump_ns_{0};
+};
+
+/// A ray query whose rays ask at the times they hold; `label` tells tests which one ran.
+class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
+ public:
+  explicit SimulatedQuery(std::uint32_t capacity, int label_given = 0,
+                          query::QueryKind kind = query::QueryKind::ray_closest)
+      : label(label_given), kind_(kind), rays_(capacity), hits_(capacity) {}
+
+  std::span<Ray> rays() noexcept override { return rays_; }
+  std::span<const RayHit> hits() const noexcept override { return hits_; }
+  query::QueryKind kind() const noexcept override { return kind_; }
+  std::uint32_t capacity() const noexcept override { return static_cast<std::uint32_t>(rays_.size()); }
+  std::optional<BadInput> check(std::uint32_t count, const query::RowSource& rows,
+                                query::TimeSpan& times) const noexcept override {
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const WorldTime t = rays_[k].t;
+      if (t < rows.time()) {
+        BadInput fault;
+        fault.reason = BadInputReason::time_not_covered;
+        fault.element = k;
+        return fault;
+      }
+      times.first = std::min(times.first, t);
+      times.last = std::max(times.last, t);
+    }
+    return std::nullopt;
+  }
+
+  const int label;
+
+ private:
+  query::QueryKind kind_;
+  std::vector<Ray> rays_;
+  std::vector<RayHit> hits_;
+};
+
+/// Does what `work` says; by default costs nothing.
+class SimulatedExecutor final : public query::Executor {
+ public:
+  using Work = std::function<query::RunReport(const query::RowSource&, std::span<const query::Request>,
+                                              const query::TimeSpan&)>;
+
+  query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
+                       const query::TimeSpan& times) noexcept override {
+    return work ? work(rows, requests, times) : query::RunReport{};
+  }
+
+  /// Set before the first transaction, or while none is under way.
+  Work work;
+};
+
+/// Holds the engine's thread inside the executor until opened.
+class Gate {
+ public:
+  void pass() {
+    arrived_.release();
+    opened_.acquire();
+  }
+  void wait_until_somebody_stands_there() { arrived_.acquire(); }
+  void open() { opened_.release(); }
+
+ private:
+  std::binary_semaphore arrived_{0};
+  std::binary_semaphore opened_{0};
+};
+
+inline EngineOptions engine_options(std::uint32_t queue_capacity = 64, std::uint32_t max_entities = 64,
+                                    std::uint32_t retained_changes = 1024) {
+  return {{max_entities, retained_changes, [](GeometryId id) { return id.index == 0; }}, queue_capacity, 0};
+}
+
+inline EntityRow row_of(std::uint32_t material) {
+  EntityRow row;
+  row.geometry = GeometryId{0};
+  row.material = material;
+  return row;
+}
+
+inline Terms terms(DeadlineClass deadline_class, ClockTime deadline = ClockTime::max(),
+                   std::uint8_t importance = 0) {
+  Terms made;
+  made.deadline_class = deadline_class;
+  made.deadline = deadline;
+  made.importance = importance;
+  return made;
+}
+
+/// One engine with everything simulated.
+struct World {
+  explicit World(const EngineOptions& options = engine_options()) : engine(options, executor, clock) {}
+
+  std::unique_ptr<Transaction> make(std::uint32_t max_writes = 8, std::uint32_t max_queries = 2) {
+    return engine.make_transaction({max_writes, 4, max_queries});
+  }
+  const Outcome& execute(Transaction& transaction) {
+    engine.submit(transaction);
+    return engine.wait(transaction);
+  }
+  /// Creates an entity in a version of its own.
+  EntityId create(std::uint32_t material) {
+    const auto transaction = make();
+    transaction->begin({});
+    const auto ordinal = transaction->create(row_of(material));
+    execute(*transaction);
+    return transaction->created(ordinal);
+  }
+  /// The material of the entity in the latest version; -1 when it is not there.
+  std::int64_t material(EntityId id) {
+    const auto states = engine.snapshot(ReadAt::latest());
+    for (const EntityState& state : states.value()) {
+      if (state.id == id) return state.row.material;
+    }
+    return -1;
+  }
+
+  SimulatedClock clock;
+  SimulatedExecutor executor;
+  Engine engine;
+};
+
+}  // namespace rtstdb::transaction::test

@@ -1,0 +1,337 @@
+// Every status, and what it leaves behind.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <rtstdb/limits.hpp>
+
+#include "simulated.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+class Statuses : public testing::Test {
+ protected:
+  /// A transaction that moves `entity_` to material 2 and asks one ray.
+  std::unique_ptr<Transaction> change(const Terms& given) {
+    auto transaction = world_.make();
+    transaction->begin(given);
+    transaction->update(entity_, row_of(2));
+    transaction->ask(query_, 1);
+    return transaction;
+  }
+  void executor_takes(Nanoseconds cost, query::RunStatus status = query::RunStatus::done) {
+    world_.executor.work = [this, cost, status](const auto&, const auto&, const auto&) {
+      world_.clock.advance(cost);
+      return query::RunReport{status, 700};
+    };
+  }
+
+  World world_;
+  EntityId entity_ = world_.create(1);
+  SimulatedQuery query_{4};
+  ClockTime now_ = world_.clock.peek();
+};
+
+TEST_F(Statuses, IdleUntilSubmitted) {
+  const auto transaction = change(terms(DeadlineClass::soft));
+  EXPECT_EQ(transaction->status(), Status::idle);
+}
+
+TEST_F(Statuses, CommittedWithItsFiveInstants) {
+  executor_takes(300us);
+  world_.clock.per_reading_ns = 10;
+  const auto transaction = change(terms(DeadlineClass::firm, now_ + 1ms));
+  const Outcome& outcome = world_.execute(*transaction);
+  EXPECT_EQ(outcome.status, Status::committed);
+  EXPECT_TRUE(outcome.done());
+  EXPECT_EQ(outcome.version, 2u);
+  EXPECT_EQ(outcome.version_time, WorldTime{});
+  EXPECT_LT(outcome.submitted, outcome.admitted);
+  EXPECT_LT(outcome.admitted, outcome.started);
+  EXPECT_GE(outcome.computed, outcome.started + 300us);
+  EXPECT_LT(outcome.computed, outcome.published);
+  EXPECT_EQ(outcome.actual_cost, outcome.published - outcome.started);
+  EXPECT_EQ(outcome.gpu_time, 700ns);
+  EXPECT_FALSE(outcome.durable);
+  EXPECT_EQ(world_.material(entity_), 2);
+  EXPECT_EQ(world_.engine.latest().version, 2u);
+}
+
+TEST_F(Statuses, HardAndSoftMayBeLateAndSayByHowMuch) {
+  executor_takes(5ms);
+  for (const DeadlineClass deadline_class : {DeadlineClass::hard, DeadlineClass::soft}) {
+    const auto transaction = change(terms(deadline_class, world_.clock.peek() + 2ms));
+    const Outcome& outcome = world_.execute(*transaction);
+    EXPECT_EQ(outcome.status, Status::late);
+    EXPECT_TRUE(outcome.done());
+    EXPECT_EQ(outcome.lateness, 3ms);
+    EXPECT_EQ(world_.material(entity_), 2);
+  }
+  EXPECT_EQ(world_.engine.counts().late, 2u);
+  EXPECT_EQ(world_.engine.counts().hard_misses, 1u);
+}
+
+TEST_F(Statuses, AFirmTransactionThatTakesTooLongIsMissedAndLeavesNothing) {
+  executor_takes(5ms);
+  const auto transaction = change(terms(DeadlineClass::firm, now_ + 2ms));
+  const Outcome& outcome = world_.execute(*transaction);
+  EXPECT_EQ(outcome.status, Status::missed);
+  EXPECT_FALSE(outcome.done());
+  EXPECT_EQ(outcome.lateness, 3ms);
+  EXPECT_EQ(outcome.actual_cost, 5ms);
+  EXPECT_EQ(outcome.published, ClockTime{});
+  EXPECT_EQ(outcome.version, 0u);
+  EXPECT_EQ(world_.material(entity_), 1);
+  EXPECT_EQ(world_.engine.latest().version, 1u);
+}
+
+TEST_F(Statuses, AFirmTransactionWhoseDeadlineHasPassedIsNotStarted) {
+  bool ran = false;
+  world_.executor.work = [&](const auto&, const auto&, const auto&) {
+    ran = true;
+    return query::RunReport{};
+  };
+  const auto transaction = change(terms(DeadlineClass::firm, now_ - 1ms));
+  const Outcome& outcome = world_.execute(*transaction);
+  EXPECT_EQ(outcome.status, Status::missed);
+  EXPECT_EQ(outcome.lateness, 1ms);
+  EXPECT_EQ(outcome.started, ClockTime{});
+  EXPECT_FALSE(ran);
+}
+
+TEST_F(Statuses, RefusedNamesTheEarliestDeadlineThatWouldDo) {
+  executor_takes(2ms);
+  for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k) {
+    const auto transaction = change(terms(DeadlineClass::firm, world_.clock.peek() + 10ms));
+    ASSERT_EQ(world_.execute(*transaction).status, Status::committed)
+        << "nothing is refused before it is measured";
+    EXPECT_EQ(transaction->outcome().predicted_cost, 0ns);
+  }
+  const auto tight = change(terms(DeadlineClass::firm, world_.clock.peek() + 1ms));
+  const Outcome refused = world_.execute(*tight);
+  EXPECT_EQ(refused.status, Status::refused);
+  EXPECT_EQ(refused.predicted_cost, 2ms);
+  EXPECT_EQ(refused.started, ClockTime{});
+  EXPECT_EQ(refused.earliest_feasible, refused.submitted + 2ms);
+
+  const auto feasible = change(terms(DeadlineClass::firm, refused.earliest_feasible));
+  EXPECT_EQ(world_.execute(*feasible).status, Status::committed) << "the time named is one that can be met";
+  const auto short_of_it = change(terms(DeadlineClass::firm, world_.clock.peek() + 2ms - 1ns));
+  EXPECT_EQ(world_.execute(*short_of_it).status, Status::refused);
+  for (const DeadlineClass never_refused : {DeadlineClass::hard, DeadlineClass::soft}) {
+    const auto transaction = change(terms(never_refused, world_.clock.peek() + 1ms));
+    EXPECT_EQ(world_.execute(*transaction).status, Status::late);
+  }
+}
+
+TEST_F(Statuses, APredictionThatWasTooHighIsFoundOut) {
+  executor_takes(2ms);
+  for (std::uint64_t k = 0; k < 2 * CostModel::samples_needed; ++k) {
+    world_.execute(*change(terms(DeadlineClass::soft)));
+  }
+  executor_takes(10us);
+  int refused = 0;
+  int submitted = 0;
+  int committed_in_a_row = 0;
+  for (; submitted < 5000 && committed_in_a_row < 100; ++submitted) {
+    const auto transaction = change(terms(DeadlineClass::firm, world_.clock.peek() + 1ms));
+    const Status status = world_.execute(*transaction).status;
+    committed_in_a_row = status == Status::committed ? committed_in_a_row + 1 : 0;
+    refused += status == Status::refused ? 1 : 0;
+  }
+  EXPECT_GT(refused, 0);
+  EXPECT_GE(committed_in_a_row, 100) << "after " << submitted;
+}
+
+TEST_F(Statuses, UnderAVirtualClockNothingIsRefusedByCost) {
+  world_.clock.virtual_time = true;
+  executor_takes(2ms);
+  for (int k = 0; k < 40; ++k) {
+    const auto transaction = change(terms(DeadlineClass::soft));
+    world_.execute(*transaction);
+  }
+  const auto tight = change(terms(DeadlineClass::firm, world_.clock.peek() + 1ms));
+  EXPECT_EQ(world_.execute(*tight).status, Status::missed);
+}
+
+TEST_F(Statuses, ConflictNamesThePrecondition) {
+  const auto writer = world_.make();
+  writer->begin({});
+  writer->expect_exists(entity_);
+  writer->expect_written_by(entity_, 1);
+  writer->update(entity_, row_of(7));
+  ASSERT_EQ(world_.execute(*writer).status, Status::committed);
+
+  writer->begin({});
+  writer->expect_exists(entity_);
+  writer->expect_written_by(entity_, 1);
+  writer->update(entity_, row_of(8));
+  const Outcome& outcome = world_.execute(*writer);
+  EXPECT_EQ(outcome.status, Status::conflict);
+  EXPECT_EQ(outcome.conflict.precondition, 1u);
+  EXPECT_EQ(outcome.conflict.entity, entity_);
+  EXPECT_TRUE(outcome.conflict.entity_exists);
+  EXPECT_EQ(outcome.conflict.written_by, 2u);
+  EXPECT_EQ(world_.material(entity_), 7);
+
+  writer->begin({});
+  writer->expect_exists({entity_.index, entity_.generation + 1});
+  EXPECT_EQ(world_.execute(*writer).status, Status::conflict);
+  EXPECT_FALSE(writer->outcome().conflict.entity_exists);
+
+  Terms earlier = terms(DeadlineClass::soft);
+  earlier.read_at = ReadAt::pinned(1);
+  writer->begin(earlier);
+  writer->expect_written_by(entity_, 1);
+  EXPECT_EQ(world_.execute(*writer).status, Status::committed)
+      << "a reader's preconditions look at what it reads";
+}
+
+TEST_F(Statuses, TruncatedIsDoneButSaysSo) {
+  executor_takes(1us, query::RunStatus::truncated);
+  const auto in_time = change(terms(DeadlineClass::firm, now_ + 1ms));
+  EXPECT_EQ(world_.execute(*in_time).status, Status::truncated);
+  EXPECT_TRUE(in_time->outcome().done());
+  EXPECT_EQ(world_.material(entity_), 2);
+  executor_takes(2ms, query::RunStatus::truncated);
+  const auto late = change(terms(DeadlineClass::soft, now_ + 1ms));
+  EXPECT_EQ(world_.execute(*late).status, Status::late);
+  EXPECT_TRUE(late->outcome().truncated);
+}
+
+TEST_F(Statuses, ALostDevicePublishesNothing) {
+  executor_takes(1us, query::RunStatus::device_lost);
+  const auto transaction = change(terms(DeadlineClass::soft));
+  EXPECT_EQ(world_.execute(*transaction).status, Status::device_lost);
+  EXPECT_EQ(world_.material(entity_), 1);
+  executor_takes(1us);
+  transaction->begin({});
+  transaction->update(entity_, row_of(3));
+  transaction->ask(query_, 1);
+  EXPECT_EQ(world_.execute(*transaction).status, Status::committed) << "the database goes on";
+}
+
+TEST_F(Statuses, BadInputInAWrite) {
+  const auto transaction = world_.make();
+  transaction->begin({});
+  transaction->update(entity_, row_of(5));
+  Motion motion;
+  motion.p_world_m.y = std::nan("");
+  transaction->update_motion(entity_, motion);
+  transaction->create(row_of(6));
+  const Outcome& outcome = world_.execute(*transaction);
+  EXPECT_EQ(outcome.status, Status::bad_input);
+  EXPECT_EQ(outcome.bad_input.reason, BadInputReason::not_finite);
+  EXPECT_EQ(outcome.bad_input.element, 1u);
+  EXPECT_EQ(outcome.bad_query, -1);
+  EXPECT_EQ(world_.material(entity_), 1);
+  EXPECT_FALSE(transaction->created(0).valid());
+}
+
+TEST_F(Statuses, BadInputInAQueryTakesTheWritesBack) {
+  Terms later = terms(DeadlineClass::soft);
+  later.world_time = world_time_ns(100);
+  SimulatedQuery other(4);
+  for (Ray& ray : other.rays())
+    ray.t = world_time_ns(100);
+  other.rays()[2].t = world_time_ns(99);
+  query_.rays()[0].t = world_time_ns(100);
+
+  const auto transaction = world_.make();
+  transaction->begin(later);
+  transaction->update(entity_, row_of(5));
+  transaction->ask(query_, 1);
+  transaction->ask(other, 3);
+  const Outcome& outcome = world_.execute(*transaction);
+  EXPECT_EQ(outcome.bad_input.reason, BadInputReason::time_not_covered);
+  EXPECT_EQ(outcome.bad_query, 1);
+  EXPECT_EQ(outcome.bad_input.element, 2u);
+  EXPECT_EQ(world_.material(entity_), 1);
+}
+
+TEST_F(Statuses, TimesTooFarApartAreRefused) {
+  const auto ask = [&](WorldTime last) {
+    query_.rays()[0].t = WorldTime{};
+    query_.rays()[1].t = last;
+    const auto transaction = world_.make();
+    transaction->begin({});
+    transaction->ask(query_, 2);
+    return world_.execute(*transaction);
+  };
+  EXPECT_EQ(ask(world_time_ns(max_query_window_ns)).status, Status::committed);
+  const Outcome refused = ask(world_time_ns(max_query_window_ns + 1));
+  EXPECT_EQ(refused.bad_input.reason, BadInputReason::window_too_long);
+  EXPECT_DOUBLE_EQ(refused.bad_input.values[1], 1.000000001);
+  EXPECT_EQ(ask(WorldTime::max()).status, Status::bad_input);
+}
+
+TEST_F(Statuses, ReadingAVersionThatIsNotThere) {
+  Terms future = terms(DeadlineClass::soft);
+  future.read_at = ReadAt::pinned(9);
+  const auto transaction = world_.make();
+  transaction->begin(future);
+  transaction->ask(query_, 1);
+  EXPECT_EQ(world_.execute(*transaction).bad_input.reason, BadInputReason::unknown_version);
+}
+
+TEST_F(Statuses, AskingForNothingIsAllowed) {
+  std::optional<query::TimeSpan> asked;
+  world_.executor.work = [&](const auto&, const auto&, const query::TimeSpan& times) {
+    asked = times;
+    return query::RunReport{};
+  };
+  const auto transaction = world_.make();
+  transaction->begin({});
+  transaction->ask(query_, 0);
+  EXPECT_EQ(world_.execute(*transaction).status, Status::committed);
+  ASSERT_TRUE(asked) << "the executor must learn that the last batch had no element";
+  EXPECT_EQ(asked->first, WorldTime{});
+  EXPECT_EQ(asked->last, WorldTime{});
+  transaction->begin({});
+  EXPECT_EQ(world_.execute(*transaction).status, Status::committed) << "an empty transaction";
+  EXPECT_EQ(transaction->outcome().version, 1u);
+}
+
+TEST_F(Statuses, CountsAddUp) {
+  world_.execute(*change(terms(DeadlineClass::soft)));
+  world_.execute(*change(terms(DeadlineClass::firm, now_ - 1ms)));
+  const auto bad = world_.make();
+  bad->begin({});
+  bad->remove({40, 1});
+  world_.execute(*bad);
+  const TransactionCounts counts = world_.engine.counts();
+  EXPECT_EQ(counts.submitted, 4u);
+  EXPECT_EQ(counts.committed, 2u);
+  EXPECT_EQ(counts.missed, 1u);
+  EXPECT_EQ(counts.bad_input, 1u);
+}
+
+TEST(MisuseDeathTest, Aborts) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  World world;
+  const auto transaction = world.make(1, 1);
+  SimulatedQuery query(2);
+  transaction->begin({});
+  transaction->create(row_of(1));
+  EXPECT_DEATH(transaction->create(row_of(2)), "max_writes");
+  EXPECT_DEATH(transaction->ask(query, 3), "capacity");
+  transaction->ask(query, 2);
+  EXPECT_DEATH(transaction->ask(query, 2), "max_queries");
+  EXPECT_DEATH(world.engine.wait(*transaction), "idle");
+  EXPECT_DEATH(static_cast<void>(transaction->created(0)), "status");
+  world.execute(*transaction);
+  EXPECT_DEATH(world.engine.submit(*transaction), "idle") << "begin is needed before each submit";
+  Terms beyond;
+  beyond.importance = max_importance + 1;
+  EXPECT_DEATH(transaction->begin(beyond), "max_importance");
+  World other;
+  transaction->begin({});
+  EXPECT_DEATH(other.engine.submit(*transaction), "engine");
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test
