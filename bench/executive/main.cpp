@@ -1,0 +1,61 @@
+// hil-bench-executive [--json] [--tiny]: wake-up latency beside cyclictest, and the cost of a tick.
+
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <string_view>
+
+#include "bench/executive/wakeup.hpp"
+#include "bench/figure/figure.hpp"
+
+namespace {
+
+int run(bool json, bool tiny) {
+  using namespace hil::bench;
+  ComparisonOptions options;
+  if (tiny) {
+    options.rounds = 1;
+    options.ticks_per_round = 200;
+  }
+  const std::string peer = cyclictest_version();
+  const WakeupComparison wakeup = compare_wakeup(options);
+  for (const std::string& sentence : wakeup.degraded)
+    std::fprintf(stderr, "degraded: %s\n", sentence.c_str());
+  const TickOverhead overhead = measure_tick_overhead(options);
+  const std::string device = device_name();
+  const Figure figures[] = {
+      {"wakeup_p50", wakeup.ours.p50_us, "us", peer, wakeup.theirs.p50_us, Better::lower,
+       wakeup.ours.samples},
+      {"wakeup_p99", wakeup.ours.p99_us, "us", peer, wakeup.theirs.p99_us, Better::lower,
+       wakeup.ours.samples},
+      {"tick_overhead_10_tasks", overhead.median_us, "us", "", std::nullopt, Better::lower, overhead.samples},
+  };
+  for (const Figure& figure : figures) {
+    std::printf("%s\n", (json ? as_json_line(figure, device) : as_text_line(figure)).c_str());
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  bool json = false;
+  bool tiny = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    if (argument == "--json") {
+      json = true;
+    } else if (argument == "--tiny") {
+      tiny = true;
+    } else {
+      std::fprintf(stderr, "hil-bench-executive: unknown argument '%s'; known: --json, --tiny\n", argv[i]);
+      return 2;
+    }
+  }
+  try {
+    return run(json, tiny);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hil-bench-executive: %s\n", error.what());
+    return 1;
+  }
+}
