@@ -20,6 +20,7 @@ bool BaseLoop::run(const std::atomic<bool>& stop_requested) noexcept {
   start_ns_ = clock_.now_ns() + (clock_.is_virtual() ? 0 : options_.base_period_ns);
   base_wake_ns_ = start_ns_;
   ended_ns_ = start_ns_;
+  hooks_.before_first_tick(start_ns_);
   while (options_.duration_ticks == 0 || next_tick_ < options_.duration_ticks) {
     if (!wait_for_tick(stop_requested)) return true;
     const std::uint64_t skipped = give_up_late_ticks();

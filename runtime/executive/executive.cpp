@@ -95,10 +95,10 @@ RunResult Executive::run(const std::atomic<bool>& stop_requested) {
   result.period_ns = options_.base_period_ns;
   result.look_ns = measure_look_ns(*options_.probe);
 
-  // From here to the end of the run: workers end before the accounting that reads their rings.
-  Accounting accounting(options_.accounting, slots_, options_.base_period_ns, *options_.probe);
+  // The threads' rings outlive the accounting, which reads them.
   std::vector<Worker*> worker_of;
   const Workers workers = make_workers(worker_of);
+  Accounting accounting(options_.accounting, slots_, options_.base_period_ns, *options_.probe);
   for (const auto& worker : workers)
     accounting.read_also(worker->records());
   BaseLoop loop(options_, *options_.probe, slots_, std::move(worker_of), accounting, *beat_);

@@ -35,6 +35,8 @@ namespace hil::executive {
 class TickHooks {
  public:
   virtual ~TickHooks() = default;
+  /// Once, before the first tick: run time 0 is `start_ns` on the clock, at most a period ahead.
+  virtual void before_first_tick(std::int64_t start_ns) noexcept { (void)start_ns; }
   virtual void begin_tick(const TickInfo& tick) noexcept { (void)tick; }
   virtual void end_tick(const TickInfo& tick) noexcept { (void)tick; }
 };

@@ -9,8 +9,11 @@
 #include <cstring>
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#include <sanitizer/allocator_interface.h>
 #define HIL_SANITIZER_MALLOC 1
+// From the sanitizers' allocator_interface.h, which not every compiler package brings along.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*,
+                                                                             std::size_t),
+                                                         void (*free_hook)(const volatile void*));
 #else
 #define HIL_SANITIZER_MALLOC 0
 #endif
@@ -43,6 +46,14 @@ const bool listening = [] {
 #endif
 
 }  // namespace
+
+bool sees_aligned_allocations() noexcept {
+#if defined(__SANITIZE_THREAD__)
+  return false;
+#else
+  return true;
+#endif
+}
 
 void enter_tick() noexcept {
 #if HIL_SANITIZER_MALLOC

@@ -10,6 +10,10 @@
 
 namespace hil::allocation_guard {
 
+/// False under ThreadSanitizer, whose hooks are silent about aligned_alloc, posix_memalign and over-aligned
+/// new.
+bool sees_aligned_allocations() noexcept;
+
 /// From here to leave_tick() the calling thread's allocations and frees are counted. Calls do not nest.
 void enter_tick() noexcept;
 void leave_tick() noexcept;
