@@ -1,0 +1,128 @@
+#pragma once
+// Builds worlds for the oracle's tests.
+
+#include <glm/ext/vector_double3.hpp>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <deque>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "rtstdb/oracle/oracle.hpp"
+
+namespace rtstdb::oracle {
+
+inline WorldTime at_s(double seconds) {
+  return world_time_ns(std::llround(seconds * 1e9));
+}
+
+struct Scene {
+  std::deque<TriangleMesh> meshes;
+  std::vector<EntityState> entities;
+  WorldTime version_time{};
+
+  GeometryId add(TriangleMesh mesh) {
+    meshes.push_back(std::move(mesh));
+    return {static_cast<std::uint32_t>(meshes.size() - 1)};
+  }
+  EntityRow& place(GeometryId geometry, const Motion& motion = {}) {
+    EntityState state;
+    state.id = {static_cast<std::uint32_t>(entities.size()), 1};
+    state.row.geometry = geometry;
+    state.row.motion = motion;
+    entities.push_back(state);
+    return entities.back().row;
+  }
+  EntityRow& place(TriangleMesh mesh, const Motion& motion = {}) {
+    return place(add(std::move(mesh)), motion);
+  }
+  EntityId last() const { return entities.back().id; }
+  World world() const {
+    std::vector<const TriangleMesh*> pointers;
+    for (const TriangleMesh& mesh : meshes)
+      pointers.push_back(&mesh);
+    return {entities, pointers, version_time};
+  }
+};
+
+inline Motion at(const glm::dvec3& p_world_m) {
+  Motion motion;
+  motion.p_world_m = p_world_m;
+  return motion;
+}
+
+inline Ray ray_from(const glm::vec3& origin_m, const glm::vec3& direction, WorldTime t = {}) {
+  Ray ray;
+  ray.origin_m = origin_m;
+  ray.direction = direction;
+  ray.t = t;
+  return ray;
+}
+
+struct Random {
+  std::mt19937_64 engine;
+  explicit Random(std::uint64_t seed) : engine(seed) {}
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine);
+  }
+  double magnitude(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
+  double normal() { return std::normal_distribution<double>()(engine); }
+  int below(int n) { return std::uniform_int_distribution<int>(0, n - 1)(engine); }
+  glm::dvec3 vector() {
+    const double x = normal();
+    const double y = normal();
+    return {x, y, normal()};
+  }
+  glm::dvec3 direction() { return glm::normalize(vector()); }
+  glm::dquat orientation() { return glm::angleAxis(uniform(0.0, 6.28), direction()); }
+};
+
+/// A crowd of moving, turning, stretched bodies within some tens of metres.
+inline Scene crowd(std::uint64_t seed, int count) {
+  Random random(seed);
+  Scene scene;
+  const GeometryId shapes[] = {scene.add(make_box({1.0, 2.0, 3.0})), scene.add(make_sphere(1.0, 2)),
+                               scene.add(make_cylinder(0.5, 2.0, 12)), scene.add(make_rectangle(4.0, 3.0))};
+  scene.version_time = at_s(10.0);
+  for (int i = 0; i < count; ++i) {
+    EntityRow& row = scene.place(shapes[random.below(4)]);
+    row.scale = {random.magnitude(0.3, 4.0), random.magnitude(0.3, 4.0), random.magnitude(0.3, 4.0)};
+    row.mask = 1u << random.below(3);
+    row.motion.p_world_m = 8.0 * random.vector();
+    row.motion.q_world = random.orientation();
+    row.motion.valid_from = at_s(random.uniform(9.0, 10.0));
+    if (random.below(3) != 0) {
+      row.motion.v_world_mps = 10.0 * random.vector();
+      row.motion.w_world_radps = random.magnitude(0.1, 20.0) * random.direction();
+    }
+  }
+  return scene;
+}
+
+/// A ray that looks about in a crowd, most often at one of it; some are carried, some see only a part.
+inline Ray random_ray(Random& random, const Scene& scene) {
+  const auto one_of_them = [&]() -> const EntityState& {
+    return scene.entities[static_cast<std::size_t>(random.below(static_cast<int>(scene.entities.size())))];
+  };
+  const WorldTime t = scene.version_time + Nanoseconds(random.below(1'000'000'000));
+  const glm::dvec3 from_m = 15.0 * random.vector();
+  const glm::dvec3 to_m = pose_at(one_of_them().row.motion, t).p_world_m + 0.7 * random.vector();
+  Ray ray = ray_from(glm::vec3(from_m), glm::vec3(random.magnitude(0.01, 10.0) * (to_m - from_m)), t);
+  if (random.below(4) == 0) {
+    const EntityState& carrier = one_of_them();
+    const Pose pose = pose_at(carrier.row.motion, t);
+    const glm::dquat to_carrier = glm::conjugate(pose.q_world);
+    ray.carrier = carrier.id;
+    ray.origin_m = glm::vec3(3.0 * random.vector());
+    ray.direction = glm::vec3(to_carrier * (to_m - pose.p_world_m) - glm::dvec3(ray.origin_m));
+  }
+  if (random.below(4) == 0) ray.mask = 3;
+  if (random.below(4) == 0) ray.lambda_max = static_cast<float>(random.uniform(0.1, 2.0));
+  return ray;
+}
+
+}  // namespace rtstdb::oracle

@@ -1,0 +1,150 @@
+// No ray slips between the triangles of a closed surface.
+
+#include "rtstdb/oracle/watertight.hpp"
+
+#include <gtest/gtest.h>
+
+#include "scene.hpp"
+
+namespace rtstdb::oracle {
+namespace {
+
+/// From outside through a place on the surface: in at one side, and out again.
+void expect_in_and_out(const World& world, const glm::dvec3& from, const glm::dvec3& through) {
+  Ray ray = ray_from(glm::vec3(from), glm::vec3(through - from));
+  ASSERT_EQ(trace(world, ray).status, HitStatus::hit)
+      << "from " << from.x << " " << from.y << " " << from.z << " through " << through.x << " " << through.y
+      << " " << through.z;
+}
+
+TEST(Watertight, RaysAtCornersAndEdgesOfClosedMeshesHit) {
+  Random random(1);
+  for (const TriangleMesh& mesh : {make_sphere(1.0, 2), make_box({1, 2, 3}), make_cylinder(1.0, 2.0, 17)}) {
+    Scene scene;
+    scene.place(mesh);
+    const World world = scene.world();
+    for (const glm::uvec3& t : mesh.triangles) {
+      for (int i = 0; i < 3; ++i) {
+        const glm::dvec3 a(mesh.positions_m[t[i]]);
+        const glm::dvec3 b(mesh.positions_m[t[(i + 1) % 3]]);
+        for (const double part : {0.0, 0.5, random.uniform(0.0, 1.0)}) {
+          const glm::dvec3 target = a + part * (b - a);
+          // Towards the inside, so that a hit is due whatever the rounding of the ray.
+          const glm::dvec3 inner = 0.2 * random.uniform(0.0, 1.0) * target;
+          const glm::dvec3 from = inner + (target - inner) * random.magnitude(2.0, 1000.0);
+          expect_in_and_out(world, from, target);
+        }
+      }
+    }
+  }
+}
+
+TEST(Watertight, RaysFromInsideAlwaysHitTheWall) {
+  // Aimed at corners and edges exactly: the whole ray lies in planes of many triangles.
+  const TriangleMesh mesh = make_sphere(4.0, 3);
+  Scene scene;
+  scene.place(mesh);
+  const World world = scene.world();
+  for (const glm::vec3& p : mesh.positions_m)
+    ASSERT_EQ(trace(world, ray_from({0, 0, 0}, p)).status, HitStatus::hit);
+  Random random(2);
+  for (int i = 0; i < 20'000; ++i) {
+    const glm::vec3 from(random.vector() * 0.5);
+    const glm::uvec3& t =
+        mesh.triangles[static_cast<std::size_t>(random.below(static_cast<int>(mesh.triangles.size())))];
+    const glm::vec3 target = 0.5f * (mesh.positions_m[t.x] + mesh.positions_m[t.y]);
+    ASSERT_EQ(trace(world, ray_from(from, target - from)).status, HitStatus::hit);
+  }
+}
+
+TEST(Watertight, AGridOfAxisParallelRaysSeesAWallWithoutHoles) {
+  // Every ray of the grid runs along edges or through corners of the wall's own grid.
+  TriangleMesh wall;
+  constexpr int n = 16;
+  for (int y = 0; y <= n; ++y) {
+    for (int x = 0; x <= n; ++x)
+      wall.positions_m.emplace_back(x, y, 0.0f);
+  }
+  for (int y = 0; y < n; ++y) {
+    for (int x = 0; x < n; ++x) {
+      const auto a = static_cast<std::uint32_t>(y * (n + 1) + x);
+      wall.triangles.push_back({a, a + 1, a + n + 2});
+      wall.triangles.push_back({a, a + n + 2, a + n + 1});
+    }
+  }
+  Scene scene;
+  scene.place(wall);
+  const World world = scene.world();
+  for (int y = 0; y <= 2 * n; ++y) {
+    for (int x = 0; x <= 2 * n; ++x) {
+      for (const float z : {5.0f, -5.0f, 1e5f}) {
+        const RayTruth hit = trace(world, ray_from(glm::vec3(0.5 * x, 0.5 * y, z), {0, 0, -z}));
+        ASSERT_EQ(hit.status, HitStatus::hit) << x << " " << y;
+        EXPECT_EQ(hit.lambda, 1.0);
+      }
+    }
+  }
+}
+
+TEST(Watertight, AxisParallelRaysThroughABoxGiveItsSides) {
+  Scene scene;
+  scene.place(make_box({2, 4, 6}));
+  const World world = scene.world();
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float sign : {1.0f, -1.0f}) {
+      // Through the middle, where the diagonals cross, and along corners and edges of the box itself.
+      for (const glm::vec3& offset :
+           {glm::vec3(0), glm::vec3(0.5f), glm::vec3(1, 2, 3), glm::vec3(-1, 0, 3)}) {
+        glm::vec3 origin = offset;
+        origin[axis] = -10.0f * sign;
+        glm::vec3 direction(0.0f);
+        direction[axis] = sign;
+        const RayTruth hit = trace(world, ray_from(origin, direction));
+        ASSERT_EQ(hit.status, HitStatus::hit) << axis << " " << sign;
+        EXPECT_EQ(hit.lambda, 10.0 - (axis + 1));
+      }
+    }
+  }
+}
+
+TEST(Watertight, VeryLongRaysKeepTheirAim) {
+  Scene scene;
+  scene.place(make_sphere(1.0, 3), at({9e4, -9e4, 9e4}));
+  const World world = scene.world();
+  Ray ray = ray_from({-9e4f, 9e4f, -9e4f}, {1.0f, -1.0f, 1.0f});
+  RayTruth hit = trace(world, ray);
+  ASSERT_EQ(hit.status, HitStatus::hit);
+  EXPECT_NEAR(hit.lambda, 1.8e5 - 1.0 / std::sqrt(3.0), 0.01);
+  ray.direction *= 1e-20f;
+  hit = trace(world, ray);
+  ASSERT_EQ(hit.status, HitStatus::hit);
+  EXPECT_NEAR(hit.lambda / 1e20, 1.8e5, 1.0);
+  ray.direction *= 1e35f;
+  EXPECT_EQ(trace(world, ray).status, HitStatus::hit);
+}
+
+TEST(WatertightTest, GivesNeighboursOppositeSignsToTheLastBit) {
+  // Two triangles over one edge, rays aimed at the edge: at least one is hit, whatever the rounding.
+  Random random(3);
+  int both = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    const glm::dvec3 a = random.vector();
+    const glm::dvec3 b = random.vector();
+    const LocalRay ray{5.0 * random.direction(), {}, 0.0, 1e9};
+    LocalRay aimed = ray;
+    aimed.direction = a + random.uniform(0.01, 0.99) * (b - a) - ray.origin;
+    // The far corners lie to either side of the plane of ray and edge.
+    const glm::dvec3 side = glm::cross(aimed.direction, b - a);
+    const glm::dvec3 c = 0.5 * (a + b) + side * random.uniform(0.1, 1.0) + 0.1 * aimed.direction;
+    const glm::dvec3 d = 0.5 * (a + b) - side * random.uniform(0.1, 1.0) - 0.1 * aimed.direction;
+    const WatertightTest meets(aimed);
+    const bool left = meets({a, b, c}, 0.0, 1e9).has_value();
+    const bool right = meets({b, a, d}, 0.0, 1e9).has_value();
+    ASSERT_TRUE(left || right);
+    both += left && right;
+  }
+  EXPECT_LT(both, 200'000 / 2);
+}
+
+}  // namespace
+}  // namespace rtstdb::oracle
