@@ -3,6 +3,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 
@@ -11,6 +12,7 @@ namespace hil::io::can {
 namespace {
 
 constexpr std::string_view hex_digits = "0123456789ABCDEF";
+constexpr std::chrono::milliseconds gathering_time{5};
 constexpr std::int64_t ns_per_second = 1'000'000'000;
 
 void append_hex(std::string& text, std::uint32_t value, int digits) {
@@ -186,6 +188,8 @@ void CandumpLogWriter::push(const Frame& frame) {
       return;
     }
     waiting_.push_back(frame);
+    if (waiting_.size() != 1 && waiting_.size() != hurry_at())
+      return;  // the writer knows, or is not needed yet
   }
   has_frames_.notify_one();
 }
@@ -209,6 +213,9 @@ void CandumpLogWriter::run() {
       std::unique_lock lock(mutex_);
       has_frames_.wait(lock, [this] { return closing_ || !waiting_.empty(); });
       if (waiting_.empty()) return;
+      // Frames come in crowds: one batch of them costs less than a wake-up for each.
+      has_frames_.wait_for(lock, gathering_time,
+                           [this] { return closing_ || waiting_.size() >= hurry_at(); });
       batch.swap(waiting_);
     }
     has_room_.notify_all();

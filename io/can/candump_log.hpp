@@ -69,6 +69,8 @@ class CandumpLogWriter {
   std::string fault() const;
 
  private:
+  /// So many waiting frames end the writer's gathering.
+  std::size_t hurry_at() const noexcept { return (capacity_ + 1) / 2; }
   void run();
   bool write(const std::vector<Frame>& frames, std::string& text);
 

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <limits>
 
 namespace hil::io::can {
 
@@ -22,6 +23,28 @@ std::int64_t read_clock_ns(clockid_t clock) noexcept {
   timespec now{};
   ::clock_gettime(clock, &now);
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+struct ClockPair {
+  RunTimeNs run_ns;
+  std::int64_t wall_ns;
+};
+
+/// The same instant on both clocks. A thread may lose its CPU between two readings: the closest of three
+/// attempts counts.
+ClockPair read_both_clocks(const RunClock& run_clock) noexcept {
+  constexpr RunTimeNs close_enough_ns = 5'000;
+  ClockPair best{};
+  RunTimeNs best_width_ns = std::numeric_limits<RunTimeNs>::max();
+  for (int attempt = 0; attempt < 3 && best_width_ns > close_enough_ns; ++attempt) {
+    const RunTimeNs before_ns = run_clock.now_ns();
+    const std::int64_t wall_ns = read_clock_ns(CLOCK_REALTIME);
+    const RunTimeNs width_ns = run_clock.now_ns() - before_ns;
+    if (width_ns >= best_width_ns) continue;
+    best_width_ns = width_ns;
+    best = {before_ns + width_ns / 2, wall_ns};
+  }
+  return best;
 }
 
 template <typename Option>
@@ -115,11 +138,13 @@ std::string SocketCanBus::set_options() {
   if (!set_option(socket_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on) && errno != ENOPROTOOPT) {
     return refused("CAN_RAW_FD_FRAMES");  // ENOPROTOOPT: a kernel from before CAN FD
   }
-  const int receive_bytes = config_.receive_buffer_bytes;
-  if (receive_bytes > 0 && !set_option(socket_, SOL_SOCKET, SO_RCVBUF, receive_bytes))
-    return refused("SO_RCVBUF");
-  const int send_bytes = config_.send_buffer_bytes;
-  if (send_bytes > 0 && !set_option(socket_, SOL_SOCKET, SO_SNDBUF, send_bytes)) return refused("SO_SNDBUF");
+  // The forced ones go beyond the system's limits and need CAP_NET_ADMIN.
+  const auto set_buffer = [&](int bytes, int forced, int ordinary) {
+    return bytes <= 0 || set_option(socket_, SOL_SOCKET, forced, bytes) ||
+           set_option(socket_, SOL_SOCKET, ordinary, bytes);
+  };
+  if (!set_buffer(config_.receive_buffer_bytes, SO_RCVBUFFORCE, SO_RCVBUF)) return refused("SO_RCVBUF");
+  if (!set_buffer(config_.send_buffer_bytes, SO_SNDBUFFORCE, SO_SNDBUF)) return refused("SO_SNDBUF");
   last_overflow_ = 0;
   return {};
 }
@@ -207,8 +232,8 @@ bool SocketCanBus::fill(Frame& frame, msghdr& message, std::size_t size) noexcep
   if (!frame.is_fd) frame.raw.flags = 0;
   if (!valid_length(frame.raw.len, frame.is_fd)) return false;
   frame.direction = (message.msg_flags & MSG_CONFIRM) != 0 ? Direction::tx : Direction::rx;
-  const std::int64_t wall_now_ns = read_clock_ns(CLOCK_REALTIME);
-  frame.wall_ns = wall_now_ns;
+  const ClockPair now = read_both_clocks(*clock_);
+  frame.wall_ns = now.wall_ns;
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET) continue;
     if (part->cmsg_type == SCM_TIMESTAMPNS) {
@@ -222,7 +247,7 @@ bool SocketCanBus::fill(Frame& frame, msghdr& message, std::size_t size) noexcep
       last_overflow_ = overflow;
     }
   }
-  frame.time_ns = clock_->now_ns() - (wall_now_ns - frame.wall_ns);
+  frame.time_ns = now.run_ns - (now.wall_ns - frame.wall_ns);
   return true;
 }
 
