@@ -1,17 +1,21 @@
 #pragma once
 // Mistakes in a user's files, collected so that all of them are shown at once.
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hil::config {
 
-/// A place in a file. Lines and columns count from 1; 0: the file as a whole.
+/// A place in a file. Lines and columns (in characters) count from 1; 0: the file as a whole.
 struct Place {
   std::string file;
   std::uint32_t line = 0;
   std::uint32_t column = 0;
+
+  bool operator==(const Place&) const = default;
 };
 
 struct Mistake {
@@ -19,20 +23,38 @@ struct Mistake {
   std::string message;  ///< one sentence: what is wrong, with the value as written, and what would be right
 };
 
+/// One thread.
 class Diagnostics {
  public:
+  /// So many mistakes are kept; further ones are counted and to_text says how many there were.
+  static constexpr std::size_t capacity = 1000;
+
   void add(Place place, std::string message);
-  bool empty() const noexcept { return mistakes_.empty(); }
+  bool empty() const noexcept { return count_ == 0; }
+  bool full() const noexcept { return count_ >= capacity; }
+  /// All mistakes added, those beyond the capacity too.
+  std::size_t count() const noexcept { return count_; }
+  /// In the order they were added.
   const std::vector<Mistake>& mistakes() const noexcept { return mistakes_; }
-  /// One mistake per line as "file:line:column: message", in file order.
+  /// One mistake per line as "file:line:column: message", in file order; files in the order of their first
+  /// mistake.
   std::string to_text() const;
 
  private:
   std::vector<Mistake> mistakes_;
+  std::size_t count_ = 0;
 };
 
 /// The candidate nearest to `word` (Damerau-Levenshtein, case ignored), or empty when none is near enough to
-/// be meant.
-std::string nearest(const std::string& word, const std::vector<std::string>& candidates);
+/// be meant: as a rule one slip per three letters, at most three. Of equally near ones, the first. A word
+/// above 64 letters is near to nothing.
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
+
+/// "; did you mean 'x'?" for the nearest candidate; else "; known here: a, b, c"; empty when there are no
+/// candidates.
+std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
+
+/// The user's text in single quotes, shortened when it is long, with unprintable bytes shown as '?'.
+std::string in_quotes(std::string_view text);
 
 }  // namespace hil::config

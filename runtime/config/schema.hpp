@@ -2,12 +2,21 @@
 // What a configuration may contain, as data: each part of the program describes its own section with a
 // Schema, and the one parser (parse.hpp) checks a file against it. A value that came through is complete
 // (defaults filled in), in SI units and within its range, so nobody checks it again.
+//
+// The schema decides what a scalar means, never its look: `name: no` is the text "no" where text is expected,
+// and where a boolean is expected only true and false will do (yes, no, on, off, True and quoted words are
+// mistakes).
+//
+// Threads: schemas and values are immutable; share them freely. Building a schema that contradicts itself
+// (two fields of one name, a default that its own schema refuses) is misuse and asserts.
 
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "runtime/config/diagnostics.hpp"
@@ -15,7 +24,7 @@
 namespace hil::config {
 
 /// What a number measures. A quantity is written with its unit ("50 km/h", "10 ms", "140 deg") and a missing
-/// or wrong unit is a mistake. Values are held in the SI unit named here.
+/// or wrong unit is a mistake, for zero as well. Values are held in the SI unit named here.
 enum class Quantity : std::uint8_t {
   length_m,
   speed_mps,
@@ -38,7 +47,7 @@ enum class Kind : std::uint8_t {
   record,
   map,
   choice,
-  any
+  any,
 };
 
 struct Field;
@@ -46,22 +55,29 @@ struct Field;
 /// A tree; cheap to copy.
 class Schema {
  public:
-  static Schema text();
+  static Schema text();    ///< not empty
+  static Schema name();    ///< letters, digits and _, beginning with a letter or _
+  static Schema signal();  ///< names joined by dots: "can.car.BrakeCommand.Deceleration"
   static Schema one_of(std::vector<std::string> words);  ///< text out of a closed list
   static Schema boolean();
-  static Schema integer(std::int64_t minimum, std::int64_t maximum);
-  static Schema number(double minimum, double maximum);  ///< dimensionless
+  static Schema integer(std::int64_t minimum, std::int64_t maximum);  ///< decimal or 0x...
+  static Schema number(double minimum, double maximum);               ///< dimensionless
   static Schema quantity(Quantity quantity, double minimum_si, double maximum_si);
-  static Schema
-  file();  ///< a path; relative ones start at the file that names them; must exist and be readable
+  /// A path; must be a readable regular file. Relative ones start at the file that names them, and those of a
+  /// --set option at the current directory.
+  static Schema file();
   static Schema list(Schema item, std::size_t minimum_items = 0, std::size_t maximum_items = 1'000'000);
   static Schema record(std::vector<Field> fields);
-  static Schema map(Schema item);  ///< keys are the user's names
+  /// A record that may also be written as one scalar, which is then the value of `key`: "BrakeCommand" for
+  /// {message: BrakeCommand}.
+  static Schema record_or(std::string key, std::vector<Field> fields);
+  static Schema map(Schema item);  ///< keys are the user's, each as Schema::name asks
   /// A record whose other fields depend on the word under `key` ("type: vehicles").
   static Schema choice(std::string key, std::vector<std::pair<std::string, Schema>> alternatives);
-  /// A record of which exactly one field is present ({box: ...} or {file: ...}).
-  static Schema exactly_one(std::vector<Field> fields);
-  static Schema any();  ///< kept as it is, for a second parse with a schema known later
+  /// A record of which exactly one field of `alternatives` is present ({box: ...} or {file: ...}), next to
+  /// the `common` ones.
+  static Schema exactly_one(std::vector<Field> alternatives, std::vector<Field> common = {});
+  static Schema any();  ///< kept as it is, for a second parse with a schema known later (parse_value)
 
   struct Node;
   const Node& node() const noexcept { return *node_; }
@@ -86,25 +102,33 @@ struct Field {
 };
 
 /// A checked value and where it stands. Misuse (asking for a kind or a field that the schema does not
-/// promise) asserts.
+/// promise) asserts. A field that was not written stands where its record stands. Cheap to copy.
 class Value {
  public:
   Kind kind() const noexcept;
   const Place& place() const noexcept;
 
-  const std::string& text() const;  ///< text, one_of, and file (as an absolute path)
+  const std::string& text() const;  ///< text, name, signal, one_of, and file (as an absolute path)
+  /// Text: where the character at `index` stands in the file.
+  Place place_in_text(std::size_t index) const;
   bool boolean() const;
   std::int64_t integer() const;
-  double number() const;                                    ///< number, and quantity in SI
-  std::int64_t duration_ns() const;                         ///< a duration, rounded to the nearest nanosecond
-  const std::vector<Value>& items() const;                  ///< list
-  bool has(const std::string& field) const;                 ///< record, map, choice, exactly_one
-  const Value& operator[](const std::string& field) const;  ///< the same; a choice also holds its key
-  const std::vector<std::pair<std::string, Value>>& entries() const;  ///< fields in the order of the file
-  const std::string& chosen() const;  ///< choice: the word under its key; exactly_one: the field present
+  double number() const;                                  ///< number, and quantity in SI
+  std::int64_t duration_ns() const;                       ///< a duration, rounded to the nearest nanosecond
+  const std::vector<Value>& items() const;                ///< list
+  bool has(std::string_view field) const;                 ///< record, map, choice, exactly_one
+  const Value& operator[](std::string_view field) const;  ///< the same; a choice also holds its key
+  /// The fields written, in the order of the file, then the defaults; of a map with the places of its keys in
+  /// key_place.
+  const std::vector<std::pair<std::string, Value>>& entries() const;
+  /// Record, map: where the key of entries()[index] stands; the record's place for a default.
+  const Place& key_place(std::size_t index) const;
+  const std::string& chosen()
+      const;  ///< choice: the word under its key; exactly_one: the alternative present
 
   struct Data;
   explicit Value(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
+  const Data& data() const noexcept { return *data_; }
 
  private:
   std::shared_ptr<const Data> data_;

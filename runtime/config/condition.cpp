@@ -1,0 +1,284 @@
+#include "runtime/config/condition.hpp"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "runtime/config/check.hpp"
+#include "runtime/config/numbers.hpp"
+#include "runtime/config/require.hpp"
+
+namespace hil::config {
+namespace {
+
+bool is_letter(char letter) {
+  return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || letter == '_';
+}
+bool is_digit(char letter) {
+  return letter >= '0' && letter <= '9';
+}
+bool is_blank(char letter) {
+  return letter == ' ' || letter == '\t' || letter == '\n' || letter == '\r';
+}
+
+}  // namespace
+
+/// Recursive descent; the first mistake ends it.
+class ConditionParser {
+ public:
+  ConditionParser(const Value& text, Diagnostics& diagnostics)
+      : value_(text), text_(text.text()), diagnostics_(diagnostics) {}
+
+  std::optional<Condition> parse() {
+    if (text_.size() > Condition::max_text_bytes) {
+      fail(0, "a condition has at most " + std::to_string(Condition::max_text_bytes) +
+                  " bytes, and this one " + std::to_string(text_.size()));
+      return std::nullopt;
+    }
+    const Index whole = parse_any_of();
+    if (whole && at_ < text_.size()) fail(at_, unexpected("and, or, or the end of the condition"));
+    if (failed_) return std::nullopt;
+    condition_.text_ = text_;
+    condition_.place_ = value_.place();
+    return std::move(condition_);
+  }
+
+ private:
+  using Node = Condition::Node;
+  using Operand = Condition::Operand;
+  using Operation = Condition::Operation;
+  using Index = std::optional<std::uint32_t>;
+
+  void fail(std::size_t at, const std::string& message) {
+    if (!failed_) diagnostics_.add(value_.place_in_text(at), message);
+    failed_ = true;
+  }
+
+  void skip_blanks() {
+    while (at_ < text_.size() && is_blank(text_[at_]))
+      ++at_;
+  }
+
+  /// The word, number or sign at the cursor, for messages.
+  std::string_view peek() const {
+    std::size_t end = at_;
+    while (end < text_.size() && (is_letter(text_[end]) || is_digit(text_[end]) || text_[end] == '.'))
+      ++end;
+    if (end == at_ && end < text_.size()) ++end;
+    return text_.substr(at_, end - at_);
+  }
+
+  std::string unexpected(const std::string& wanted) const {
+    const std::string_view next = peek();
+    const std::string_view pair = text_.substr(at_, 2);
+    if (next.empty()) return "the condition ends where " + wanted + " is expected";
+    std::string hint;
+    if (pair == "&&" || pair == "&") hint = "; write and";
+    if (pair == "||" || pair == "|") hint = "; write or";
+    if (next == "!" && pair != "!=") hint = "; write not";
+    if (next == "=" && pair != "==") hint = "; write ==";
+    return "expected " + wanted + ", found " + in_quotes(next) + hint;
+  }
+
+  bool take_word(std::string_view word) {
+    skip_blanks();
+    if (peek() != word) return false;
+    at_ += word.size();
+    return true;
+  }
+
+  Index add(const Node& node) {
+    condition_.nodes_.push_back(node);
+    return static_cast<std::uint32_t>(condition_.nodes_.size() - 1);
+  }
+
+  Index parse_chain(Operation operation, std::string_view word, Index (ConditionParser::*part)()) {
+    Index left = (this->*part)();
+    while (left && take_word(word)) {
+      const Index right = (this->*part)();
+      if (!right) return std::nullopt;
+      left = add({operation, *left, *right, {}, {}});
+    }
+    skip_blanks();
+    return left;
+  }
+
+  Index parse_any_of() { return parse_chain(Operation::any_of, "or", &ConditionParser::parse_all_of); }
+  Index parse_all_of() { return parse_chain(Operation::all_of, "and", &ConditionParser::parse_negation); }
+
+  Index parse_negation() {
+    skip_blanks();
+    const std::size_t begin = at_;
+    if (peek() == "not" || peek() == "(") {
+      if (++nesting_ > Condition::max_nesting) {
+        fail(begin, "nested deeper than " + std::to_string(Condition::max_nesting) + " levels");
+        return std::nullopt;
+      }
+      const Index inner = take_word("not") ? parse_negated() : parse_parentheses();
+      --nesting_;
+      return inner;
+    }
+    return parse_comparison();
+  }
+
+  Index parse_negated() {
+    const Index inner = parse_negation();
+    if (!inner) return std::nullopt;
+    return add({Operation::negation, *inner, *inner, {}, {}});
+  }
+
+  Index parse_parentheses() {
+    take_word("(");
+    const Index inner = parse_any_of();
+    if (!inner) return std::nullopt;
+    if (take_word(")")) return inner;
+    fail(at_, unexpected("and, or, or ')'"));
+    return std::nullopt;
+  }
+
+  Index parse_comparison() {
+    const std::size_t begin = at_;
+    Node node;
+    if (!parse_operand(node.left)) return std::nullopt;
+    const std::optional<Operation> operation = take_operation(node.left);
+    if (!operation || !parse_operand(node.right)) return std::nullopt;
+    node.operation = *operation;
+    skip_blanks();
+    if (at_ < text_.size() && std::string_view("<>=!").find(text_[at_]) != std::string_view::npos) {
+      fail(at_, "comparisons can not be chained; join them with and");
+      return std::nullopt;
+    }
+    if (!node.left.is_signal && !node.right.is_signal) {
+      fail(begin, "two numbers are compared; at least one side has to be a signal");
+      return std::nullopt;
+    }
+    if (++comparisons_ > Condition::max_comparisons) {
+      fail(begin, "more than " + std::to_string(Condition::max_comparisons) + " comparisons");
+      return std::nullopt;
+    }
+    return add(node);
+  }
+
+  std::optional<Operation> take_operation(const Operand& left) {
+    constexpr std::pair<std::string_view, Operation> operations[] = {
+        {"==", Operation::equal},         {"!=", Operation::not_equal},
+        {"<=", Operation::less_or_equal}, {">=", Operation::greater_or_equal},
+        {"<", Operation::less},           {">", Operation::greater},
+    };
+    skip_blanks();
+    for (const auto& [sign, operation] : operations) {
+      if (!text_.substr(at_).starts_with(sign)) continue;
+      at_ += sign.size();
+      return operation;
+    }
+    const bool has_unit = !left.is_signal && at_ < text_.size() && is_letter(text_[at_]);
+    fail(at_, unexpected("a comparison (== != < <= > >=)") +
+                  (has_unit ? "; numbers have no unit here, signals are in SI units" : ""));
+    return std::nullopt;
+  }
+
+  bool parse_operand(Operand& operand) {
+    skip_blanks();
+    const char next = at_ < text_.size() ? text_[at_] : '\0';
+    if (is_letter(next)) return parse_signal(operand);
+    if (!is_digit(next) && next != '+' && next != '-' && next != '.') {
+      fail(at_, unexpected("a signal or a number"));
+      return false;
+    }
+    const NumberReading reading = read_number(text_.substr(at_));
+    if (!reading.fault.empty()) {
+      fail(at_, in_quotes(text_.substr(at_, std::max<std::size_t>(reading.length, 1))) + " " + reading.fault);
+      return false;
+    }
+    at_ += reading.length;
+    if (at_ < text_.size() && is_letter(text_[at_])) {
+      fail(at_, in_quotes(peek()) + " after a number; numbers have no unit here, signals are in SI units");
+      return false;
+    }
+    operand.number = reading.value;
+    return true;
+  }
+
+  bool parse_signal(Operand& operand) {
+    const std::string_view word = peek();
+    if (word == "and" || word == "or" || word == "not") {
+      fail(at_, unexpected("a signal or a number"));
+      return false;
+    }
+    if (!is_signal_name(word)) {
+      fail(at_, in_quotes(word) + " is not a signal's name; that is names joined by dots");
+      return false;
+    }
+    operand.is_signal = true;
+    operand.signal = static_cast<std::uint32_t>(condition_.mentions_.size());
+    condition_.mentions_.push_back({std::string(word), value_.place_in_text(at_)});
+    at_ += word.size();
+    return true;
+  }
+
+  const Value& value_;
+  const std::string_view text_;
+  Diagnostics& diagnostics_;
+  Condition condition_;
+  std::size_t at_ = 0;
+  std::size_t nesting_ = 0;
+  std::size_t comparisons_ = 0;
+  bool failed_ = false;
+};
+
+std::optional<Condition> Condition::parse(const Value& text, Diagnostics& diagnostics) {
+  return ConditionParser(text, diagnostics).parse();
+}
+
+BoundCondition Condition::bind(std::span<const std::uint32_t> indices) const {
+  require(indices.size() == mentions_.size(), "one index for each mention of a signal");
+  BoundCondition bound;
+  bound.nodes_ = nodes_;
+  for (Node& node : bound.nodes_) {
+    for (Operand* operand : {&node.left, &node.right}) {
+      if (operand->is_signal) operand->signal = indices[operand->signal];
+    }
+  }
+  for (const std::uint32_t index : indices)
+    bound.least_size_ = std::max(bound.least_size_, index + 1);
+  return bound;
+}
+
+bool BoundCondition::holds(std::span<const double> values) const noexcept {
+  require(!nodes_.empty(), "a condition made by Condition::bind");
+  require(values.size() >= least_size_, "a value for each signal of the condition");
+  return evaluate(nodes_.size() - 1, values);
+}
+
+bool BoundCondition::evaluate(std::size_t index, std::span<const double> values) const noexcept {
+  using Operation = Condition::Operation;
+  const Condition::Node& node = nodes_[index];
+  const auto value_of = [&](const Condition::Operand& operand) {
+    return operand.is_signal ? values[operand.signal] : operand.number;
+  };
+  const double left = value_of(node.left);
+  const double right = value_of(node.right);
+  switch (node.operation) {
+    case Operation::all_of:
+      return evaluate(node.first, values) && evaluate(node.second, values);
+    case Operation::any_of:
+      return evaluate(node.first, values) || evaluate(node.second, values);
+    case Operation::negation:
+      return !evaluate(node.first, values);
+    case Operation::equal:
+      return left == right;
+    case Operation::not_equal:
+      return left != right;
+    case Operation::less:
+      return left < right;
+    case Operation::less_or_equal:
+      return left <= right;
+    case Operation::greater:
+      return left > right;
+    case Operation::greater_or_equal:
+      return left >= right;
+  }
+  return false;
+}
+
+}  // namespace hil::config

@@ -1,0 +1,107 @@
+#pragma once
+// What an expectation claims about signals, as an expression:
+//
+//   collision.ego > 0
+//   ego.speed <= 14 and not (light.state == 2 or ego.brake < ego.demand)
+//
+//   condition:  comparisons joined by `and`, `or`, `not` and parentheses; `not` binds tighter than `and`,
+//   that tighter than
+//               `or`. Words, not && || !.
+//   comparison: operand (== != < <= > >=) operand; an operand is a signal or a number without a unit (signals
+//   carry SI
+//               units), at least one of the two a signal.
+//
+// Comparisons are those of IEEE doubles: with a NaN, every one but != is false.
+//
+// Threads: immutable after parsing; holds() may be called from any thread and neither allocates nor blocks.
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "runtime/config/diagnostics.hpp"
+#include "runtime/config/schema.hpp"
+
+namespace hil::config {
+
+/// A word of the user's that is looked up later, and where it stands.
+struct Word {
+  std::string text;
+  Place place;
+};
+
+class BoundCondition;
+
+class Condition {
+ public:
+  /// A longer text, more comparisons or deeper nesting is refused.
+  static constexpr std::size_t max_text_bytes = 8192;
+  static constexpr std::size_t max_comparisons = 256;
+  static constexpr std::size_t max_nesting = 32;
+
+  /// `text` is a Value of Kind::text. Empty with one mistake, which stands at the character where the text
+  /// goes wrong.
+  static std::optional<Condition> parse(const Value& text, Diagnostics& diagnostics);
+
+  const std::string& text() const noexcept { return text_; }
+  const Place& place() const noexcept { return place_; }
+  /// Every mention of a signal, in the order of the text; a signal named twice stands here twice.
+  const std::vector<Word>& mentions() const noexcept { return mentions_; }
+
+  /// `indices[i]` says where in the values of holds() the signal of mentions()[i] stands. Misuse (asserts):
+  /// another count.
+  BoundCondition bind(std::span<const std::uint32_t> indices) const;
+
+ private:
+  friend class BoundCondition;
+  friend class ConditionParser;
+
+  enum class Operation : std::uint8_t {
+    all_of,
+    any_of,
+    negation,
+    equal,
+    not_equal,
+    less,
+    less_or_equal,
+    greater,
+    greater_or_equal,
+  };
+  struct Operand {
+    double number = 0.0;
+    bool is_signal = false;
+    std::uint32_t signal = 0;  ///< an index into mentions; once bound, into the values
+  };
+  /// all_of, any_of, negation: of the nodes `first` and `second`; else a comparison of `left` with `right`.
+  struct Node {
+    Operation operation = Operation::equal;
+    std::uint32_t first = 0;
+    std::uint32_t second = 0;
+    Operand left;
+    Operand right;
+  };
+
+  std::string text_;
+  Place place_;
+  std::vector<Word> mentions_;
+  std::vector<Node> nodes_;  ///< parts before the whole; the last one is the condition
+};
+
+/// A condition whose signals are known by index.
+class BoundCondition {
+ public:
+  /// Misuse (asserts): an index that was bound lies outside of `values`.
+  bool holds(std::span<const double> values) const noexcept;
+
+ private:
+  friend class Condition;
+  bool evaluate(std::size_t node, std::span<const double> values) const noexcept;
+
+  std::vector<Condition::Node> nodes_;
+  std::uint32_t least_size_ = 0;
+};
+
+}  // namespace hil::config

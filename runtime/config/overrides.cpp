@@ -1,0 +1,238 @@
+#include "runtime/config/overrides.hpp"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "runtime/config/numbers.hpp"
+#include "runtime/config/schema_node.hpp"
+#include "runtime/config/source_text.hpp"
+
+namespace hil::config {
+namespace {
+
+using Shape = TreeNode::Shape;
+
+constexpr std::array<const char*, 5> identifying_keys{"name", "module", "bus", "unit", "message"};
+
+struct Step {
+  std::string word;
+  std::size_t offset = 0;  ///< in the option's text
+};
+
+std::vector<Step> split(const std::string& path) {
+  std::vector<Step> steps;
+  std::size_t begin = 0;
+  while (true) {
+    const std::size_t dot = std::min(path.find('.', begin), path.size());
+    steps.push_back({path.substr(begin, dot - begin), begin});
+    if (dot == path.size()) return steps;
+    begin = dot + 1;
+  }
+}
+
+/// The words a list entry answers to.
+std::vector<std::string> words_of(const TreeNode& item) {
+  if (item.shape == Shape::scalar) return {item.scalar};
+  std::vector<std::string> words;
+  for (const char* key : identifying_keys) {
+    const TreeNode* const value = item.find(key);
+    if (value != nullptr && value->shape == Shape::scalar) words.push_back(value->scalar);
+  }
+  return words;
+}
+
+/// One --set option on its way down the tree.
+class Override {
+ public:
+  Override(std::shared_ptr<const SourceText> source, std::vector<Step> steps, Diagnostics& diagnostics)
+      : source_(std::move(source)), steps_(std::move(steps)), diagnostics_(diagnostics) {}
+
+  void apply(TreeNode& root, const Schema& schema, TreeNode value) {
+    TreeNode* target = &root;
+    const Schema* below = &schema;
+    for (std::size_t i = 0; i < steps_.size() && target != nullptr; ++i)
+      target = descend(*target, below, i);
+    if (target != nullptr) *target = std::move(value);
+  }
+
+ private:
+  std::string prefix(std::size_t step) const {
+    std::string path;
+    for (std::size_t i = 0; i < step; ++i)
+      path += steps_[i].word + ".";
+    return path;
+  }
+
+  TreeNode* refuse(std::size_t step, const std::string& message) {
+    diagnostics_.add(source_->place(source_->position(steps_[step].offset)), message);
+    return nullptr;
+  }
+
+  TreeNode* refuse_unknown(std::size_t step, const std::vector<std::string>& known) {
+    const std::string path = prefix(step);
+    const std::string near = nearest(steps_[step].word, known);
+    return refuse(step, "there is no " + in_quotes(path + steps_[step].word) +
+                            (near.empty() ? suggestion(steps_[step].word, known)
+                                          : "; did you mean " + in_quotes(path + near) + "?"));
+  }
+
+  TreeNode make(Shape shape, std::size_t step) const {
+    TreeNode node;
+    node.shape = shape;
+    node.source = source_;
+    node.position = source_->position(steps_[step].offset);
+    return node;
+  }
+
+  /// The value under step `step` of `parent`, made where it may be; moves `schema` down with it (null: not
+  /// known here).
+  TreeNode* descend(TreeNode& parent, const Schema*& schema, std::size_t step) {
+    const Schema::Node* const rules = schema != nullptr ? &schema->node() : nullptr;
+    if (parent.shape == Shape::scalar && rules != nullptr && !rules->key.empty() &&
+        rules->kind == Kind::record) {
+      write_out(parent, rules->key);
+    }
+    switch (parent.shape) {
+      case Shape::sequence:
+        return descend_into_list(parent, schema, step);
+      case Shape::mapping:
+        return descend_into_mapping(parent, schema, step);
+      case Shape::nothing:
+      case Shape::scalar:
+        break;
+    }
+    const std::string path = prefix(step);
+    return refuse(step, in_quotes(path.substr(0, path.empty() ? 0 : path.size() - 1)) +
+                            " has no keys, so there is no " + in_quotes(path + steps_[step].word));
+  }
+
+  /// The short form of a record as the record it stands for.
+  static void write_out(TreeNode& scalar, const std::string& key) {
+    TreeNode record;
+    record.shape = Shape::mapping;
+    record.source = scalar.source;
+    record.position = scalar.position;
+    TreeNode key_node = scalar;
+    key_node.scalar = key;
+    record.entries.push_back({std::move(key_node), scalar});
+    scalar = std::move(record);
+  }
+
+  TreeNode* descend_into_list(TreeNode& list, const Schema*& schema, std::size_t step) {
+    const std::string& word = steps_[step].word;
+    schema = schema != nullptr && schema->node().kind == Kind::list ? &*schema->node().item : nullptr;
+    std::vector<std::string> known;
+    TreeNode* found = nullptr;
+    for (TreeNode& item : list.items) {
+      for (std::string& name : words_of(item)) {
+        if (name == word) {
+          if (found != nullptr && found != &item) {
+            return refuse(
+                step, "more than one entry is called " + in_quotes(word) + "; name it by its index, from 0");
+          }
+          found = &item;
+        }
+        known.push_back(std::move(name));
+      }
+    }
+    if (found != nullptr) return found;
+    const IntegerReading index = read_integer(word);
+    if (!index.fault.empty()) return refuse_unknown(step, known);
+    if (index.value < 0 || static_cast<std::size_t>(index.value) >= list.items.size()) {
+      return refuse(step, "there is no entry " + word + "; the list has " +
+                              std::to_string(list.items.size()) + " entries, counted from 0");
+    }
+    return &list.items[static_cast<std::size_t>(index.value)];
+  }
+
+  TreeNode* descend_into_mapping(TreeNode& mapping, const Schema*& schema, std::size_t step) {
+    const bool is_last = step + 1 == steps_.size();
+    const std::string& word = steps_[step].word;
+    std::vector<std::string> known;
+    for (const TreeEntry& entry : mapping.entries)
+      known.push_back(entry.key.scalar);
+    const bool is_written = std::find(known.begin(), known.end(), word) != known.end();
+    const Schema::Node* const rules = schema != nullptr ? &schema->node() : nullptr;
+    if (rules != nullptr && (rules->kind == Kind::record || rules->kind == Kind::choice)) {
+      known = fields_of(mapping, *rules);
+      schema = field_of(mapping, *rules, word);
+      if (std::find(known.begin(), known.end(), word) == known.end()) return refuse_unknown(step, known);
+    } else if (rules != nullptr && rules->kind == Kind::map) {
+      schema = &*rules->item;
+      if (!is_written && !is_last) return refuse_unknown(step, known);
+    } else {
+      schema = nullptr;
+    }
+    if (!is_written) mapping.entries.push_back({key_node(step), make(Shape::mapping, step)});
+    TreeNode* const value = mapping.find(word);
+    if (value->shape == Shape::nothing && !is_last) *value = make(Shape::mapping, step);
+    return value;
+  }
+
+  TreeNode key_node(std::size_t step) const {
+    TreeNode key = make(Shape::scalar, step);
+    key.scalar = steps_[step].word;
+    return key;
+  }
+
+  static const Schema::Node* alternative_of(const TreeNode& mapping, const Schema::Node& rules) {
+    const TreeNode* const word = mapping.find(rules.key);
+    const Schema* const chosen = word != nullptr ? rules.alternative(word->scalar) : nullptr;
+    return chosen != nullptr ? &chosen->node() : nullptr;
+  }
+
+  static std::vector<std::string> fields_of(const TreeNode& mapping, const Schema::Node& rules) {
+    if (rules.kind == Kind::record) return rules.field_names();
+    std::vector<std::string> names{rules.key};
+    if (const Schema::Node* const alternative = alternative_of(mapping, rules)) {
+      for (std::string& name : alternative->field_names())
+        names.push_back(std::move(name));
+    }
+    return names;
+  }
+
+  static const Schema* field_of(const TreeNode& mapping, const Schema::Node& rules, const std::string& word) {
+    if (rules.kind == Kind::record) return rules.field(word);
+    const Schema::Node* const alternative = alternative_of(mapping, rules);
+    return alternative != nullptr ? alternative->field(word) : nullptr;
+  }
+
+  std::shared_ptr<const SourceText> source_;
+  std::vector<Step> steps_;
+  Diagnostics& diagnostics_;
+};
+
+void apply_override(TreeNode& root, const Schema& schema, const std::string& option,
+                    Diagnostics& diagnostics) {
+  const std::size_t equals = option.find('=');
+  if (equals == std::string::npos) {
+    diagnostics.add({"--set " + option, 1, 1}, "expected path=value, as in dut.enabled=false");
+    return;
+  }
+  const std::string path = option.substr(0, equals);
+  const auto source = source_of_text("--set " + path, option, diagnostics);
+  if (!source) return;
+  std::vector<Step> steps = split(path);
+  for (const Step& step : steps) {
+    if (!step.word.empty()) continue;
+    diagnostics.add(source->place(source->position(step.offset)),
+                    "a word is missing in the path " + in_quotes(path));
+    return;
+  }
+  std::optional<TreeNode> value = build_tree_from(source, equals + 1, diagnostics);
+  if (value) Override(source, std::move(steps), diagnostics).apply(root, schema, std::move(*value));
+}
+
+}  // namespace
+
+void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::string> overrides,
+                     Diagnostics& diagnostics) {
+  for (const std::string& option : overrides)
+    apply_override(root, schema, option, diagnostics);
+}
+
+}  // namespace hil::config

@@ -1,0 +1,27 @@
+#pragma once
+// The command line's --set path=value: changes to the document before it is checked, so that a value from
+// there is held to the same rules, and its mistakes have places of the form "--set dut.enabled:1:COLUMN",
+// columns counting in "path=value".
+//
+//   dut.enabled=false                          keys joined by dots
+//   tasks.scanner.parameters.columns=96        an entry of a list: by its name, module, bus, unit or message,
+//   can.car.receive.BrakeCommand.timeout=1 s   or by its text when it is a bare word,
+//   world.entities.0.mask=[static]             or by its index, from 0
+//
+// The value is YAML. What the schema knows may be set even where the file leaves it out; list entries and, on
+// the way to a value, the user's own names have to be there. Of two settings of one path the later one holds.
+
+#include <span>
+#include <string>
+
+#include "runtime/config/diagnostics.hpp"
+#include "runtime/config/schema.hpp"
+#include "runtime/config/tree.hpp"
+
+namespace hil::config {
+
+/// Each override that can not be applied is a mistake and changes nothing; the others are applied.
+void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::string> overrides,
+                     Diagnostics& diagnostics);
+
+}  // namespace hil::config

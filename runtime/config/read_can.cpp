@@ -1,0 +1,171 @@
+#include <algorithm>
+
+#include "runtime/config/numbers.hpp"
+#include "runtime/config/scenario_parts.hpp"
+
+namespace hil::config {
+namespace {
+
+bool is_interface(std::string_view name) {
+  constexpr std::size_t longest = 15;  // IFNAMSIZ with its closing zero
+  const auto is_bad = [](char letter) { return letter == '/' || letter == ':' || letter <= ' '; };
+  return !name.empty() && name.size() <= longest && std::none_of(name.begin(), name.end(), is_bad);
+}
+
+/// Empty for a virtual bus and for a mistake.
+std::string read_interface(const Value& device, Diagnostics& diagnostics) {
+  constexpr std::string_view prefix = "socketcan:";
+  const std::string& text = device.text();
+  if (text == "virtual") return {};
+  if (!text.starts_with(prefix)) {
+    const std::string meant = nearest(text, {"virtual"}).empty() ? "socketcan:" + text : "virtual";
+    diagnostics.add(device.place(), "'device': " + in_quotes(text) +
+                                        " is neither virtual nor socketcan:INTERFACE; did you mean " +
+                                        in_quotes(meant) + "?");
+    return {};
+  }
+  const std::string interface = text.substr(prefix.size());
+  if (!is_interface(interface)) {
+    diagnostics.add(device.place(),
+                    "'device': " + in_quotes(interface) +
+                        " is no interface's name; it has 1 to 15 characters, as in socketcan:vcan0");
+  }
+  return interface;
+}
+
+std::vector<SafeValue> read_safe(const Value& map) {
+  std::vector<SafeValue> values;
+  for (std::size_t i = 0; i < map.entries().size(); ++i) {
+    values.push_back({{map.entries()[i].first, map.key_place(i)}, map.entries()[i].second.number()});
+  }
+  return values;
+}
+
+std::optional<SignalSource> read_source(const Word& dbc_signal, const Value& value,
+                                        Diagnostics& diagnostics) {
+  const std::string& text = value.text();
+  if (is_signal_name(text)) return SignalSource{dbc_signal, word_of(value)};
+  const NumberReading number = read_number(text);
+  if (number.fault.empty() && number.length == text.size()) return SignalSource{dbc_signal, number.value};
+  const std::string fault =
+      number.length > 0 && !number.fault.empty() ? number.fault : "is neither a signal nor a number";
+  diagnostics.add(value.place(), in_quotes(dbc_signal.text) + ": " + in_quotes(text) + " " + fault);
+  return std::nullopt;
+}
+
+void read_period(const Value& value, SentMessage& sent, std::int64_t bus_period_ns,
+                 Diagnostics& diagnostics) {
+  sent.period_ns = bus_period_ns;
+  if (value.has("period")) {
+    if (!multiple_of(value["period"], bus_period_ns, "period", "the bus's period", diagnostics)) return;
+    sent.period_ns = value["period"].duration_ns();
+  }
+  const Value& offset = value["offset"];
+  if (!multiple_of(offset, bus_period_ns, "offset", "the bus's period", diagnostics)) return;
+  sent.offset_ns = offset.duration_ns();
+  if (sent.offset_ns < sent.period_ns) return;
+  diagnostics.add(offset.place(), "'offset': " + format_duration(sent.offset_ns) +
+                                      " has to be less than the message's period of " +
+                                      format_duration(sent.period_ns));
+}
+
+SentMessage read_sent(const Value& value, std::optional<std::int64_t> bus_period_ns,
+                      Diagnostics& diagnostics) {
+  SentMessage sent;
+  sent.message = word_of(value["message"]);
+  if (bus_period_ns) read_period(value, sent, *bus_period_ns, diagnostics);
+  sent.counter = word_in(value, "counter");
+  sent.checksum = word_in(value, "checksum");
+  const Value& signals = value["signals"];
+  for (std::size_t i = 0; i < signals.entries().size(); ++i) {
+    const auto& [name, source] = signals.entries()[i];
+    const Word dbc_signal{name, signals.key_place(i)};
+    if (sent.counter && sent.counter->text == name) {
+      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the counter; it fills itself");
+    } else if (sent.checksum && sent.checksum->text == name) {
+      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the checksum; it fills itself");
+    }
+    std::optional<SignalSource> read = read_source(dbc_signal, source, diagnostics);
+    if (read) sent.signals.push_back(std::move(*read));
+  }
+  sent.safe = read_safe(value["safe"]);
+  return sent;
+}
+
+ReceivedMessage read_received(const Value& value) {
+  ReceivedMessage received;
+  received.message = word_of(value["message"]);
+  if (value.has("timeout")) received.timeout_ns = value["timeout"].duration_ns();
+  received.counter = word_in(value, "counter");
+  received.checksum = word_in(value, "checksum");
+  received.safe = read_safe(value["safe"]);
+  return received;
+}
+
+void read_messages(const Value& value, CanSection& section, std::optional<std::int64_t> bus_period_ns,
+                   Diagnostics& diagnostics) {
+  UniqueNames sent_names("sent message", diagnostics);
+  UniqueNames received_names("received message", diagnostics);
+  if (const Value* const list = part_of(value, "send")) {
+    for (const Value& sent : list->items()) {
+      if (const std::optional<Word> name = word_in(sent, "message")) sent_names.add(*name);
+      if (is_whole(sent)) section.send.push_back(read_sent(sent, bus_period_ns, diagnostics));
+    }
+  }
+  if (const Value* const list = part_of(value, "receive")) {
+    for (const Value& received : list->items()) {
+      if (const std::optional<Word> name = word_in(received, "message")) received_names.add(*name);
+      if (is_whole(received)) section.receive.push_back(read_received(received));
+    }
+  }
+}
+
+void read_faults(const Value& value, CanSection& section, Diagnostics& diagnostics) {
+  const Value* const faults = part_of(value, "faults");
+  if (faults == nullptr) return;
+  if (!section.is_virtual()) {
+    diagnostics.add(faults->place(), "'faults': only a virtual bus can lose, delay and corrupt frames");
+  }
+  if (!is_whole(*faults)) return;
+  section.faults = {(*faults)["drop"].number(), (*faults)["corrupt"].number(),
+                    (*faults)["delay"].duration_ns()};
+}
+
+}  // namespace
+
+void read_can(const Value& root, Scenario& scenario, Reading& reading) {
+  const Value* const list = part_of(root, "can");
+  if (list == nullptr) return;
+  UniqueNames names("bus", reading.diagnostics);
+  for (const Value& value : list->items()) {
+    CanSection section;
+    if (const std::optional<Word> name = word_in(value, "bus")) {
+      names.add(*name);
+      reading.can_buses.push_back(name->text);
+      section.bus = *name;
+    }
+    std::optional<std::int64_t> bus_period_ns;
+    if (value.has("rate")) {
+      if (const std::optional<std::uint32_t> ticks = ticks_between(value["rate"], reading);
+          ticks && reading.base) {
+        section.every_ticks = *ticks;
+        section.rate_hz = reading.base->hz / *ticks;
+        bus_period_ns = *ticks * reading.base->period_ns;
+      }
+    }
+    if (value.has("device")) {
+      section.interface = read_interface(value["device"], reading.diagnostics);
+      section.device_place = value["device"].place();
+    }
+    read_messages(value, section, bus_period_ns, reading.diagnostics);
+    read_faults(value, section, reading.diagnostics);
+    if (!is_whole(value)) continue;
+    section.database = value["database"].text();
+    section.database_place = value["database"].place();
+    section.bits_per_second = static_cast<double>(value["bit_rate"].integer());
+    if (value.has("priority")) section.thread_priority = static_cast<int>(value["priority"].integer());
+    scenario.can.push_back(std::move(section));
+  }
+}
+
+}  // namespace hil::config

@@ -1,0 +1,43 @@
+#include "runtime/config/scenario_parts.hpp"
+
+namespace hil::config {
+namespace {
+
+using Claim = decltype(Expectation::claim);
+
+Response read_response(const Value& value) {
+  return {word_of(value["request"]), word_of(value["reply"]), value["within"].duration_ns(),
+          static_cast<std::uint64_t>(value["at_least"].integer())};
+}
+
+std::optional<Claim> read_claim(const Value& value, Diagnostics& diagnostics) {
+  const std::string& kind = value.chosen();
+  if (kind == "response") return read_response(value[kind]);
+  std::optional<Condition> condition = Condition::parse(value[kind], diagnostics);
+  if (!condition) return std::nullopt;
+  if (kind == "never") return Never{std::move(*condition)};
+  if (kind == "always") return Always{std::move(*condition)};
+  Eventually eventually{std::move(*condition), std::nullopt};
+  if (value.has("by")) eventually.by_ns = value["by"].duration_ns();
+  return eventually;
+}
+
+}  // namespace
+
+void read_expectations(const Value& root, Scenario& scenario, Reading& reading) {
+  const Value* const list = part_of(root, "expectations");
+  if (list == nullptr) return;
+  UniqueNames names("expectation", reading.diagnostics);
+  for (const Value& value : list->items()) {
+    if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
+    if (!is_whole(value)) continue;
+    if (value.has("by") && value.chosen() != "eventually") {
+      reading.diagnostics.add(value["by"].place(),
+                              "'by' belongs to 'eventually', not to " + in_quotes(value.chosen()));
+    }
+    std::optional<Claim> claim = read_claim(value, reading.diagnostics);
+    if (claim) scenario.expectations.push_back({value["name"].text(), value.place(), std::move(*claim)});
+  }
+}
+
+}  // namespace hil::config

@@ -1,0 +1,136 @@
+#include <limits>
+
+#include "runtime/config/numbers.hpp"
+#include "runtime/config/scenario_parts.hpp"
+
+namespace hil::config {
+namespace {
+
+using io::modbus::RegisterEntry;
+using io::modbus::RegisterMap;
+using io::modbus::Role;
+
+void read_device(const Value& device, ModbusSection& section, Diagnostics& diagnostics) {
+  const std::string& text = device.text();
+  section.device_place = device.place();
+  const std::size_t colon = text.rfind(':');
+  std::string host = colon == std::string::npos ? "" : text.substr(0, colon);
+  const std::string port = colon == std::string::npos ? "" : text.substr(colon + 1);
+  const bool in_brackets = host.size() > 2 && host.front() == '[' && host.back() == ']';
+  if (in_brackets) host = host.substr(1, host.size() - 2);
+  if (host.empty() || port.empty() || (!in_brackets && host.find(':') != std::string::npos)) {
+    diagnostics.add(device.place(),
+                    "'device': " + in_quotes(text) +
+                        " is not HOST:PORT, as in 192.168.0.10:502, [::1]:502 or 127.0.0.1:auto");
+    return;
+  }
+  section.host = host;
+  if (port == "auto") return;
+  const IntegerReading number = read_integer(port);
+  if (!number.fault.empty() || number.value < 1 || number.value > std::numeric_limits<std::uint16_t>::max()) {
+    diagnostics.add(device.place(),
+                    "'device': the port " + in_quotes(port) + " is neither from 1 to 65535 nor auto");
+    return;
+  }
+  section.port = static_cast<std::uint16_t>(number.value);
+}
+
+std::vector<std::string> names_of(const RegisterMap& map) {
+  std::vector<std::string> names;
+  names.reserve(map.entries.size());
+  for (const RegisterEntry& entry : map.entries)
+    names.push_back(entry.name);
+  return names;
+}
+
+/// A register named in the scenario has to be in the map and of the right access.
+void check_register(const Word& name, bool is_written, const RegisterMap& map, Diagnostics& diagnostics) {
+  const RegisterEntry* const entry = map.find(name.text);
+  if (entry == nullptr) {
+    diagnostics.add(name.place,
+                    "unknown register " + in_quotes(name.text) + suggestion(name.text, names_of(map)));
+  } else if (entry->writable != is_written) {
+    diagnostics.add(name.place, "the register " + in_quotes(name.text) + " is " +
+                                    (is_written ? "read, not written" : "written, not read") +
+                                    " (access in its map)");
+  }
+}
+
+void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
+  for (const RegisterWrite& write : section.write)
+    check_register(write.entry, true, section.registers, diagnostics);
+  for (const Word& read : section.read)
+    check_register(read, false, section.registers, diagnostics);
+  for (const auto& filled : {section.run_time_entry, section.heartbeat_entry}) {
+    if (!filled) continue;
+    check_register(*filled, true, section.registers, diagnostics);
+    for (const RegisterWrite& write : section.write) {
+      if (write.entry.text != filled->text) continue;
+      diagnostics.add(write.entry.place, "the register " + in_quotes(filled->text) + " fills itself");
+    }
+  }
+}
+
+void read_names(const Value& value, ModbusSection& section, Diagnostics& diagnostics) {
+  const Value& write = value["write"];
+  for (std::size_t i = 0; i < write.entries().size(); ++i) {
+    section.write.push_back(
+        {{write.entries()[i].first, write.key_place(i)}, word_of(write.entries()[i].second)});
+  }
+  UniqueNames names("register", diagnostics);
+  for (const Value& read : value["read"].items()) {
+    names.add(word_of(read));
+    section.read.push_back(word_of(read));
+  }
+  section.run_time_entry = word_in(value, "run_time");
+  section.heartbeat_entry = word_in(value, "heartbeat");
+  if (section.role == Role::client) return;
+  for (const auto& filled : {section.run_time_entry, section.heartbeat_entry}) {
+    if (filled)
+      diagnostics.add(filled->place, "a server writes no run time and no heartbeat; only a client does");
+  }
+}
+
+void read_section(const Value& value, ModbusSection& section, Diagnostics& diagnostics) {
+  section.registers_file = value["registers"].text();
+  section.timeout_ns = value["timeout"].duration_ns();
+  if (value.has("max_age")) section.max_age_ns = value["max_age"].duration_ns();
+  section.start_limit_ns = value["start_limit"].duration_ns();
+  section.unit_id = static_cast<std::uint8_t>(value["unit_id"].integer());
+  if (value.has("priority")) section.thread_priority = static_cast<int>(value["priority"].integer());
+  read_names(value, section, diagnostics);
+  std::optional<RegisterMap> map = load_register_map(section.registers_file, section.role, diagnostics);
+  if (!map) return;
+  section.registers = std::move(*map);
+  check_registers(section, diagnostics);
+}
+
+}  // namespace
+
+void read_modbus(const Value& root, Scenario& scenario, Reading& reading) {
+  const Value* const list = part_of(root, "modbus");
+  if (list == nullptr) return;
+  UniqueNames names("unit", reading.diagnostics);
+  for (const Value& value : list->items()) {
+    ModbusSection section;
+    if (const std::optional<Word> name = word_in(value, "unit")) {
+      names.add(*name);
+      reading.modbus_units.push_back(name->text);
+      section.unit = *name;
+    }
+    if (value.has("role")) section.role = value["role"].text() == "server" ? Role::server : Role::client;
+    if (value.has("device")) read_device(value["device"], section, reading.diagnostics);
+    if (value.has("rate")) {
+      if (const std::optional<std::uint32_t> ticks = ticks_between(value["rate"], reading);
+          ticks && reading.base) {
+        section.every_ticks = *ticks;
+        section.rate_hz = reading.base->hz / *ticks;
+      }
+    }
+    if (!is_whole(value)) continue;
+    read_section(value, section, reading.diagnostics);
+    scenario.modbus.push_back(std::move(section));
+  }
+}
+
+}  // namespace hil::config

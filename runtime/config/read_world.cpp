@@ -1,0 +1,180 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "runtime/config/numbers.hpp"
+#include "runtime/config/scenario_parts.hpp"
+
+namespace hil::config {
+namespace {
+
+std::array<double, 3> three(const Value& list) {
+  return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
+}
+
+using Quaternion = std::array<double, 4>;
+
+Quaternion product(const Quaternion& a, const Quaternion& b) {
+  return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+          a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+          a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+          a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
+}
+
+/// A turn of `record[field]` about one axis (1: x, 2: y, 3: z).
+Quaternion turn(const Value& record, const std::string& field, std::size_t axis) {
+  Quaternion quaternion{1.0, 0.0, 0.0, 0.0};
+  if (!record.has(field)) return quaternion;
+  const double half = record[field].number() / 2.0;
+  quaternion[0] = std::cos(half);
+  quaternion[axis] = std::sin(half);
+  return quaternion;
+}
+
+Quaternion read_rotation(const Value& rotation, Diagnostics& diagnostics) {
+  constexpr double tolerance = 1e-3;  // three decimals in a file are enough
+  if (!rotation.has("quaternion")) {
+    return product(turn(rotation, "yaw", 3), product(turn(rotation, "pitch", 2), turn(rotation, "roll", 1)));
+  }
+  const Value& list = rotation["quaternion"];
+  for (std::size_t i = 0; i < rotation.entries().size(); ++i) {
+    const std::string& other = rotation.entries()[i].first;
+    if (other == "quaternion") continue;
+    diagnostics.add(rotation.key_place(i),
+                    in_quotes(other) + " next to 'quaternion'; a rotation is one or the other");
+  }
+  Quaternion quaternion{};
+  double squared = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    quaternion[i] = list.items()[i].number();
+    squared += quaternion[i] * quaternion[i];
+  }
+  const double length = std::sqrt(squared);
+  if (std::abs(length - 1.0) > tolerance) {
+    diagnostics.add(list.place(),
+                    "'quaternion' has the length " + format_number(length) + "; a rotation has length 1");
+    return {1.0, 0.0, 0.0, 0.0};
+  }
+  for (double& part : quaternion)
+    part /= length;
+  return quaternion;
+}
+
+Shape read_shape(const Value& shape, Diagnostics& diagnostics) {
+  const std::string& kind = shape.chosen();
+  const Value& value = shape[kind];
+  if (kind == "box") return BoxShape{three(value)};
+  if (kind == "cylinder") return CylinderShape{value["radius"].number(), value["height"].number()};
+  if (kind == "sphere") return SphereShape{value["radius"].number()};
+  if (kind == "rectangle") return RectangleShape{{value.items()[0].number(), value.items()[1].number()}};
+  const Value& path = value["path"];
+  std::string extension = std::filesystem::path(path.text()).extension().string();
+  for (char& letter : extension) {
+    if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
+  }
+  constexpr std::array<std::string_view, 5> known{".obj", ".stl", ".ply", ".gltf", ".glb"};
+  if (std::find(known.begin(), known.end(), extension) == known.end()) {
+    diagnostics.add(path.place(),
+                    "'path': a mesh is read from obj, stl, ply, gltf or glb, not from " +
+                        (extension.empty() ? "a file without an extension" : in_quotes(extension)));
+  }
+  return FileShape{path.text(), value["scale"].number(), path.place()};
+}
+
+std::uint32_t read_mask(const WorldEntity& entity, Layers& layers, bool are_listed,
+                        Diagnostics& diagnostics) {
+  std::uint32_t bits = 0;
+  for (const Word& layer : entity.mask) {
+    const std::optional<std::uint32_t> bit = are_listed ? layers.bit(layer.text) : layers.add(layer.text);
+    if (bit) {
+      bits |= *bit;
+    } else if (are_listed) {
+      diagnostics.add(layer.place,
+                      "unknown layer " + in_quotes(layer.text) + suggestion(layer.text, layers.names()));
+    } else {
+      diagnostics.add(layer.place, "the layer " + in_quotes(layer.text) + " is one too many; there can be " +
+                                       std::to_string(Layers::capacity));
+    }
+  }
+  return bits;
+}
+
+WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
+  WorldEntity entity;
+  entity.name = word_of(value["name"]);
+  entity.shape = read_shape(value["shape"], diagnostics);
+  entity.shape_place = value["shape"].place();
+  entity.position_m = three(value["position"]);
+  entity.rotation_wxyz = read_rotation(value["rotation"], diagnostics);
+  entity.velocity_mps = three(value["velocity"]);
+  entity.angular_velocity_radps = three(value["angular_velocity"]);
+  entity.scale = value["scale"].number();
+  for (const Value& layer : value["mask"].items())
+    entity.mask.push_back(word_of(layer));
+  return entity;
+}
+
+void read_entities(const Value& list, World& world, bool layers_are_listed, Reading& reading) {
+  UniqueNames names("entity", reading.diagnostics);
+  for (const Value& value : list.items()) {
+    if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
+    if (!is_whole(value)) continue;
+    WorldEntity entity = read_entity(value, reading.diagnostics);
+    entity.mask_bits = read_mask(entity, world.layers, layers_are_listed, reading.diagnostics);
+    world.entities.push_back(std::move(entity));
+  }
+  if (list.items().size() > world.max_entities && world.max_entities > 0) {
+    reading.diagnostics.add(list.place(), std::to_string(list.items().size()) +
+                                              " entities, but max_entities is " +
+                                              std::to_string(world.max_entities));
+  }
+}
+
+std::uint32_t count_in(const Value& record, const std::string& field) {
+  return record.has(field) ? static_cast<std::uint32_t>(record[field].integer()) : 0;
+}
+
+}  // namespace
+
+std::optional<std::uint32_t> Layers::bit(std::string_view name) const noexcept {
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    if (names_[i] == name) return std::uint32_t{1} << i;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::uint32_t> Layers::add(std::string_view name) {
+  if (const std::optional<std::uint32_t> known = bit(name)) return known;
+  if (names_.size() == capacity) return std::nullopt;
+  names_.emplace_back(name);
+  return bit(name);
+}
+
+void read_world(const Value& root, Scenario& scenario, Reading& reading) {
+  const Value* const value = part_of(root, "world");
+  if (value == nullptr) return;
+  World& world = scenario.world;
+  if (value->has("gpu")) {
+    world.gpu = (*value)["gpu"].text();
+    world.gpu_place = (*value)["gpu"].place();
+  }
+  if (value->has("window")) world.window_ns = (*value)["window"].duration_ns();
+  world.max_entities = count_in(*value, "max_entities");
+  world.max_geometries = count_in(*value, "max_geometries");
+  world.retained_changes = count_in(*value, "retained_changes");
+  world.queue_capacity = count_in(*value, "queue_capacity");
+  UniqueNames layer_names("layer", reading.diagnostics);
+  const Value* const layers = part_of(*value, "layers");
+  if (layers != nullptr) {
+    for (const Value& layer : layers->items()) {
+      layer_names.add(word_of(layer));
+      world.layers.add(layer.text());
+    }
+  }
+  const bool are_listed = layers != nullptr && (!layers->items().empty() || !is_whole(*layers));
+  if (const Value* const entities = part_of(*value, "entities")) {
+    read_entities(*entities, world, are_listed, reading);
+  }
+}
+
+}  // namespace hil::config

@@ -1,0 +1,297 @@
+#pragma once
+// A scenario as the rest of the program sees it: checked, complete, in SI units, immutable. What can turn out
+// wrong only later, when the parts are wired together (a signal's name, a message of a DBC file), keeps its
+// place for that message.
+//
+// Threads: values; share them freely once loaded.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "io/modbus/register_map.hpp"
+#include "runtime/config/condition.hpp"
+#include "runtime/config/diagnostics.hpp"
+#include "runtime/config/schema.hpp"
+
+namespace hil::config {
+
+enum class ClockKind : std::uint8_t { realtime, virtual_time };
+enum class Scheduler : std::uint8_t { fifo, other };
+enum class Overrun : std::uint8_t { skip, queue, abort };
+
+struct Realtime {
+  Scheduler scheduler = Scheduler::fifo;
+  int priority = 0;  ///< 1..98
+  bool lock_memory = true;
+  std::vector<int> cpus;  ///< empty: no affinity
+};
+
+/// Sizes are full extents in metres.
+struct BoxShape {
+  std::array<double, 3> size_m{};
+};
+struct CylinderShape {
+  double radius_m = 0.0;
+  double height_m = 0.0;  ///< along z
+};
+struct SphereShape {
+  double radius_m = 0.0;
+};
+struct RectangleShape {
+  std::array<double, 2> size_m{};  ///< in z = 0
+};
+struct FileShape {
+  std::string path;    ///< absolute
+  double scale = 1.0;  ///< of the file's coordinates
+  Place place;
+};
+using Shape = std::variant<BoxShape, CylinderShape, SphereShape, RectangleShape, FileShape>;
+
+/// A static or freely moving body that is there from the first tick on. World frame, right-handed, z up.
+struct WorldEntity {
+  Word name;
+  Shape shape;
+  Place shape_place;
+  std::array<double, 3> position_m{};
+  std::array<double, 4> rotation_wxyz{1.0, 0.0, 0.0, 0.0};  ///< unit quaternion, entity -> world
+  std::array<double, 3> velocity_mps{};
+  std::array<double, 3> angular_velocity_radps{};
+  double scale = 1.0;
+  std::vector<Word> mask;       ///< layer names, at least one
+  std::uint32_t mask_bits = 0;  ///< the same by Layers
+};
+
+/// The names of the 32 bits of a mask, in the order of their bits.
+class Layers {
+ public:
+  static constexpr std::size_t capacity = 32;
+
+  const std::vector<std::string>& names() const noexcept { return names_; }
+  /// The one bit of the layer; empty when there is no such layer.
+  std::optional<std::uint32_t> bit(std::string_view name) const noexcept;
+  /// The same; a new name takes the next bit. Empty when all are taken.
+  std::optional<std::uint32_t> add(std::string_view name);
+
+ private:
+  std::vector<std::string> names_;
+};
+
+struct World {
+  std::string gpu;  ///< a device's name, its index, or "auto"
+  Place gpu_place;
+  std::int64_t window_ns = 0;  ///< how far ahead of its own instant a version of the world answers queries
+  std::uint32_t max_entities = 0;
+  std::uint32_t max_geometries = 0;
+  std::uint32_t retained_changes = 0;
+  std::uint32_t queue_capacity = 0;
+  Layers layers;  ///< those listed under `layers`, then those of the entities in their order
+  std::vector<WorldEntity> entities;
+};
+
+/// One input port of a module and the signal that feeds it.
+struct InputLink {
+  Word port;
+  Word signal;
+};
+
+struct TaskSection {
+  Word module;  ///< the instance's name
+  Word type;
+  double rate_hz = 0.0;
+  std::uint32_t every_ticks = 1;
+  std::uint32_t offset_ticks = 0;
+  std::int64_t deadline_ns =
+      0;  ///< at most the task's period; on a thread of its own a multiple of the base period
+  std::int64_t budget_ns = 0;  ///< 0: none
+  Overrun overrun = Overrun::skip;
+  std::uint32_t warmup_runs = 0;
+  std::string thread;  ///< empty: the base thread
+  Value parameters;    ///< as the module type's schema promises
+  std::vector<InputLink> inputs;
+};
+
+/// What a signal of a message is fed with.
+struct SignalSource {
+  Word dbc_signal;
+  std::variant<Word, double> source;  ///< a signal of the run, or a constant
+};
+
+struct SafeValue {
+  Word dbc_signal;
+  double value = 0.0;
+};
+
+struct SentMessage {
+  Word message;
+  std::int64_t period_ns = 0;  ///< a multiple of the bus's period
+  std::int64_t offset_ns = 0;  ///< less than period_ns
+  std::optional<Word> counter;
+  std::optional<Word> checksum;
+  std::vector<SignalSource> signals;
+  std::vector<SafeValue> safe;
+};
+
+struct ReceivedMessage {
+  Word message;
+  std::int64_t timeout_ns = 0;  ///< 0: never
+  std::optional<Word> counter;
+  std::optional<Word> checksum;
+  std::vector<SafeValue> safe;
+};
+
+/// What a virtual bus does to frames.
+struct BusFaults {
+  double drop = 0.0;     ///< probability per frame
+  double corrupt = 0.0;  ///< probability per frame
+  std::int64_t delay_ns = 0;
+};
+
+struct CanSection {
+  Word bus;
+  std::string interface;  ///< of SocketCAN; empty: a virtual bus
+  Place device_place;
+  std::string database;  ///< absolute path of the DBC file
+  Place database_place;
+  double rate_hz = 0.0;
+  std::uint32_t every_ticks = 1;
+  double bits_per_second = 0.0;
+  std::optional<int> thread_priority;
+  std::vector<SentMessage> send;
+  std::vector<ReceivedMessage> receive;
+  BusFaults faults;
+  bool is_virtual() const noexcept { return interface.empty(); }
+};
+
+struct RegisterWrite {
+  Word entry;
+  Word signal;
+};
+
+struct ModbusSection {
+  Word unit;
+  io::modbus::Role role = io::modbus::Role::client;
+  std::string host;
+  std::optional<std::uint16_t> port;  ///< empty: a free one is chosen
+  Place device_place;
+  std::string registers_file;
+  io::modbus::RegisterMap registers;  ///< passes io::modbus::mistakes_in for the role
+  double rate_hz = 0.0;
+  std::uint32_t every_ticks = 1;
+  std::int64_t timeout_ns = 0;
+  std::optional<std::int64_t>
+      max_age_ns;  ///< empty: the device's own, 1 s for a client, any age for a server
+  std::int64_t start_limit_ns = 0;
+  std::uint8_t unit_id = 1;
+  std::optional<Word> run_time_entry;
+  std::optional<Word> heartbeat_entry;
+  std::optional<int> thread_priority;
+  std::vector<RegisterWrite> write;
+  std::vector<Word> read;
+};
+
+/// A word of a command line: text with {can.BUS} and {modbus.UNIT} in it, each known to exist.
+struct CommandWord {
+  Word written;
+  struct Placeholder {
+    std::size_t begin = 0;   ///< of the '{' in the text
+    std::size_t length = 0;  ///< with both braces
+    std::string section;     ///< "can" or "modbus"
+    std::string name;
+  };
+  std::vector<Placeholder> placeholders;
+
+  /// The word with each placeholder replaced by `address_of(section, name)`.
+  template <typename AddressOf>
+  std::string expand(const AddressOf& address_of) const {
+    std::string text;
+    std::size_t from = 0;
+    for (const Placeholder& placeholder : placeholders) {
+      text += written.text.substr(from, placeholder.begin - from) +
+              address_of(placeholder.section, placeholder.name);
+      from = placeholder.begin + placeholder.length;
+    }
+    return text + written.text.substr(from);
+  }
+};
+
+/// A program that the run starts, watches and ends. The device under test is the one called "dut".
+struct ProcessSection {
+  Word name;
+  bool enabled = true;
+  std::vector<CommandWord> command;  ///< the program first; at least one word
+  bool safe_on_exit = true;          ///< outputs go to their safe values when it ends before the run does
+  std::int64_t start_timeout_ns = 0;
+};
+
+struct Never {
+  Condition condition;
+};
+struct Always {
+  Condition condition;
+};
+struct Eventually {
+  Condition condition;
+  std::optional<std::int64_t> by_ns;  ///< run time; empty: by the end of the run
+};
+/// Each change of `request` is answered by a change of `reply` to the same value within the time.
+struct Response {
+  Word request;
+  Word reply;
+  std::int64_t within_ns = 0;
+  std::uint64_t at_least = 1;  ///< so many requests have to be seen for the claim to count
+};
+
+struct Expectation {
+  std::string name;
+  Place place;
+  std::variant<Never, Always, Eventually, Response> claim;
+};
+
+struct Scenario {
+  std::string file;  ///< absolute
+  std::string name;
+  std::string about;  ///< may be empty
+  double base_rate_hz = 0.0;
+  std::int64_t base_period_ns = 0;
+  std::int64_t duration_ns = 0;
+  std::uint64_t duration_ticks = 0;
+  ClockKind clock = ClockKind::realtime;
+  std::uint64_t seed = 0;
+  Realtime realtime;
+  World world;
+  std::vector<TaskSection> tasks;
+  std::vector<CanSection> can;
+  std::vector<ModbusSection> modbus;
+  std::vector<ProcessSection> processes;  ///< dut first when there is one, then as in the file
+  std::vector<Expectation> expectations;
+};
+
+/// Module types by their name in `type:`, each with the schema of its parameters.
+using SchemaOfModules = std::map<std::string, Schema>;
+
+/// What a scenario file may contain, parameters of modules left open (Kind::any).
+Schema scenario_schema();
+
+/// What a register map file may contain.
+Schema register_map_schema();
+
+/// Reads the scenario, its modules' parameters and its register maps, and checks everything that can be
+/// checked without opening a device: besides the schemas, that rates divide the base rate, that offsets,
+/// deadlines and periods fit, that names are unique and that what is named inside this file exists. All
+/// mistakes at once; empty when there was any. `overrides`: see overrides.hpp.
+std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
+                                      const SchemaOfModules& modules, Diagnostics& diagnostics);
+
+/// Reads a register map file: {registers: [{name, table, address, type, ...}]}. Empty when there was any
+/// mistake.
+std::optional<io::modbus::RegisterMap> load_register_map(const std::string& path, io::modbus::Role role,
+                                                         Diagnostics& diagnostics);
+
+}  // namespace hil::config

@@ -1,0 +1,160 @@
+#include "runtime/config/units.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "runtime/config/numbers.hpp"
+#include "runtime/config/require.hpp"
+
+namespace hil::config {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+constexpr std::array lengths{Unit{"m", 1, 1}, Unit{"cm", 1, 100}, Unit{"mm", 1, 1000}, Unit{"km", 1000, 1}};
+constexpr std::array speeds{Unit{"m/s", 1, 1}, Unit{"km/h", 5, 18}};
+constexpr std::array accelerations{Unit{"m/s2", 1, 1}, Unit{"m/s^2", 1, 1}, Unit{"g", 9.80665, 1}};
+constexpr std::array angles{Unit{"rad", 1, 1}, Unit{"deg", pi, 180}, Unit{"mrad", 1, 1000}};
+constexpr std::array angular_rates{Unit{"rad/s", 1, 1}, Unit{"deg/s", pi, 180}, Unit{"rpm", pi, 30}};
+constexpr std::array durations{Unit{"s", 1, 1, 1'000'000'000}, Unit{"ms", 1, 1e3, 1'000'000},
+                               Unit{"us", 1, 1e6, 1'000}, Unit{"ns", 1, 1e9, 1},
+                               Unit{"min", 60, 1, 60'000'000'000}};
+constexpr std::array frequencies{Unit{"Hz", 1, 1}, Unit{"kHz", 1000, 1}, Unit{"MHz", 1e6, 1}};
+constexpr std::array masses{Unit{"kg", 1, 1}, Unit{"t", 1000, 1}, Unit{"g", 1, 1000}};
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && text.front() == ' ')
+    text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ')
+    text.remove_suffix(1);
+  return text;
+}
+
+std::string written_in(Quantity quantity) {
+  return std::string(name_with_article(quantity)) + " is written in " + unit_list(quantity);
+}
+
+bool is_unit(std::string_view symbol) {
+  for (std::uint8_t i = 0; i <= static_cast<std::uint8_t>(Quantity::mass_kg); ++i) {
+    for (const Unit& unit : units_of(static_cast<Quantity>(i))) {
+      if (unit.symbol == symbol) return true;
+    }
+  }
+  return false;
+}
+
+std::string wrong_unit(std::string_view symbol, Quantity quantity) {
+  std::vector<std::string> known;
+  for (const Unit& unit : units_of(quantity))
+    known.emplace_back(unit.symbol);
+  // A unit of something else is no slip of the pen.
+  const std::string near = is_unit(symbol) ? "" : nearest(symbol, known);
+  const std::string hint = near.empty() ? "" : "; did you mean " + in_quotes(near) + "?";
+  return "has the unit " + in_quotes(symbol) + ", but " + written_in(quantity) + hint;
+}
+
+}  // namespace
+
+std::span<const Unit> units_of(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::length_m:
+      return lengths;
+    case Quantity::speed_mps:
+      return speeds;
+    case Quantity::acceleration_mps2:
+      return accelerations;
+    case Quantity::angle_rad:
+      return angles;
+    case Quantity::angular_rate_radps:
+      return angular_rates;
+    case Quantity::duration_s:
+      return durations;
+    case Quantity::frequency_hz:
+      return frequencies;
+    case Quantity::mass_kg:
+      return masses;
+  }
+  stop_on_misuse("a quantity of the list", std::source_location::current());
+}
+
+std::string_view name_with_article(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::length_m:
+      return "a length";
+    case Quantity::speed_mps:
+      return "a speed";
+    case Quantity::acceleration_mps2:
+      return "an acceleration";
+    case Quantity::angle_rad:
+      return "an angle";
+    case Quantity::angular_rate_radps:
+      return "an angular rate";
+    case Quantity::duration_s:
+      return "a duration";
+    case Quantity::frequency_hz:
+      return "a frequency";
+    case Quantity::mass_kg:
+      return "a mass";
+  }
+  stop_on_misuse("a quantity of the list", std::source_location::current());
+}
+
+std::string unit_list(Quantity quantity) {
+  std::string list;
+  for (const Unit& unit : units_of(quantity))
+    list += (list.empty() ? "" : ", ") + std::string(unit.symbol);
+  return list;
+}
+
+QuantityReading read_quantity(std::string_view text, Quantity quantity) {
+  QuantityReading reading;
+  text = trimmed(text);
+  const NumberReading number = read_number(text);
+  if (number.length == 0) {
+    reading.fault = number.fault + " with a unit; " + written_in(quantity);
+    return reading;
+  }
+  if (!number.fault.empty()) {
+    reading.fault = number.fault;
+    return reading;
+  }
+  const std::string_view symbol = trimmed(text.substr(number.length));
+  if (symbol.empty()) {
+    reading.fault = "has no unit; " + written_in(quantity);
+    return reading;
+  }
+  const std::span<const Unit> units = units_of(quantity);
+  const auto unit =
+      std::find_if(units.begin(), units.end(), [&](const Unit& known) { return known.symbol == symbol; });
+  if (unit == units.end()) {
+    reading.fault = wrong_unit(symbol, quantity);
+    return reading;
+  }
+  reading.unit = &*unit;
+  reading.value_si = number.value * unit->numerator / unit->denominator;
+  if (!std::isfinite(reading.value_si)) {
+    reading.fault = "is too large to be held";
+    return reading;
+  }
+  if (quantity == Quantity::duration_s) {
+    const std::optional<std::int64_t> nanoseconds =
+        multiply_exactly(text.substr(0, number.length), unit->nanoseconds);
+    if (!nanoseconds) {
+      reading.fault = "is longer than 64 bits of nanoseconds can hold (292 years)";
+      return reading;
+    }
+    reading.nanoseconds = *nanoseconds;
+    reading.value_si = static_cast<double>(*nanoseconds) / 1e9;
+  }
+  return reading;
+}
+
+std::string format_quantity(double value_si, const Unit& unit) {
+  return format_number(value_si * unit.denominator / unit.numerator) + " " + std::string(unit.symbol);
+}
+
+}  // namespace hil::config

@@ -1,0 +1,194 @@
+#include "runtime/config/condition.hpp"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+
+#include "config_test.hpp"
+
+namespace hil::config {
+namespace {
+
+using testing::is_only_mistake;
+
+std::optional<Condition> parse(const std::string& written, Diagnostics& diagnostics) {
+  const Schema schema = Schema::record({Field::needed("never", Schema::text(), "A condition.")});
+  const std::optional<Value> value = parse_text("f.yaml", "never: " + written, schema, diagnostics);
+  if (!value) return std::nullopt;
+  return Condition::parse((*value)["never"], diagnostics);
+}
+
+/// With a = 1, b = 2, c.d = NaN.
+bool holds(const std::string& written) {
+  Diagnostics diagnostics;
+  const std::optional<Condition> condition = parse(written, diagnostics);
+  if (!condition) throw std::runtime_error(diagnostics.to_text());
+  std::vector<std::uint32_t> indices;
+  for (const Word& mention : condition->mentions()) {
+    indices.push_back(mention.text == "a" ? 0 : mention.text == "b" ? 1 : 2);
+  }
+  const double values[] = {1.0, 2.0, std::numeric_limits<double>::quiet_NaN()};
+  return condition->bind(indices).holds(values);
+}
+
+Diagnostics mistakes_of(const std::string& written) {
+  Diagnostics diagnostics;
+  EXPECT_FALSE(parse(written, diagnostics)) << written;
+  return diagnostics;
+}
+
+TEST(Condition, Compares) {
+  EXPECT_TRUE(holds("a == 1"));
+  EXPECT_TRUE(holds("a != b"));
+  EXPECT_TRUE(holds("a < b"));
+  EXPECT_TRUE(holds("a <= 1"));
+  EXPECT_TRUE(holds("b > -3"));
+  EXPECT_TRUE(holds("2.0 >= b"));
+  EXPECT_FALSE(holds("a==2"));
+  EXPECT_FALSE(holds("a>b"));
+  EXPECT_TRUE(holds("a<b"));
+  EXPECT_TRUE(holds("a == +1e0"));
+}
+
+TEST(Condition, ComparisonsWithNanAreThoseOfIeee) {
+  for (const char* sign : {"==", "<", "<=", ">", ">="})
+    EXPECT_FALSE(holds(std::string("c.d ") + sign + " 0")) << sign;
+  EXPECT_TRUE(holds("c.d != 0"));
+  EXPECT_TRUE(holds("not c.d < 0"));
+}
+
+TEST(Condition, JoinsByPrecedence) {
+  EXPECT_TRUE(holds("a == 1 or a == 9 and a == 8"));  // and first
+  EXPECT_FALSE(holds("(a == 1 or a == 9) and a == 8"));
+  EXPECT_TRUE(holds("not a == 2 and b == 2"));  // not first
+  EXPECT_FALSE(holds("not (a == 2 or b == 2)"));
+  EXPECT_TRUE(holds("not not a == 1"));
+  EXPECT_TRUE(holds("((a == 1))"));
+}
+
+TEST(Condition, KeepsEveryMentionWithItsPlace) {
+  Diagnostics diagnostics;
+  const auto condition = parse("\"a > b or can.x.Y < a\"", diagnostics);
+  ASSERT_TRUE(condition) << diagnostics.to_text();
+  const auto& mentions = condition->mentions();
+  ASSERT_EQ(mentions.size(), 4U);
+  EXPECT_EQ(mentions[0].text, "a");
+  EXPECT_EQ(mentions[0].place, (Place{"f.yaml", 1, 9}));
+  EXPECT_EQ(mentions[2].text, "can.x.Y");
+  EXPECT_EQ(mentions[2].place, (Place{"f.yaml", 1, 18}));
+  EXPECT_EQ(mentions[3].place, (Place{"f.yaml", 1, 28}));
+  EXPECT_EQ(condition->text(), "a > b or can.x.Y < a");
+}
+
+TEST(Condition, PlacesReachIntoFoldedText) {
+  Diagnostics diagnostics;
+  const auto condition = parse(">\n  a > 1\n  and b < 2\n", diagnostics);
+  ASSERT_TRUE(condition) << diagnostics.to_text();
+  EXPECT_EQ(condition->mentions()[1].place, (Place{"f.yaml", 3, 7}));
+}
+
+TEST(Condition, MistakesStandAtTheirCharacter) {
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a >"), 1, 11,
+                              "the condition ends where a signal or a number is expected"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a"), 1, 9, "the condition ends where a comparison"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a == 1 && b == 2"), 1, 15, "found '&'; write and"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("\"a == 1 || b == 2\""), 1, 16, "write or"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("\"! a == 1\""), 1, 9, "write not"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a = 1"), 1, 10, "write =="));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("1 < a < 2"), 1, 14, "can not be chained"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("1 < 2"), 1, 8, "two numbers"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 50 km/h"), 1, 15, "found 'km'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 50km"), 1, 14, "numbers have no unit here"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("(a > 1"), 1, 14, "the condition ends where and, or, or ')'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 1)"), 1, 13, "found ')'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 1 b < 2"), 1, 14, "found 'b'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 010"), 1, 12, "leading zero"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 1e400"), 1, 12, "too large"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a..b > 1"), 1, 8, "'a..b' is not a signal's name"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a > and"), 1, 12, "found 'and'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a > $"), 1, 12, "found '$'"));
+}
+
+TEST(Condition, BoundsAreExact) {
+  std::string most = "a == 0";
+  for (std::size_t i = 1; i < Condition::max_comparisons; ++i)
+    most += " or a == 0";
+  EXPECT_FALSE(holds(most));
+  EXPECT_TRUE(is_only_mistake(mistakes_of(most + " or a == 1"), 1,
+                              static_cast<std::uint32_t>(8 + most.size() + 4), "more than 256 comparisons"));
+  const auto nested = [](std::size_t levels) {
+    return std::string(levels, '(') + "a == 1" + std::string(levels, ')');
+  };
+  EXPECT_TRUE(holds(nested(Condition::max_nesting)));
+  EXPECT_TRUE(is_only_mistake(mistakes_of(nested(Condition::max_nesting + 1)), 1, 8 + Condition::max_nesting,
+                              "nested deeper than 32"));
+  EXPECT_TRUE(
+      is_only_mistake(mistakes_of("a == 1" + std::string(Condition::max_text_bytes, ' ') + "or b == 1"), 1, 8,
+                      "at most 8192 bytes"));
+}
+
+/// A random condition as text, and what it has to give for the values of a and b.
+struct Expected {
+  std::string text;
+  bool holds = false;
+};
+
+Expected random_condition(std::mt19937& random, int depth, double a, double b) {
+  if (depth == 0 || random() % 3 == 0) {
+    const int number = static_cast<int>(random() % 5) - 2;
+    switch (random() % 4) {
+      case 0:
+        return {"a < " + std::to_string(number), a < number};
+      case 1:
+        return {"b >= " + std::to_string(number), b >= number};
+      case 2:
+        return {"a == b", a == b};
+      default:
+        return {std::to_string(number) + " != a", number != a};
+    }
+  }
+  const Expected left = random_condition(random, depth - 1, a, b);
+  if (random() % 4 == 0) return {"not (" + left.text + ")", !left.holds};
+  const Expected right = random_condition(random, depth - 1, a, b);
+  if (random() % 2 == 0) return {"(" + left.text + ") and (" + right.text + ")", left.holds && right.holds};
+  return {"(" + left.text + ") or (" + right.text + ")", left.holds || right.holds};
+}
+
+TEST(Condition, RandomConditionsGiveWhatTheyShould) {
+  std::mt19937 random(7);
+  int true_ones = 0;
+  for (int i = 0; i < 500; ++i) {
+    const double a = static_cast<double>(random() % 5) - 2.0;
+    const double b = static_cast<double>(random() % 5) - 2.0;
+    const Expected expected = random_condition(random, 4, a, b);
+    Diagnostics diagnostics;
+    const auto condition = parse("\"" + expected.text + "\"", diagnostics);
+    ASSERT_TRUE(condition) << expected.text << diagnostics.to_text();
+    std::vector<std::uint32_t> indices;
+    for (const Word& mention : condition->mentions())
+      indices.push_back(mention.text == "a" ? 1 : 0);
+    const double values[] = {b, a};
+    ASSERT_EQ(condition->bind(indices).holds(values), expected.holds)
+        << expected.text << " a " << a << " b " << b;
+    true_ones += expected.holds ? 1 : 0;
+  }
+  EXPECT_GT(true_ones, 100);
+  EXPECT_LT(true_ones, 400);
+}
+
+TEST(Condition, MisuseStopsTheProgram) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  Diagnostics diagnostics;
+  const auto condition = parse("a > b", diagnostics);
+  ASSERT_TRUE(condition);
+  const std::uint32_t one_index[] = {0};
+  EXPECT_DEATH(condition->bind(one_index), "one index for each mention");
+  const std::uint32_t indices[] = {0, 5};
+  const double values[] = {1, 2};
+  const BoundCondition bound = condition->bind(indices);
+  EXPECT_DEATH(bound.holds(values), "a value for each signal");
+}
+
+}  // namespace
+}  // namespace hil::config

@@ -1,0 +1,76 @@
+#include "config_test.hpp"
+
+namespace hil::config {
+namespace {
+
+const std::vector<std::string> keys{"columns", "rows", "rate", "duration", "deadline"};
+
+TEST(Nearest, FindsOneSlipOfEachKind) {
+  EXPECT_EQ(nearest("colums", keys), "columns");    // left out
+  EXPECT_EQ(nearest("collumns", keys), "columns");  // too many
+  EXPECT_EQ(nearest("cokumns", keys), "columns");   // replaced
+  EXPECT_EQ(nearest("coulmns", keys), "columns");   // swapped
+  EXPECT_EQ(nearest("COLUMNS", keys), "columns");   // case
+  EXPECT_EQ(nearest("raet", keys), "rate");         // swapped in a short word
+}
+
+TEST(Nearest, StaysSilentWhenNothingIsMeant) {
+  EXPECT_EQ(nearest("zebra", keys), "");
+  EXPECT_EQ(nearest("", keys), "");
+  EXPECT_EQ(nearest("x", {"y"}), "");  // one slip, but the whole word
+  EXPECT_EQ(nearest("rate", {}), "");
+  EXPECT_EQ(nearest(std::string(65, 'a'), {std::string(65, 'a') + "b"}), "");
+  EXPECT_EQ(nearest(std::string(64, 'a'), {std::string(63, 'a')}), std::string(63, 'a'));
+}
+
+TEST(Nearest, TakesTheFirstOfEquallyNearOnes) {
+  EXPECT_EQ(nearest("cat", {"bat", "hat"}), "bat");
+}
+
+TEST(Nearest, IsSymmetricInDistance) {
+  // A swap counts as one slip, so both words of a pair find each other or neither does.
+  const std::vector<std::string> words{"abcd", "abdc", "acbd", "badc", "abcde", "xyz", "abc"};
+  for (const std::string& one : words) {
+    for (const std::string& other : words) {
+      if (one.size() != other.size()) continue;
+      EXPECT_EQ(nearest(one, {other}).empty(), nearest(other, {one}).empty()) << one << " " << other;
+    }
+  }
+}
+
+TEST(Suggestion, NamesTheNearestOrAll) {
+  EXPECT_EQ(suggestion("rat", keys), "; did you mean 'rate'?");
+  EXPECT_EQ(suggestion("zebra", {"a", "b"}), "; known here: a, b");
+  EXPECT_EQ(suggestion("zebra", {}), "");
+}
+
+TEST(InQuotes, ShortensAndHidesControlCharacters) {
+  EXPECT_EQ(in_quotes("a\tb\x01"), "'a?b?'");
+  EXPECT_EQ(in_quotes(std::string(61, 'x')), "'" + std::string(60, 'x') + "...'");
+  // 59 letters and a character of two bytes: cut before it, not inside it.
+  EXPECT_EQ(in_quotes(std::string(59, 'x') + "\xC3\xA4" + "y"), "'" + std::string(59, 'x') + "...'");
+}
+
+TEST(Diagnostics, PrintsInFileOrder) {
+  Diagnostics diagnostics;
+  diagnostics.add({"b.yaml", 9, 1}, "late");
+  diagnostics.add({"a.yaml", 1, 1}, "other file");
+  diagnostics.add({"b.yaml", 2, 8}, "right");
+  diagnostics.add({"b.yaml", 2, 3}, "left");
+  EXPECT_EQ(diagnostics.to_text(),
+            "b.yaml:2:3: left\nb.yaml:2:8: right\nb.yaml:9:1: late\na.yaml:1:1: other file\n");
+}
+
+TEST(Diagnostics, KeepsACapacityAndCountsTheRest) {
+  Diagnostics diagnostics;
+  EXPECT_TRUE(diagnostics.empty());
+  for (std::size_t i = 0; i < Diagnostics::capacity + 7; ++i)
+    diagnostics.add({"f", 1, 1}, "x");
+  EXPECT_TRUE(diagnostics.full());
+  EXPECT_EQ(diagnostics.mistakes().size(), Diagnostics::capacity);
+  EXPECT_EQ(diagnostics.count(), Diagnostics::capacity + 7);
+  EXPECT_TRUE(diagnostics.to_text().ends_with("\n7 more mistakes are not shown\n"));
+}
+
+}  // namespace
+}  // namespace hil::config

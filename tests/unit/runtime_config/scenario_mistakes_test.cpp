@@ -1,0 +1,266 @@
+#include "scenario_fixture.hpp"
+
+namespace hil::config {
+namespace {
+
+using testing::has_mistake;
+using testing::is_only_mistake;
+using testing::ScenarioFolder;
+using testing::with_change;
+
+/// A text in which a '@' stands before the character where the mistake should be shown.
+struct Marked {
+  std::string text;
+  std::uint32_t line = 1;
+  std::uint32_t column = 1;
+};
+
+Marked marked(std::string text) {
+  const std::size_t at = text.find('@');
+  if (at == std::string::npos || text.find('@', at + 1) != std::string::npos) {
+    throw std::runtime_error("not one mark in: " + text);
+  }
+  Marked result{text.erase(at, 1)};
+  for (std::size_t i = 0; i < at; ++i) {
+    result.column = text[i] == '\n' ? 1 : result.column + 1;
+    result.line += text[i] == '\n' ? 1 : 0;
+  }
+  return result;
+}
+
+/// Whether the marked scenario has exactly the one mistake, at the mark, with these words.
+::testing::AssertionResult is_refused(const std::string& marked_text, std::string_view words) {
+  const Marked scenario = marked(marked_text);
+  const ScenarioFolder files;
+  Diagnostics diagnostics;
+  if (files.load(scenario.text, diagnostics))
+    return ::testing::AssertionFailure() << "accepted: " << marked_text;
+  return is_only_mistake(diagnostics, scenario.line, scenario.column, words);
+}
+
+/// The same for the good scenario after a change that holds the mark.
+::testing::AssertionResult is_refused_with(const std::string& from, const std::string& to,
+                                           std::string_view words) {
+  return is_refused(with_change(from, to), words);
+}
+
+TEST(ScenarioMistakes, OfKeysAndWords) {
+  EXPECT_TRUE(is_refused_with("seed: 7", "@sed: 7", "unknown key 'sed'; did you mean 'seed'?"));
+  EXPECT_TRUE(is_refused_with("scenario: everything\n", "\n@", "missing key 'scenario'"));
+  EXPECT_TRUE(is_refused_with("clock: virtual", "clock: @virtal", "did you mean 'virtual'?"));
+  EXPECT_TRUE(is_refused_with("priority: 42", "priority: @99", "from 1 to 98"));
+}
+
+TEST(ScenarioMistakes, OfRates) {
+  EXPECT_TRUE(
+      is_refused_with("base_rate: 1 kHz", "base_rate: @1.0000001 kHz", "no whole number of nanoseconds"));
+  EXPECT_TRUE(is_refused_with(
+      "rate: 100 Hz\n    offset", "rate: @300 Hz\n    offset",
+      "'rate': 300 Hz does not divide the base rate; the nearest that do are 333.333333333 Hz "
+      "(1 kHz / 3) and 250 Hz (1 kHz / 4)"));
+  EXPECT_TRUE(is_refused_with("rate: 20 Hz", "rate: @2 kHz", "2 kHz is above the base rate of 1 kHz"));
+  EXPECT_TRUE(is_refused_with("rate: 50 Hz", "rate: @70 Hz", "does not divide"));
+  EXPECT_TRUE(is_refused_with(
+      "duration: 10 s", "duration: @10.0005 s",
+      "10000.5 ms is no multiple of the base period of 1 ms; the nearest are 10 s and 10001 ms"));
+}
+
+TEST(ScenarioMistakes, TheRatesSuggestedAreTaken) {
+  const ScenarioFolder files;
+  Diagnostics diagnostics;
+  EXPECT_TRUE(
+      files.load("scenario: a\ntasks: [{module: m, type: vehicles, rate: 333.333333333 Hz}]\n", diagnostics))
+      << diagnostics.to_text();
+  EXPECT_TRUE(files.load("scenario: a\nbase_rate: 3.000000003 Hz\nduration: 333333333 ns\n", diagnostics))
+      << diagnostics.to_text();
+}
+
+TEST(ScenarioMistakes, OfTaskTiming) {
+  EXPECT_TRUE(is_refused_with("offset: 2 ms", "offset: @10 ms", "less than the task's period of 10 ms"));
+  EXPECT_TRUE(is_refused_with("offset: 2 ms", "offset: @1500 us", "the nearest are 1 ms and 2 ms"));
+  EXPECT_TRUE(
+      is_refused_with("deadline: 10 ms", "deadline: @11 ms", "longer than the task's period of 10 ms"));
+  EXPECT_TRUE(is_refused_with("deadline: 10 ms", "deadline: @9.5 ms", "a thread of its own"));
+  EXPECT_TRUE(is_refused_with("budget: 8 ms", "budget: @12 ms", "longer than the deadline of 10 ms"));
+  EXPECT_TRUE(is_refused_with("overrun: queue", "overrun: @queu", "did you mean 'queue'?"));
+}
+
+TEST(ScenarioMistakes, ADeadlineOfTheBaseThreadNeedNoMultiple) {
+  const ScenarioFolder files;
+  Diagnostics diagnostics;
+  const auto scenario = files.load(
+      "scenario: a\ntasks: [{module: m, type: vehicles, rate: 100 Hz, deadline: 700 us}]\n", diagnostics);
+  ASSERT_TRUE(scenario) << diagnostics.to_text();
+  EXPECT_EQ(scenario->tasks[0].deadline_ns, 700'000);
+}
+
+TEST(ScenarioMistakes, OfModules) {
+  EXPECT_TRUE(is_refused_with("type: laser_scanner", "type: @laser_scaner",
+                              "unknown type of module 'laser_scaner'; did you mean 'laser_scanner'?"));
+  EXPECT_TRUE(is_refused_with("columns: 140", "columns: 140, @colums: 140",
+                              "unknown key 'colums'; did you mean 'columns'?"));
+  EXPECT_TRUE(
+      is_refused_with("{columns: 140, range", "@{range", "missing key 'columns' (Columns of the scan.)"));
+  EXPECT_TRUE(is_refused_with("range: 80 m", "range: @80 kg", "a length is written in m, cm, mm, km"));
+  EXPECT_TRUE(is_refused_with("module: scanner", "module: @traffic",
+                              "the module 'traffic' stands here twice; first in line 27"));
+  EXPECT_TRUE(is_refused_with("request: can.car.BrakeCommand.Dec", "request: @can..car.Dec",
+                              "is not a signal's name"));
+}
+
+TEST(ScenarioMistakes, OfTheWorld) {
+  EXPECT_TRUE(
+      is_refused_with("name: sheet", "name: @ball", "the entity 'ball' stands here twice; first in line 22"));
+  EXPECT_TRUE(
+      is_refused_with("sphere: 1 m}", "sphere: 1 m, @box: [1 m, 1 m, 1 m]}", "'box' next to 'sphere'"));
+  EXPECT_TRUE(is_refused_with("[2 m, 3 m]", "[2 m, @0 m]", "out of range"));
+  EXPECT_TRUE(is_refused_with("[0, 0, 0, 1]", "@[0, 0, 0, 0]", "the length 0; a rotation has length 1"));
+  EXPECT_TRUE(is_refused_with("{yaw: 90 deg}", "{@yaw: 90 deg, quaternion: [1, 0, 0, 0]}",
+                              "'yaw' next to 'quaternion'"));
+  EXPECT_TRUE(
+      is_refused_with("path: house.obj", "path: @map.yaml", "obj, stl, ply, gltf or glb, not from '.yaml'"));
+  EXPECT_TRUE(is_refused_with("path: house.obj", "path: @hous.obj", "there is no such file"));
+  EXPECT_TRUE(is_refused(with_change("entities:\n    - {name: ground", "entities:\n    @- {name: ground",
+                                     with_change("max_entities: 100", "max_entities: 4")),
+                         "5 entities, but max_entities is 4"));
+}
+
+TEST(ScenarioMistakes, OfLayers) {
+  const std::string listed = with_change("max_entities: 100", "layers: [static, grund]");
+  const std::string one_ground = with_change("mask: [static, ground]", "mask: [static]", listed);
+  EXPECT_TRUE(is_refused(with_change("mask: [ground]", "mask: [@ground]", one_ground),
+                         "unknown layer 'ground'; did you mean 'grund'?"));
+  EXPECT_TRUE(is_refused(with_change("[static, grund]", "[static, ground, @static]", listed),
+                         "the layer 'static' stands here twice"));
+  std::string many = "scenario: many\nworld:\n  entities:\n";
+  for (int i = 0; i < 33; ++i) {
+    const std::string n = std::to_string(i);
+    many += "    - {name: e" + n + ", shape: {sphere: 1 m}, mask: [" + (i == 32 ? "@" : "") + "layer" + n +
+            "]}\n";
+  }
+  EXPECT_TRUE(is_refused(many, "the layer 'layer32' is one too many; there can be 32"));
+}
+
+TEST(ScenarioMistakes, OfCanBuses) {
+  EXPECT_TRUE(is_refused_with("\"socketcan:vcan0\"", "@vcan0", "did you mean 'socketcan:vcan0'?"));
+  EXPECT_TRUE(is_refused_with("device: virtual", "device: @virtul", "did you mean 'virtual'?"));
+  EXPECT_TRUE(
+      is_refused_with("\"socketcan:vcan0\"", "@\"socketcan:a_name_much_too_long\"", "1 to 15 characters"));
+  EXPECT_TRUE(is_refused(with_change("bus: bench", "bus: @car", with_change("/{can.bench}", "")),
+                         "the bus 'car' stands here twice; first in line 45"));
+  EXPECT_TRUE(is_refused_with("period: 20 ms", "period: @15 ms",
+                              "no multiple of the bus's period of 10 ms; the nearest are 10 ms and 20 ms"));
+  EXPECT_TRUE(is_refused_with("offset: 10 ms", "offset: @20 ms", "less than the message's period of 20 ms"));
+  EXPECT_TRUE(is_refused_with("Mode: 3}", "Mode: @3x}", "'Mode': '3x' is neither a signal nor a number"));
+  EXPECT_TRUE(is_refused_with("Mode: 3}", "Mode: @1e999}", "'1e999' is too large"));
+  EXPECT_TRUE(is_refused_with("Mode: 3}", "@Counter: 3}", "'Counter' is the counter; it fills itself"));
+  EXPECT_TRUE(is_refused_with("message: Status", "message: @BrakeCommand",
+                              "the received message 'BrakeCommand' stands here twice"));
+  EXPECT_TRUE(is_refused_with("drop: 0.25", "drop: @25", "from 0 to 1"));
+  EXPECT_TRUE(is_refused_with("rate: 50 Hz}", "rate: 50 Hz, faults: @{drop: 1}}", "only a virtual bus"));
+}
+
+TEST(ScenarioMistakes, OfModbusUnits) {
+  EXPECT_TRUE(is_refused_with("127.0.0.1:auto", "@127.0.0.1", "is not HOST:PORT"));
+  EXPECT_TRUE(is_refused_with("127.0.0.1:auto", "@127.0.0.1:70000", "from 1 to 65535"));
+  EXPECT_TRUE(is_refused_with("127.0.0.1:auto", "@::1:502", "is not HOST:PORT"));
+  EXPECT_TRUE(is_refused_with("[light, demand]", "[@ligth, demand]",
+                              "unknown register 'ligth'; did you mean 'light'?"));
+  EXPECT_TRUE(is_refused_with("[light, demand]", "[light, @light]", "stands here twice"));
+  EXPECT_TRUE(is_refused_with("[light, demand]", "[@detector]", "'detector' is written, not read"));
+  EXPECT_TRUE(is_refused_with("{detector: detectors.ego}", "{@light: detectors.ego}",
+                              "'light' is read, not written"));
+  EXPECT_TRUE(
+      is_refused_with("{detector: detectors.ego}", "{@alive: detectors.ego}", "'alive' fills itself"));
+  EXPECT_TRUE(is_refused_with("registers: map.yaml", "registers: @nap.yaml", "there is no such file"));
+}
+
+TEST(ScenarioMistakes, OfRegisterMapsHavePlacesInTheirFile) {
+  const ScenarioFolder files;
+  files.folder().write("map.yaml",
+                       std::string(testing::register_map_text) + "  - {name: more, table: holding}\n");
+  Diagnostics diagnostics;
+  EXPECT_FALSE(files.load(testing::scenario_text, diagnostics));
+  ASSERT_EQ(diagnostics.count(), 3U) << diagnostics.to_text();
+  for (const Mistake& mistake : diagnostics.mistakes()) {
+    EXPECT_EQ(mistake.place.file, (files.folder().path() / "map.yaml").string());
+  }
+  EXPECT_TRUE(has_mistake(diagnostics, 7, 5, "missing key 'address'"));
+}
+
+TEST(ScenarioMistakes, OfProcesses) {
+  EXPECT_TRUE(
+      is_refused_with("\"{can.car}\"", "\"x@{can.cat}\"", "there is no CAN bus 'cat'; did you mean 'car'?"));
+  EXPECT_TRUE(is_refused_with("/{can.bench}", "/@{can.bench", "this '{' has no '}'"));
+  EXPECT_TRUE(is_refused_with("/{can.bench}", "/@{tcp.x}", "'{tcp.x}' is no placeholder"));
+  EXPECT_TRUE(is_refused_with("  plc:\n", "  @dut:\n", "'dut' has a section of its own"));
+  EXPECT_TRUE(is_refused_with("[plc, \"{modbus.plc}\"]", "@[]", "at least 1"));
+  EXPECT_TRUE(
+      is_refused("scenario: a\nmodbus: [{unit: u, device: @\"h:auto\", registers: map.yaml, rate: 10 Hz}]\n",
+                 "no process is told of it by {modbus.u}"));
+}
+
+TEST(ScenarioMistakes, OfExpectations) {
+  EXPECT_TRUE(is_refused_with("collision.ego > 0", "collision.ego >@", "the condition ends"));
+  EXPECT_TRUE(is_refused_with("name: it stops", "name: @alive", "the expectation 'alive' stands here twice"));
+  EXPECT_TRUE(is_refused_with("eventually: \"ego.speed == 0\", by: 9 s",
+                              "always: \"ego.speed == 0\", by: @9 s",
+                              "'by' belongs to 'eventually', not to 'always'"));
+  EXPECT_TRUE(is_refused_with("within: 50 ms", "within: @50", "no unit"));
+  EXPECT_TRUE(
+      is_refused("scenario: a\nexpectations: [@{name: nothing}]\n", "exactly one of these keys is needed"));
+}
+
+TEST(ScenarioMistakes, InOneSectionHideNoneInAnother) {
+  const std::tuple<const char*, const char*, const char*> changes[] = {
+      {"seed: 7", "seed: @-7", "out of range"},
+      {"gpu: llvmpipe", "@gpus: llvmpipe", "did you mean 'gpu'?"},
+      {"{name: ground", "{@about: nothing, name: ground", "unknown key 'about'"},
+      {"rate: 100 Hz\n    offset", "rate: @300 Hz\n    offset", "does not divide"},
+      {"range: 80 m", "range: @80 km", "out of range; it can be from 0.0001 km to 0.5 km"},
+      {"database: crossing.dbc\n", "database: @missing.dbc\n", "there is no such file"},
+      {"Mode: 3", "Mode: @3x", "neither a signal nor a number"},
+      {"[light, demand]", "[light, @demnd]", "did you mean 'demand'?"},
+      {"\"{can.car}\"", "\"@{can.cra}\"", "did you mean 'car'?"},
+      {"ego.speed < 50", "ego.speed <@< 50", "found '<'"},
+  };
+  std::string text = testing::scenario_text;
+  for (const auto& [from, to, words] : changes)
+    text = with_change(from, to, text);
+  std::string without_marks = text;
+  std::erase(without_marks, '@');
+  const ScenarioFolder files;
+  Diagnostics diagnostics;
+  EXPECT_FALSE(files.load(without_marks, diagnostics));
+  EXPECT_EQ(diagnostics.count(), std::size(changes)) << diagnostics.to_text();
+  for (const auto& [from, to, words] : changes) {
+    // This change's mark alone.
+    std::string one_mark;
+    const std::string marked_change = to;
+    const std::size_t place = text.find(marked_change) + marked_change.find('@');
+    for (std::size_t i = 0; i < text.size(); ++i) {
+      if (text[i] != '@' || i == place) one_mark += text[i];
+    }
+    const Marked expected = marked(one_mark);
+    EXPECT_TRUE(has_mistake(diagnostics, expected.line, expected.column, words));
+  }
+}
+
+TEST(ScenarioMistakes, OfTheFileItself) {
+  const testing::TemporaryFolder folder;
+  Diagnostics missing;
+  EXPECT_FALSE(load_scenario((folder.path() / "none.yaml").string(), {}, {}, missing));
+  EXPECT_TRUE(is_only_mistake(missing, 0, 0, "there is no such file"));
+  Diagnostics directory;
+  EXPECT_FALSE(load_scenario(folder.path().string(), {}, {}, directory));
+  EXPECT_TRUE(is_only_mistake(directory, 0, 0, "is a directory"));
+  Diagnostics device;
+  EXPECT_FALSE(load_scenario("/dev/zero", {}, {}, device));
+  EXPECT_TRUE(is_only_mistake(device, 0, 0, "is not a regular file"));
+  Diagnostics empty;
+  EXPECT_FALSE(load_scenario(folder.write("empty.yaml", ""), {}, {}, empty));
+  EXPECT_TRUE(is_only_mistake(empty, 1, 1, "nothing is written here"));
+}
+
+}  // namespace
+}  // namespace hil::config

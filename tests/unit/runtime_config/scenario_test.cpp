@@ -1,0 +1,227 @@
+#include <cmath>
+#include <numbers>
+
+#include "scenario_fixture.hpp"
+
+namespace hil::config {
+namespace {
+
+using testing::ScenarioFolder;
+
+class ScenarioTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    scenario_ = files_.load(testing::scenario_text, diagnostics_);
+    ASSERT_TRUE(scenario_) << diagnostics_.to_text();
+  }
+  const Scenario& scenario() const { return *scenario_; }
+  std::string path(const std::string& name) const { return (files_.folder().path() / name).string(); }
+
+ private:
+  ScenarioFolder files_;
+  Diagnostics diagnostics_;
+  std::optional<Scenario> scenario_;
+};
+
+TEST_F(ScenarioTest, General) {
+  EXPECT_EQ(scenario().file, path("scenario.yaml"));
+  EXPECT_EQ(scenario().name, "everything");
+  EXPECT_EQ(scenario().about, "uses every part of the language");
+  EXPECT_EQ(scenario().base_rate_hz, 1000.0);
+  EXPECT_EQ(scenario().base_period_ns, 1'000'000);
+  EXPECT_EQ(scenario().duration_ns, 10'000'000'000);
+  EXPECT_EQ(scenario().duration_ticks, 10'000U);
+  EXPECT_EQ(scenario().clock, ClockKind::virtual_time);
+  EXPECT_EQ(scenario().seed, 7U);
+  EXPECT_EQ(scenario().realtime.scheduler, Scheduler::other);
+  EXPECT_EQ(scenario().realtime.priority, 42);
+  EXPECT_FALSE(scenario().realtime.lock_memory);
+  EXPECT_EQ(scenario().realtime.cpus, (std::vector<int>{0, 1}));
+}
+
+TEST_F(ScenarioTest, World) {
+  const World& world = scenario().world;
+  EXPECT_EQ(world.gpu, "llvmpipe");
+  EXPECT_EQ(world.window_ns, 20'000'000);
+  EXPECT_EQ(world.max_entities, 100U);
+  EXPECT_EQ(world.max_geometries, 1024U);
+  EXPECT_EQ(world.retained_changes, 65536U);
+  EXPECT_EQ(world.queue_capacity, 256U);
+  EXPECT_EQ(world.layers.names(), (std::vector<std::string>{"ground", "static"}));
+  ASSERT_EQ(world.entities.size(), 5U);
+  EXPECT_EQ(world.entities[0].mask_bits, 1U);
+  EXPECT_EQ(world.entities[1].mask_bits, 2U);
+  EXPECT_EQ(world.entities[2].mask_bits, 3U);
+  EXPECT_EQ(std::get<BoxShape>(world.entities[0].shape).size_m, (std::array{400.0, 300.0, 0.2}));
+  EXPECT_EQ(std::get<CylinderShape>(world.entities[1].shape).height_m, 6.0);
+  EXPECT_EQ(std::get<SphereShape>(world.entities[2].shape).radius_m, 1.0);
+  EXPECT_EQ(std::get<RectangleShape>(world.entities[3].shape).size_m, (std::array{2.0, 3.0}));
+  EXPECT_EQ(std::get<FileShape>(world.entities[4].shape).path, path("house.obj"));
+  EXPECT_EQ(std::get<FileShape>(world.entities[4].shape).scale, 0.001);
+  const WorldEntity& pole = world.entities[1];
+  EXPECT_EQ(pole.velocity_mps, (std::array{10.0, 0.0, 0.0}));
+  EXPECT_DOUBLE_EQ(pole.angular_velocity_radps[2], std::numbers::pi);
+  EXPECT_EQ(pole.scale, 2.0);
+  EXPECT_NEAR(pole.rotation_wxyz[0], std::sqrt(0.5), 1e-15);
+  EXPECT_NEAR(pole.rotation_wxyz[3], std::sqrt(0.5), 1e-15);
+  EXPECT_EQ(world.entities[2].rotation_wxyz, (std::array{0.0, 0.0, 0.0, 1.0}));
+  EXPECT_EQ(world.entities[0].rotation_wxyz, (std::array{1.0, 0.0, 0.0, 0.0}));
+}
+
+TEST_F(ScenarioTest, Tasks) {
+  ASSERT_EQ(scenario().tasks.size(), 2U);
+  const TaskSection& traffic = scenario().tasks[0];
+  EXPECT_EQ(traffic.module.text, "traffic");
+  EXPECT_EQ(traffic.type.text, "vehicles");
+  EXPECT_EQ(traffic.every_ticks, 1U);
+  EXPECT_EQ(traffic.deadline_ns, 1'000'000);
+  EXPECT_EQ(traffic.budget_ns, 0);
+  EXPECT_EQ(traffic.thread, "");
+  EXPECT_EQ(traffic.parameters["cars"].integer(), 3);
+  ASSERT_EQ(traffic.inputs.size(), 1U);
+  EXPECT_EQ(traffic.inputs[0].port.text, "brake_request");
+  EXPECT_EQ(traffic.inputs[0].signal.text, "can.car.BrakeCommand.Deceleration");
+  EXPECT_EQ(traffic.inputs[0].port.place, (Place{path("scenario.yaml"), 32, 7}));
+  EXPECT_EQ(traffic.inputs[0].signal.place, (Place{path("scenario.yaml"), 32, 22}));
+  const TaskSection& scanner = scenario().tasks[1];
+  EXPECT_EQ(scanner.every_ticks, 10U);
+  EXPECT_EQ(scanner.rate_hz, 100.0);
+  EXPECT_EQ(scanner.offset_ticks, 2U);
+  EXPECT_EQ(scanner.deadline_ns, 10'000'000);
+  EXPECT_EQ(scanner.budget_ns, 8'000'000);
+  EXPECT_EQ(scanner.overrun, Overrun::queue);
+  EXPECT_EQ(scanner.warmup_runs, 5U);
+  EXPECT_EQ(scanner.thread, "scanner");
+  EXPECT_EQ(scanner.parameters["range"].number(), 80.0);
+}
+
+TEST_F(ScenarioTest, Can) {
+  ASSERT_EQ(scenario().can.size(), 2U);
+  const CanSection& car = scenario().can[0];
+  EXPECT_TRUE(car.is_virtual());
+  EXPECT_EQ(car.database, path("crossing.dbc"));
+  EXPECT_EQ(car.every_ticks, 10U);
+  EXPECT_EQ(car.bits_per_second, 500'000.0);
+  EXPECT_EQ(car.thread_priority, 55);
+  ASSERT_EQ(car.send.size(), 1U);
+  const SentMessage& sent = car.send[0];
+  EXPECT_EQ(sent.message.text, "EgoStatus");
+  EXPECT_EQ(sent.period_ns, 20'000'000);
+  EXPECT_EQ(sent.offset_ns, 10'000'000);
+  EXPECT_EQ(sent.counter->text, "Counter");
+  EXPECT_EQ(sent.checksum->text, "Checksum");
+  ASSERT_EQ(sent.signals.size(), 2U);
+  EXPECT_EQ(std::get<Word>(sent.signals[0].source).text, "traffic.ego_speed");
+  EXPECT_EQ(std::get<double>(sent.signals[1].source), 3.0);
+  ASSERT_EQ(sent.safe.size(), 1U);
+  EXPECT_EQ(sent.safe[0].value, -1.5);
+  ASSERT_EQ(car.receive.size(), 2U);
+  EXPECT_EQ(car.receive[0].message.text, "BrakeCommand");
+  EXPECT_EQ(car.receive[0].timeout_ns, 0);
+  EXPECT_EQ(car.receive[1].timeout_ns, 1'000'000'000);
+  EXPECT_EQ(car.receive[1].safe[0].value, 4.0);
+  EXPECT_EQ(car.faults.drop, 0.25);
+  EXPECT_EQ(car.faults.corrupt, 0.125);
+  EXPECT_EQ(car.faults.delay_ns, 3'000'000);
+  EXPECT_EQ(scenario().can[1].interface, "vcan0");
+  EXPECT_FALSE(scenario().can[1].is_virtual());
+}
+
+TEST_F(ScenarioTest, Modbus) {
+  ASSERT_EQ(scenario().modbus.size(), 1U);
+  const ModbusSection& plc = scenario().modbus[0];
+  EXPECT_EQ(plc.unit.text, "plc");
+  EXPECT_EQ(plc.role, io::modbus::Role::client);
+  EXPECT_EQ(plc.host, "127.0.0.1");
+  EXPECT_FALSE(plc.port);
+  EXPECT_EQ(plc.every_ticks, 50U);
+  EXPECT_EQ(plc.timeout_ns, 500'000'000);
+  EXPECT_EQ(plc.max_age_ns, 2'000'000'000);
+  EXPECT_EQ(plc.unit_id, 1);
+  EXPECT_EQ(plc.run_time_entry->text, "time_ms");
+  EXPECT_EQ(plc.heartbeat_entry->text, "alive");
+  ASSERT_EQ(plc.write.size(), 1U);
+  EXPECT_EQ(plc.write[0].entry.text, "detector");
+  EXPECT_EQ(plc.write[0].signal.text, "detectors.ego");
+  ASSERT_EQ(plc.read.size(), 2U);
+  ASSERT_EQ(plc.registers.entries.size(), 5U);
+  EXPECT_EQ(plc.registers.find("time_ms")->order, io::modbus::ByteOrder::cdab);
+}
+
+TEST_F(ScenarioTest, Processes) {
+  ASSERT_EQ(scenario().processes.size(), 2U);
+  const ProcessSection& dut = scenario().processes[0];
+  EXPECT_EQ(dut.name.text, "dut");
+  EXPECT_TRUE(dut.enabled);
+  EXPECT_TRUE(dut.safe_on_exit);
+  ASSERT_EQ(dut.command.size(), 4U);
+  const auto address_of = [](const std::string& section, const std::string& name) {
+    return "<" + section + "|" + name + ">";
+  };
+  EXPECT_EQ(dut.command[0].expand(address_of), "controller");
+  EXPECT_EQ(dut.command[2].expand(address_of), "<can|car>");
+  EXPECT_EQ(dut.command[3].expand(address_of), "--map=<modbus|plc>/<can|bench>");
+  const ProcessSection& plc = scenario().processes[1];
+  EXPECT_EQ(plc.name.text, "plc");
+  EXPECT_FALSE(plc.enabled);
+  EXPECT_FALSE(plc.safe_on_exit);
+  EXPECT_EQ(plc.start_timeout_ns, 3'000'000'000);
+}
+
+TEST_F(ScenarioTest, Expectations) {
+  ASSERT_EQ(scenario().expectations.size(), 4U);
+  const Never& never = std::get<Never>(scenario().expectations[0].claim);
+  ASSERT_EQ(never.condition.mentions().size(), 1U);
+  EXPECT_EQ(never.condition.mentions()[0].text, "collision.ego");
+  EXPECT_EQ(never.condition.mentions()[0].place, (Place{path("scenario.yaml"), 84, 34}));
+  EXPECT_EQ(std::get<Always>(scenario().expectations[1].claim).condition.mentions().size(), 2U);
+  EXPECT_EQ(std::get<Eventually>(scenario().expectations[2].claim).by_ns, 9'000'000'000);
+  const Response& response = std::get<Response>(scenario().expectations[3].claim);
+  EXPECT_EQ(response.request.text, "can.car.Objects.Counter");
+  EXPECT_EQ(response.reply.text, "can.car.BrakeCommand.AnswerTo");
+  EXPECT_EQ(response.within_ns, 50'000'000);
+  EXPECT_EQ(response.at_least, 10U);
+}
+
+TEST(ScenarioDefaults, OneLineIsAScenario) {
+  const ScenarioFolder files;
+  Diagnostics diagnostics;
+  const auto scenario = files.load("scenario: least\n", diagnostics);
+  ASSERT_TRUE(scenario) << diagnostics.to_text();
+  EXPECT_EQ(scenario->base_period_ns, 1'000'000);
+  EXPECT_EQ(scenario->duration_ticks, 10'000U);
+  EXPECT_EQ(scenario->clock, ClockKind::realtime);
+  EXPECT_EQ(scenario->seed, 1U);
+  EXPECT_EQ(scenario->realtime.scheduler, Scheduler::fifo);
+  EXPECT_EQ(scenario->world.gpu, "auto");
+  EXPECT_TRUE(scenario->tasks.empty());
+  EXPECT_TRUE(scenario->processes.empty());
+}
+
+TEST(ScenarioDefaults, AnglesTurnRollFirstAndYawLast) {
+  const ScenarioFolder files;
+  Diagnostics diagnostics;
+  const auto scenario = files.load(
+      "scenario: turned\nworld:\n  entities:\n"
+      "    - {name: e, shape: {sphere: 1 m}, rotation: {yaw: 90 deg, roll: 90 deg}}\n",
+      diagnostics);
+  ASSERT_TRUE(scenario) << diagnostics.to_text();
+  // Yaw * roll: half-angle products; the other order would have the y part negative.
+  const auto& q = scenario->world.entities[0].rotation_wxyz;
+  EXPECT_NEAR(q[0], 0.5, 1e-15);
+  EXPECT_NEAR(q[1], 0.5, 1e-15);
+  EXPECT_NEAR(q[2], 0.5, 1e-15);
+  EXPECT_NEAR(q[3], 0.5, 1e-15);
+}
+
+TEST(Layers, HoldThirtyTwo) {
+  Layers layers;
+  for (int i = 0; i < 32; ++i)
+    EXPECT_EQ(layers.add("layer" + std::to_string(i)), std::uint32_t{1} << i);
+  EXPECT_EQ(layers.add("one_more"), std::nullopt);
+  EXPECT_EQ(layers.add("layer31"), 0x80000000U);
+  EXPECT_EQ(layers.bit("one_more"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace hil::config

@@ -1,0 +1,140 @@
+// What the YAML reader refuses whatever the schema says, and where it says so.
+
+#include "config_test.hpp"
+
+namespace hil::config {
+namespace {
+
+using testing::has_mistake;
+using testing::is_only_mistake;
+
+/// a: anything, b: anything.
+Schema two_open_fields() {
+  return Schema::record({Field::optional("a", Schema::any(), "One."),
+                         Field::optional("b", Schema::any(), "Two."),
+                         Field::optional("t", Schema::text(), "Text."),
+                         Field::optional("l", Schema::list(Schema::text()), "Texts.")});
+}
+
+Diagnostics mistakes_of(std::string_view text) {
+  Diagnostics diagnostics;
+  const std::optional<Value> value = parse_text("f.yaml", text, two_open_fields(), diagnostics);
+  EXPECT_EQ(value.has_value(), diagnostics.empty());
+  for (const Mistake& mistake : diagnostics.mistakes())
+    EXPECT_EQ(mistake.place.file, "f.yaml");
+  return diagnostics;
+}
+
+std::string text_of(std::string_view yaml) {
+  Diagnostics diagnostics;
+  const std::optional<Value> value = parse_text("f.yaml", yaml, two_open_fields(), diagnostics);
+  EXPECT_TRUE(value.has_value()) << diagnostics.to_text();
+  return value ? (*value)["t"].text() : "";
+}
+
+TEST(Yaml, TextIsWhatIsWritten) {
+  EXPECT_EQ(text_of("t: no"), "no");
+  EXPECT_EQ(text_of("t: on"), "on");
+  EXPECT_EQ(text_of("t: 010"), "010");
+  EXPECT_EQ(text_of("t: 1e400"), "1e400");
+  EXPECT_EQ(text_of("t: 12:30:45"), "12:30:45");
+  EXPECT_EQ(text_of("t: 'it''s'"), "it's");
+  EXPECT_EQ(text_of("t: \"a\\u00e4\""), "a\xC3\xA4");
+  EXPECT_EQ(text_of("t: >-\n  two\n  lines\n"), "two lines");
+  EXPECT_EQ(text_of("\xEF\xBB\xBFt: after a byte order mark"), "after a byte order mark");
+  EXPECT_EQ(text_of("t: windows\r\n"), "windows");
+}
+
+TEST(Yaml, NothingWrittenIsAMistake) {
+  for (const char* text : {"", "\n\n", "# only a remark\n", "---\n", "~", "null\n"}) {
+    EXPECT_TRUE(is_only_mistake(mistakes_of(text), 1, 1, "nothing is written here")) << text;
+  }
+}
+
+TEST(Yaml, ProseIsNoConfiguration) {
+  EXPECT_TRUE(is_only_mistake(mistakes_of("Dear all, this is a letter."), 1, 1, "expected keys and values"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("- a\n- b\n"), 1, 1, "expected keys and values, found a list"));
+}
+
+TEST(Yaml, SyntaxErrorsHaveAPlace) {
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: [1, 2\n"), 2, 1, "this is not YAML"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: 1\nb: 'open\n"), 2, 4, "this quotation mark is never closed"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: 1\nb: &x \"open\\\"\n"), 2, 7, "never closed"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: 'it''s"), 1, 10, "this is not YAML"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: 1\n b: 2\n"), 2, 3, "this is not YAML"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: *nobody\n"), 1, 4, "this is not YAML"));
+}
+
+TEST(Yaml, TabsInTheIndentationAreAllNamed) {
+  const Diagnostics diagnostics = mistakes_of("a:\n\tx: 1\nb:\n  \ty: 2\n\t# a remark may\n\t\n");
+  EXPECT_EQ(diagnostics.count(), 2U);
+  EXPECT_TRUE(has_mistake(diagnostics, 2, 1, "tab"));
+  EXPECT_TRUE(has_mistake(diagnostics, 4, 3, "tab"));
+  EXPECT_EQ(text_of("t: inside\tit is fine"), "inside\tit is fine");
+}
+
+TEST(Yaml, BytesThatAreNotTextAreRefused) {
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: 1\nb: x\xFFy\n"), 2, 5, "0xFF is not valid UTF-8"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: \xC0\xAF"), 1, 4, "0xC0"));          // overlong
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: \xED\xA0\x80"), 1, 4, "0xED"));      // surrogate
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: \xF4\x90\x80\x80"), 1, 4, "0xF4"));  // above U+10FFFF
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: \xE2\x82"), 1, 4, "0xE2"));          // cut short
+  EXPECT_TRUE(is_only_mistake(mistakes_of(std::string_view("a: b\0c", 6)), 1, 5, "0x00"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: \x1B[31m"), 1, 4, "0x1B"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("\xFF\xFE"
+                                          "a"),
+                              1, 1, "0xFF"));  // UTF-16
+}
+
+TEST(Yaml, ColumnsCountCharacters) {
+  EXPECT_TRUE(is_only_mistake(mistakes_of("{a: \xC3\xA4\xE2\x82\xAC, zz: 1}"), 1, 9, "unknown key 'zz'"));
+}
+
+TEST(Yaml, DuplicateKeysNameTheFirst) {
+  EXPECT_TRUE(
+      is_only_mistake(mistakes_of("a: 1\nb: 2\na: 3\n"), 3, 1, "'a' stands here twice; first in line 1"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a:\n  x: {y: 1, y: 2}\n"), 2, 13, "'y' stands here twice"));
+}
+
+TEST(Yaml, AnchorsAreCopied) {
+  Diagnostics diagnostics;
+  const auto value = parse_text("f.yaml", "l: [&x one, *x]\nt: *x\n", two_open_fields(), diagnostics);
+  ASSERT_TRUE(value) << diagnostics.to_text();
+  EXPECT_EQ((*value)["l"].items()[1].text(), "one");
+  EXPECT_EQ((*value)["t"].text(), "one");
+  EXPECT_EQ((*value)["t"].place(), (Place{"f.yaml", 1, 8}));  // where it is written
+}
+
+TEST(Yaml, RecursionThroughAnAnchorIsRefused) {
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: &x [1, *x]\n"), 1, 11, "inside its own anchor"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: &x {k: {l: *x}}\n"), 1, 15, "inside its own anchor"));
+}
+
+TEST(Yaml, MergeKeysTagsAndComplexKeysAreRefused) {
+  EXPECT_TRUE(has_mistake(mistakes_of("a: &x {k: 1}\nb:\n  <<: *x\n"), 3, 3, "merge keys"));
+  EXPECT_TRUE(has_mistake(mistakes_of("a: !!int 5\n"), 1, 4, "tag"));
+  EXPECT_TRUE(has_mistake(mistakes_of("a: !mine {k: 1}\n"), 1, 4, "tag '!mine'"));
+  EXPECT_TRUE(has_mistake(mistakes_of("a: {[1, 2]: 3}\n"), 1, 5, "a key has to be a word"));
+  EXPECT_TRUE(has_mistake(mistakes_of("a: 1\n? {x: 1}\n: 2\n"), 2, 3, "a key has to be a word"));
+  EXPECT_TRUE(has_mistake(mistakes_of("~: 1\n"), 1, 1, "a key has to be a word"));
+}
+
+TEST(Yaml, ASecondDocumentIsRefused) {
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: 1\n---\nb: 2\n"), 2, 1, "a second document"));
+}
+
+TEST(Yaml, AMissingValueIsShownAtItsKey) {
+  EXPECT_TRUE(
+      is_only_mistake(mistakes_of("a: 1\nt:\n\n\nb: 2\n"), 2, 1, "'t': expected text, found nothing"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a:\n"), 1, 1, "'a': has no value; write {} for none"));
+}
+
+TEST(Yaml, MistakesBeforeTheSchemaDoNotHideThoseOfTheSchema) {
+  const Diagnostics diagnostics = mistakes_of("a: 1\na: 2\nl: 5\n");
+  EXPECT_EQ(diagnostics.count(), 2U);
+  EXPECT_TRUE(has_mistake(diagnostics, 2, 1, "twice"));
+  EXPECT_TRUE(has_mistake(diagnostics, 3, 4, "'l': expected a list, found '5'"));
+}
+
+}  // namespace
+}  // namespace hil::config
