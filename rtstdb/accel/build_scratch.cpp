@@ -8,9 +8,13 @@
 namespace rtstdb::accel {
 namespace {
 
-constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t group) { return (count + group - 1) / group; }
+constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t group) {
+  return (count + group - 1) / group;
+}
 
-constexpr std::uint32_t radix_tiles(std::uint32_t count) { return groups_of(count, shared::radix_tile); }
+constexpr std::uint32_t radix_tiles(std::uint32_t count) {
+  return groups_of(count, shared::radix_tile);
+}
 
 }  // namespace
 
@@ -20,12 +24,14 @@ std::uint32_t wide_node_bound(std::uint32_t primitives, std::uint32_t max_leaf) 
   return static_cast<std::uint32_t>(n / 7 + narrow + 2);
 }
 
-Result<BuildScratch> BuildScratch::create(gpu::Device& device, std::uint32_t primitives, const std::string& name) {
+Result<BuildScratch> BuildScratch::create(gpu::Device& device, std::uint32_t primitives,
+                                          const std::string& name) {
   BuildScratch scratch;
   const std::size_t n = std::max(primitives, 2u);
   scratch.capacity_ = static_cast<std::uint32_t>(n);
   // The collapse keeps its offsets where the sort keeps its histograms.
-  const std::size_t offsets = std::max<std::size_t>(n, shared::radix_bins * std::size_t{radix_tiles(scratch.capacity_)});
+  const std::size_t offsets =
+      std::max<std::size_t>(n, shared::radix_bins * std::size_t{radix_tiles(scratch.capacity_)});
   const std::pair<gpu::Buffer*, gpu::BufferOptions> wanted[] = {
       {&scratch.bounds_, {.name = name + " bounds", .size_bytes = 24 * n}},
       {&scratch.keys_, {.name = name + " keys", .size_bytes = 2 * 8 * n}},
@@ -38,7 +44,9 @@ Result<BuildScratch> BuildScratch::create(gpu::Device& device, std::uint32_t pri
       {&scratch.offsets_, {.name = name + " offsets", .size_bytes = 4 * offsets}},
       {&scratch.state_, {.name = name + " state", .size_bytes = 4 * shared::state_words}},
       {&scratch.state_readback_,
-       {.name = name + " state readback", .size_bytes = 4 * shared::state_words, .memory = gpu::Memory::readback}},
+       {.name = name + " state readback",
+        .size_bytes = 4 * shared::state_words,
+        .memory = gpu::Memory::readback}},
   };
   for (const auto& [buffer, options] : wanted) {
     auto made = device.create_buffer(options);
@@ -50,8 +58,8 @@ Result<BuildScratch> BuildScratch::create(gpu::Device& device, std::uint32_t pri
 
 std::array<const gpu::Buffer*, BuildScratch::binding_count> BuildScratch::bindings(
     const gpu::Buffer& node_pool) const noexcept {
-  return {&bounds_,      &keys_,     &values_, &binary_,  &parents_,  &node_bounds_,
-          &arrivals_,    &queue_,    &offsets_, &state_,  &node_pool};
+  return {&bounds_,   &keys_,  &values_,  &binary_, &parents_, &node_bounds_,
+          &arrivals_, &queue_, &offsets_, &state_,  &node_pool};
 }
 
 namespace {
@@ -69,9 +77,9 @@ enum PassIndex : std::size_t {
 };
 
 constexpr gpu::ShaderId pass_shaders[] = {
-    gpu::ShaderId::scene_bounds,  gpu::ShaderId::morton, gpu::ShaderId::radix_histogram, gpu::ShaderId::scan,
-    gpu::ShaderId::radix_scatter, gpu::ShaderId::hierarchy, gpu::ShaderId::fit, gpu::ShaderId::collapse_count,
-    gpu::ShaderId::collapse_emit,
+    gpu::ShaderId::scene_bounds, gpu::ShaderId::morton,         gpu::ShaderId::radix_histogram,
+    gpu::ShaderId::scan,         gpu::ShaderId::radix_scatter,  gpu::ShaderId::hierarchy,
+    gpu::ShaderId::fit,          gpu::ShaderId::collapse_count, gpu::ShaderId::collapse_emit,
 };
 
 }  // namespace
@@ -86,7 +94,8 @@ Result<LargeBuild> LargeBuild::create(gpu::Device& device) {
   return build;
 }
 
-Result<void> LargeBuild::bind(gpu::Device& device, const BuildScratch& scratch, const gpu::Buffer& node_pool) {
+Result<void> LargeBuild::bind(gpu::Device& device, const BuildScratch& scratch,
+                              const gpu::Buffer& node_pool) {
   const auto buffers = scratch.bindings(node_pool);
   for (Pass& pass : passes_) {
     auto bindings = device.create_bindings(pass.pipeline, buffers);
@@ -94,6 +103,11 @@ Result<void> LargeBuild::bind(gpu::Device& device, const BuildScratch& scratch, 
     pass.bindings = std::move(bindings).value();
   }
   return {};
+}
+
+void LargeBuild::record_warm_up(gpu::Recorder& recorder) const {
+  for (const Pass& pass : passes_)
+    recorder.dispatch(pass.pipeline, pass.bindings, shared::BuildArgs{}, 1);
 }
 
 void LargeBuild::sort(const shared::BuildArgs& args, gpu::Recorder& recorder) const {

@@ -1,6 +1,6 @@
 #pragma once
-// Scratch memory of one structure build and the passes that every build shares: Morton codes, radix sort, binary tree, fit,
-// collapse to wide nodes. shaders/build/scratch.glsl says what each buffer holds.
+// Scratch memory of one structure build and the passes that every build shares: Morton codes, radix sort,
+// binary tree, fit, collapse to wide nodes. shaders/build/scratch.glsl says what each buffer holds.
 
 #include <array>
 #include <optional>
@@ -12,8 +12,9 @@
 
 namespace rtstdb::accel {
 
-/// The most wide nodes that a structure of `primitives` can have. A node with fewer than 8 children has leaves only, each
-/// below more than max_leaf primitives: from counting edges, W <= n/7 + n/(m+1) * (7-m)/7 (+2 for rounding).
+/// The most wide nodes that a structure of `primitives` can have. A node with fewer than 8 children has
+/// leaves only, each below more than max_leaf primitives: from counting edges, W <= n/7 + n/(m+1) * (7-m)/7
+/// (+2 for rounding).
 std::uint32_t wide_node_bound(std::uint32_t primitives, std::uint32_t max_leaf) noexcept;
 
 class BuildScratch {
@@ -38,23 +39,27 @@ class BuildScratch {
   gpu::Buffer state_readback_;
 };
 
-/// The passes after the primitives' boxes are known, for structures too large for one workgroup. Setup and large scenes:
-/// it submits several times, because the host has to see how many nodes each level of the collapse has.
+/// The passes after the primitives' boxes are known, for structures too large for one workgroup. Setup and
+/// large scenes: it submits several times, because the host has to see how many nodes each level of the
+/// collapse has.
 class LargeBuild {
  public:
   static Result<LargeBuild> create(gpu::Device& device);
   /// Connects to a scratch and a node pool; again whenever either was made anew.
   Result<void> bind(gpu::Device& device, const BuildScratch& scratch, const gpu::Buffer& node_pool);
 
+  /// Dispatches of every pass that build nothing.
+  void record_warm_up(gpu::Recorder& recorder) const;
+
   struct Task {
-    std::uint32_t count = 0;      ///< primitives, at least 1
+    std::uint32_t count = 0;  ///< primitives, at least 1
     std::uint32_t max_leaf = 1;
     std::uint32_t leaf_bits = 0;  ///< or-ed into leaf references
     std::uint32_t leaf_base = 0;
     std::uint32_t node_base = 0;
   };
-  /// `recorder` is begun and holds the passes that made the boxes; on return it has been submitted. Gives the number of
-  /// wide nodes, or nothing when the device was lost.
+  /// `recorder` is begun and holds the passes that made the boxes; on return it has been submitted. Gives the
+  /// number of wide nodes, or nothing when the device was lost.
   std::optional<std::uint32_t> run(const Task& task, const BuildScratch& scratch, Submit& submit);
 
  private:

@@ -1,9 +1,9 @@
 #include "rtstdb/accel/geometry_pool.hpp"
 
-#include <rtstdb/limits.hpp>
-
 #include <algorithm>
 #include <cstring>
+
+#include <rtstdb/limits.hpp>
 
 #include "shaders/shared/node.h"
 
@@ -13,7 +13,8 @@ namespace {
 constexpr std::size_t node_bytes = 16 * shared::node_texels;
 constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
 
-Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t size_bytes, bool holds_nodes) {
+Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t size_bytes,
+                              bool holds_nodes) {
   gpu::BufferOptions options{.name = name, .size_bytes = size_bytes};
   options.texel_uint4 = holds_nodes;
   options.texel_float4 = !holds_nodes;
@@ -30,7 +31,8 @@ Result<gpu::Buffer> upload(gpu::Device& device, const char* name, const std::vec
 
 }  // namespace
 
-Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t tlas_nodes, std::uint32_t max_geometries) {
+Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t tlas_nodes,
+                                          std::uint32_t max_geometries) {
   GeometryPool pool;
   pool.max_geometries_ = max_geometries;
   pool.node_count_ = tlas_nodes;
@@ -50,26 +52,32 @@ Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t tla
   return pool;
 }
 
-Result<void> GeometryPool::reserve(gpu::Device& device, std::uint32_t nodes, std::uint32_t triangles, Submit& submit) {
+Result<void> GeometryPool::reserve(gpu::Device& device, std::uint32_t nodes, std::uint32_t triangles,
+                                   Submit& submit) {
   const auto grow = [&](gpu::Buffer& buffer, const char* name, std::uint32_t used, std::uint32_t wanted,
-                        std::uint32_t& capacity, std::size_t element_bytes, bool holds_nodes) -> Result<void> {
+                        std::uint32_t& capacity, std::size_t element_bytes,
+                        bool holds_nodes) -> Result<void> {
     if (wanted <= capacity) return {};
     // Half again as much keeps the number of copies low; where the device does not allow it, what is needed.
     const std::size_t largest = device.limits().max_storage_range_bytes / element_bytes;
-    const std::size_t generous = std::min<std::size_t>(std::max<std::size_t>(wanted, capacity + capacity / 2), largest);
+    const std::size_t generous =
+        std::min<std::size_t>(std::max<std::size_t>(wanted, capacity + capacity / 2), largest);
     const std::uint32_t target = static_cast<std::uint32_t>(std::max<std::size_t>(wanted, generous));
     auto grown = make_pool(device, name, target * element_bytes, holds_nodes);
     if (!grown) return grown.error();
     submit.begin();
     submit.recorder().copy(buffer, 0, grown.value(), 0, used * element_bytes);
-    if (!submit.run()) return Error{ErrorCode::device_lost, "the GPU stopped answering while a geometry was added"};
+    if (!submit.run())
+      return Error{ErrorCode::device_lost, "the GPU stopped answering while a geometry was added"};
     buffer = std::move(grown).value();
     capacity = target;
     ++generation_;
     return {};
   };
-  if (auto done = grow(nodes_, "node pool", node_count_, nodes, node_capacity_, node_bytes, true); !done) return done;
-  return grow(triangles_, "triangle pool", triangle_count_, triangles, triangle_capacity_, triangle_bytes, false);
+  if (auto done = grow(nodes_, "node pool", node_count_, nodes, node_capacity_, node_bytes, true); !done)
+    return done;
+  return grow(triangles_, "triangle pool", triangle_count_, triangles, triangle_capacity_, triangle_bytes,
+              false);
 }
 
 Result<void> GeometryPool::build(gpu::Device& device, const TriangleMesh& mesh, Submit& submit,
@@ -118,7 +126,8 @@ Result<void> GeometryPool::build(gpu::Device& device, const TriangleMesh& mesh, 
 
 Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit) {
   if (count_ == max_geometries_) {
-    return Error{ErrorCode::capacity, "the database was opened for " + std::to_string(max_geometries_) + " geometries"};
+    return Error{ErrorCode::capacity,
+                 "the database was opened for " + std::to_string(max_geometries_) + " geometries"};
   }
   const std::size_t triangles = mesh.triangles.size();
   if (triangle_count_ + triangles > max_triangles_total) {
@@ -134,10 +143,11 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh&
   std::uint32_t node_count = 0;
   if (auto built = build(device, mesh, submit, node_count); !built) return built.error();
   const Bounds bounds = bounds_of(mesh);
-  geometries_.host_as<shared::GeometryRecord>()[count_] = {.box_center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m),
-                                                           .root = node_count_,
-                                                           .box_half_m = 0.5f * (bounds.maximum_m - bounds.minimum_m),
-                                                           .reserved = 0};
+  geometries_.host_as<shared::GeometryRecord>()[count_] = {
+      .box_center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m),
+      .root = node_count_,
+      .box_half_m = 0.5f * (bounds.maximum_m - bounds.minimum_m),
+      .reserved = 0};
   bounds_.push_back(bounds);
   node_count_ += node_count;
   triangle_count_ += count;

@@ -1,7 +1,7 @@
 #pragma once
-// All geometry on the device: one pool of wide nodes (the TLAS slots first, then one BLAS after the other), one of triangles
-// in leaf order, one table of geometries. Setup only; a pool that grows is made anew, and whoever bound it binds again
-// (generation).
+// All geometry on the device: one pool of wide nodes (the TLAS slots first, then one BLAS after the other),
+// one of triangles in leaf order, one table of geometries. Setup only; a pool that grows is made anew, and
+// whoever bound it binds again (generation).
 
 #include <cstdint>
 
@@ -15,9 +15,11 @@ namespace rtstdb::accel {
 class GeometryPool {
  public:
   /// `tlas_nodes` nodes at the beginning are left to the TLAS slots.
-  static Result<GeometryPool> create(gpu::Device& device, std::uint32_t tlas_nodes, std::uint32_t max_geometries);
+  static Result<GeometryPool> create(gpu::Device& device, std::uint32_t tlas_nodes,
+                                     std::uint32_t max_geometries);
 
-  /// Builds the BLAS. The mesh has passed validate. Errors: capacity, out_of_memory, device_lost; the pool is unchanged.
+  /// Builds the BLAS. The mesh has passed validate. Errors: capacity, out_of_memory, device_lost; the pool is
+  /// unchanged.
   Result<std::uint32_t> add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
 
   const gpu::Buffer& nodes() const noexcept { return nodes_; }
@@ -30,7 +32,8 @@ class GeometryPool {
 
  private:
   Result<void> reserve(gpu::Device& device, std::uint32_t nodes, std::uint32_t triangles, Submit& submit);
-  Result<void> build(gpu::Device& device, const TriangleMesh& mesh, Submit& submit, std::uint32_t& node_count);
+  Result<void> build(gpu::Device& device, const TriangleMesh& mesh, Submit& submit,
+                     std::uint32_t& node_count);
 
   gpu::Buffer nodes_, triangles_, geometries_;
   std::uint32_t node_capacity_ = 0, node_count_ = 0;

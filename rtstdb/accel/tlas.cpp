@@ -37,7 +37,9 @@ float window_seconds(WorldTime begin, WorldTime end) noexcept {
 
 }  // namespace
 
-std::uint32_t Tlas::Slot::root() const noexcept { return visible_count == 0 ? shared::ref_none : node_base; }
+std::uint32_t Tlas::Slot::root() const noexcept {
+  return visible_count == 0 ? shared::ref_none : node_base;
+}
 
 std::uint32_t Tlas::nodes_needed(const TlasOptions& options) noexcept {
   return options.slots * wide_node_bound(options.max_entities, instances_per_leaf);
@@ -47,9 +49,10 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   Tlas tlas;
   tlas.max_entities_ = options.max_entities;
   tlas.changed_.reserve(options.max_entities);
-  const std::pair<gpu::Pipeline*, gpu::ShaderId> pipelines[] = {{&tlas.apply_rows_, gpu::ShaderId::apply_rows},
-                                                                {&tlas.instances_pass_, gpu::ShaderId::instances},
-                                                                {&tlas.small_build_, gpu::ShaderId::tlas_small}};
+  const std::pair<gpu::Pipeline*, gpu::ShaderId> pipelines[] = {
+      {&tlas.apply_rows_, gpu::ShaderId::apply_rows},
+      {&tlas.instances_pass_, gpu::ShaderId::instances},
+      {&tlas.small_build_, gpu::ShaderId::tlas_small}};
   for (const auto& [pipeline, shader] : pipelines) {
     auto made = device.create_pipeline(shader);
     if (!made) return made.error();
@@ -84,8 +87,9 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
       *buffer = std::move(made).value();
     }
   }
-  auto changed_rows = device.create_buffer(
-      {.name = "changed rows", .size_bytes = sizeof(shared::EntityRecord) * n, .memory = gpu::Memory::upload});
+  auto changed_rows = device.create_buffer({.name = "changed rows",
+                                            .size_bytes = sizeof(shared::EntityRecord) * n,
+                                            .memory = gpu::Memory::upload});
   if (!changed_rows) return changed_rows.error();
   tlas.changed_rows_ = std::move(changed_rows).value();
   return tlas;
@@ -110,6 +114,15 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
     slot.filled = false;
   }
   return large_build_.bind(device, scratch_, pool.nodes());
+}
+
+void Tlas::record_warm_up(gpu::Recorder& recorder) {
+  const Slot& slot = slots_.front();
+  recorder.dispatch(apply_rows_, slot.apply_rows, shared::ApplyRowsArgs{}, 1);
+  recorder.dispatch(small_build_, slot.small_build, shared::SmallBuildArgs{}, 1);
+  if (max_entities_ <= shared::small_build_max) return;
+  recorder.dispatch(instances_pass_, slot.instances_pass, shared::InstanceArgs{}, 1);
+  large_build_.record_warm_up(recorder);
 }
 
 Tlas::Slot* Tlas::find(const query::RowSource& rows, const query::TimeSpan& times) noexcept {
@@ -191,7 +204,8 @@ bool Tlas::build(Slot& slot, Submit& submit) {
   return true;
 }
 
-std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query::TimeSpan& times, Submit& submit) {
+std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query::TimeSpan& times,
+                                      Submit& submit) {
   Slot* slot = find(rows, times);
   if (slot == nullptr) {
     slot = &*std::min_element(slots_.begin(), slots_.end(),

@@ -1,7 +1,7 @@
 #pragma once
-// Top-level structures (paper, Section 4.1): a few slots, each with its own copy of the rows, the instances made from them,
-// and a wide BVH over what every instance covers during the slot's window. A slot stands for one version and one window of
-// time; a later version is reached by applying the rows that changed.
+// Top-level structures (paper, Section 4.1): a few slots, each with its own copy of the rows, the instances
+// made from them, and a wide BVH over what every instance covers during the slot's window. A slot stands for
+// one version and one window of time; a later version is reached by applying the rows that changed.
 //
 // Threads: one. prepare is the tick's and does not allocate; the rest is setup.
 
@@ -23,7 +23,7 @@ struct TlasOptions {
 /// What a query needs to run on a slot.
 struct TlasView {
   std::uint32_t slot = 0;
-  std::uint32_t root = 0;       ///< reference; none when nothing is visible
+  std::uint32_t root = 0;  ///< reference; none when nothing is visible
   WorldTime window_begin{};
 };
 
@@ -35,15 +35,19 @@ class Tlas {
   /// Connects to the pool; again whenever the pool's generation changed.
   Result<void> bind(gpu::Device& device, const GeometryPool& pool);
 
+  /// Dispatches of every pass that build nothing: drivers compile at the first dispatch.
+  void record_warm_up(gpu::Recorder& recorder);
+
   std::uint32_t slots() const noexcept { return static_cast<std::uint32_t>(slots_.size()); }
   const gpu::Buffer& instances(std::uint32_t slot) const noexcept { return slots_[slot].instances; }
-  /// Where the entity's instance stands in its slot. Misuse for an entity that is not alive in the slot's version.
+  /// Where the entity's instance stands in its slot. Misuse for an entity that is not alive in the slot's
+  /// version.
   std::uint32_t place_of(std::uint32_t slot, std::uint32_t entity) const noexcept {
     return slots_[slot].place[entity];
   }
 
-  /// Records what brings a slot to `rows` over `times` into the begun recorder of `submit`; nothing when a slot is there
-  /// already. Scenes above small_build_max submit in between. Empty: the device is lost.
+  /// Records what brings a slot to `rows` over `times` into the begun recorder of `submit`; nothing when a
+  /// slot is there already. Scenes above small_build_max submit in between. Empty: the device is lost.
   std::optional<TlasView> prepare(const query::RowSource& rows, const query::TimeSpan& times, Submit& submit);
 
  private:
@@ -52,8 +56,8 @@ class Tlas {
   struct Slot {
     gpu::Buffer rows, instances, live;
     gpu::Bindings apply_rows, instances_pass, small_build;
-    std::vector<Presence> presence;     // by entity index
-    std::vector<std::uint32_t> place;   // by entity index
+    std::vector<Presence> presence;    // by entity index
+    std::vector<std::uint32_t> place;  // by entity index
     std::uint32_t live_count = 0, visible_count = 0;
     bool filled = false;
     Version version = 0;

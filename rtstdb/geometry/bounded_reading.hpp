@@ -1,6 +1,6 @@
 #pragma once
 // How assimp gets to read files: a reader that keeps asking past the end of a broken file is stopped by an
-// exception. Without that, some readers (PLY without the end of its header) ask for ever.
+// exception. Without that, some readers (a cut-off header) ask for ever.
 
 #include <assimp/DefaultIOSystem.h>
 

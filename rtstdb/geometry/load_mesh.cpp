@@ -6,8 +6,11 @@
 #include <cctype>
 #include <cmath>
 #include <exception>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <new>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -17,6 +20,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/bounded_reading.hpp"
+#include "rtstdb/geometry/ply_file.hpp"
 #include "rtstdb/geometry/polygon.hpp"
 
 namespace rtstdb {
@@ -69,6 +73,13 @@ Error file_error(const std::filesystem::path& path, const std::string& fault) {
   return {ErrorCode::file, quoted(path) + " " + fault};
 }
 
+std::string extension_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
 /// What can be said of the file before it is opened.
 Result<void> check_file(const std::filesystem::path& path) {
   std::error_code failed;
@@ -79,9 +90,7 @@ Result<void> check_file(const std::filesystem::path& path) {
   const auto size = std::filesystem::file_size(path, failed);
   if (failed) return file_error(path, "can not be read: " + failed.message());
   if (size == 0) return file_error(path, "is empty");
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = extension_of(path);
   if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end())
     return file_error(
         path, "has the extension '" + extension + "', and only .obj, .stl, .ply, .gltf and .glb can be read");
@@ -135,7 +144,14 @@ Result<TriangleMesh> flatten(const aiScene& scene, double scale) {
   return all;
 }
 
-Result<TriangleMesh> read(const std::filesystem::path& path, double scale) {
+std::string whole_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (!file) throw std::runtime_error("the file can not be opened");
+  return bytes;
+}
+
+Result<TriangleMesh> read_by_assimp(const std::filesystem::path& path, double scale) {
   Assimp::Importer importer;
   importer.SetIOHandler(std::make_unique<BoundedReading>().release());  // the importer deletes it
   const aiScene* scene = importer.ReadFile(path.string(), 0);
@@ -157,7 +173,8 @@ Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale) 
                  quoted(path) + ": its scale is " + std::to_string(scale) + ", which is not positive"};
   if (Result<void> checked = check_file(path); !checked) return checked.error();
   try {
-    Result<TriangleMesh> mesh = read(path, scale);
+    Result<TriangleMesh> mesh =
+        extension_of(path) == ".ply" ? read_ply(whole_file(path), scale) : read_by_assimp(path, scale);
     if (!mesh) return mesh;
     if (Result<void> checked = validate(mesh.value()); !checked)
       return Error{checked.error().code, quoted(path) + ": " + checked.error().message};

@@ -1,9 +1,9 @@
 #include "rtstdb/query/element_check.hpp"
 
-#include <rtstdb/limits.hpp>
-
 #include <algorithm>
 #include <cmath>
+
+#include <rtstdb/limits.hpp>
 
 namespace rtstdb::query {
 
@@ -12,7 +12,8 @@ bool finite_within_limits(const glm::vec3& v) noexcept {
   return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
 }
 
-std::optional<BadInput> check_time(WorldTime t, std::uint32_t element, const RowSource& rows, TimeSpan& times) noexcept {
+std::optional<BadInput> check_time(WorldTime t, std::uint32_t element, const RowSource& rows,
+                                   TimeSpan& times) noexcept {
   if (t < rows.time()) {
     return BadInput{.reason = BadInputReason::time_not_covered,
                     .element = element,
@@ -25,7 +26,8 @@ std::optional<BadInput> check_time(WorldTime t, std::uint32_t element, const Row
   return std::nullopt;
 }
 
-std::optional<BadInput> check_carrier(EntityId carrier, std::uint32_t element, const RowSource& rows) noexcept {
+std::optional<BadInput> check_carrier(EntityId carrier, std::uint32_t element,
+                                      const RowSource& rows) noexcept {
   if (!carrier.valid() || rows.find(carrier) != nullptr) return std::nullopt;
   return BadInput{.reason = BadInputReason::unknown_entity, .element = element, .entity = carrier};
 }

@@ -1,7 +1,9 @@
 #pragma once
-// What every query's elements have in common: finite numbers, an instant that the version covers, a carrier that lives.
+// What every query's elements have in common: finite numbers, an instant that the version covers, a carrier
+// that lives.
 
 #include <glm/ext/vector_float3.hpp>
+
 #include <optional>
 
 #include "rtstdb/query/executor.hpp"
@@ -10,9 +12,11 @@ namespace rtstdb::query {
 
 bool finite_within_limits(const glm::vec3& v) noexcept;
 
-std::optional<BadInput> check_time(WorldTime t, std::uint32_t element, const RowSource& rows, TimeSpan& times) noexcept;
+std::optional<BadInput> check_time(WorldTime t, std::uint32_t element, const RowSource& rows,
+                                   TimeSpan& times) noexcept;
 
 /// An invalid id is no carrier, which is allowed.
-std::optional<BadInput> check_carrier(EntityId carrier, std::uint32_t element, const RowSource& rows) noexcept;
+std::optional<BadInput> check_carrier(EntityId carrier, std::uint32_t element,
+                                      const RowSource& rows) noexcept;
 
 }  // namespace rtstdb::query

@@ -9,19 +9,25 @@ constexpr RunReport lost{.status = RunStatus::device_lost, .gpu_ns = 0};
 
 }  // namespace
 
-Result<std::unique_ptr<GpuExecutor>> GpuExecutor::create(gpu::Device& device, const DatabaseOptions& options) {
+Result<std::unique_ptr<GpuExecutor>> GpuExecutor::create(gpu::Device& device,
+                                                         const DatabaseOptions& options) {
   std::unique_ptr<GpuExecutor> executor(new GpuExecutor(device));
   auto submit = accel::Submit::create(device);
   if (!submit) return submit.error();
   executor->submit_ = std::move(submit).value();
   const accel::TlasOptions tlas_options{.max_entities = options.max_entities};
-  auto pool = accel::GeometryPool::create(device, accel::Tlas::nodes_needed(tlas_options), options.max_geometries);
+  auto pool =
+      accel::GeometryPool::create(device, accel::Tlas::nodes_needed(tlas_options), options.max_geometries);
   if (!pool) return pool.error();
   executor->pool_ = std::move(pool).value();
   auto tlas = accel::Tlas::create(device, tlas_options);
   if (!tlas) return tlas.error();
   executor->tlas_ = std::move(tlas).value();
   if (auto bound = executor->rebind_structures(); !bound) return bound.error();
+  executor->submit_.begin();
+  executor->tlas_.record_warm_up(executor->submit_.recorder());
+  if (!executor->submit_.run())
+    return Error{ErrorCode::device_lost, "the GPU stopped answering while the database opened"};
   return executor;
 }
 
@@ -31,7 +37,6 @@ Result<void> GpuExecutor::rebind_structures() {
 }
 
 Result<GeometryId> GpuExecutor::add_geometry(const TriangleMesh& mesh) {
-  const std::lock_guard lock(mutex_);
   auto index = pool_.add(device_, mesh, submit_);
   if (!index) return index.error();
   if (tlas_generation_ != pool_.generation()) {
@@ -41,20 +46,22 @@ Result<GeometryId> GpuExecutor::add_geometry(const TriangleMesh& mesh) {
 }
 
 bool GpuExecutor::knows_geometry(GeometryId id) const noexcept {
-  const std::lock_guard lock(mutex_);
   return !id.valid() || id.index < pool_.count();
 }
 
 Result<void> GpuExecutor::bind(GpuQuery& query) {
-  const std::lock_guard lock(mutex_);
-  auto bound = query.bind(device_, pool_, tlas_);
-  query.bound = bound.ok();
+  if (auto bound = query.bind(device_, pool_, tlas_); !bound) return bound;
+  query.bound = true;
   query.bound_generation = pool_.generation();
-  return bound;
+  submit_.begin();
+  query.record_warm_up(submit_.recorder());
+  if (!submit_.run())
+    return Error{ErrorCode::device_lost, "the GPU stopped answering while a query was prepared"};
+  return {};
 }
 
-RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times) noexcept {
-  const std::lock_guard lock(mutex_);
+RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> requests,
+                           const TimeSpan& times) noexcept {
   // Every request may be empty.
   if (times.first > times.last) return {};
   const auto gpu_query = [](const Request& request) { return static_cast<GpuQuery*>(request.query); };
@@ -73,9 +80,9 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   }
   if (!submit_.run()) return lost;
   bool truncated = false;
-  for (const Request& request : requests) truncated = gpu_query(request)->unpack(request.count, rows) || truncated;
-  return {.status = truncated ? RunStatus::truncated : RunStatus::done,
-          .gpu_ns = submit_.take_gpu_ns()};
+  for (const Request& request : requests)
+    truncated = gpu_query(request)->unpack(request.count, rows) || truncated;
+  return {.status = truncated ? RunStatus::truncated : RunStatus::done, .gpu_ns = submit_.take_gpu_ns()};
 }
 
 }  // namespace rtstdb::query

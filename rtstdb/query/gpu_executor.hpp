@@ -1,10 +1,9 @@
 #pragma once
-// The executor on the GPU: geometry pool, TLAS slots and prepared queries, carried out in one submission where the scene is
-// small enough for it.
+// The executor on the GPU: geometry pool, TLAS slots and prepared queries, carried out in one submission
+// where the scene is small enough for it.
 //
-// Threads: setup calls hold the executor's lock against the database's thread; run is the database's thread.
-
-#include <mutex>
+// Threads: after create, the database's thread alone; setup calls are brought there by whoever owns the
+// engine.
 
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas.hpp"
@@ -18,17 +17,17 @@ class GpuExecutor final : public Executor {
 
   Result<GeometryId> add_geometry(const TriangleMesh& mesh);
   bool knows_geometry(GeometryId id) const noexcept;
-  /// Connects a query to the pool and the slots. Every query must have been bound since the last add_geometry, or its next
-  /// run does it.
+  /// Connects a query to the pool and the slots, and has its shader compiled. After a geometry was added, the
+  /// query's next run connects it again.
   Result<void> bind(GpuQuery& query);
-  RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times) noexcept override;
+  RunReport run(const RowSource& rows, std::span<const Request> requests,
+                const TimeSpan& times) noexcept override;
 
  private:
   explicit GpuExecutor(gpu::Device& device) : device_(device) {}
   Result<void> rebind_structures();
 
   gpu::Device& device_;
-  mutable std::mutex mutex_;
   accel::GeometryPool pool_;
   accel::Tlas tlas_;
   accel::Submit submit_;

@@ -1,5 +1,6 @@
 #pragma once
-// A prepared query as the GPU executor sees it: pack what the caller filled in, record its dispatch, unpack the answers.
+// A prepared query as the GPU executor sees it: pack what the caller filled in, record its dispatch, unpack
+// the answers.
 
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas.hpp"
@@ -10,10 +11,13 @@ namespace rtstdb::query {
 class GpuQuery : public PreparedQuery {
  public:
   /// Connects to the pool and the slots; again whenever the pool's generation changed. Setup.
-  virtual Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) = 0;
+  virtual Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool,
+                            const accel::Tlas& tlas) = 0;
+  /// A dispatch that answers nothing, on the first slot: drivers compile at the first dispatch.
+  virtual void record_warm_up(gpu::Recorder& recorder) noexcept = 0;
   /// The first `count` elements, which have passed check, to device form; and the dispatch that answers them.
-  virtual void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
-                      gpu::Recorder& recorder) noexcept = 0;
+  virtual void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
+                      const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
   /// Answers to the caller's span. True: at least one is incomplete or overflowed.
   virtual bool unpack(std::uint32_t count, const RowSource& rows) noexcept = 0;
 

@@ -4,7 +4,8 @@
 
 namespace rtstdb::query {
 
-Result<std::unique_ptr<GpuOverlapQuery>> GpuOverlapQuery::create(gpu::Device& device, const OverlapQueryOptions& options) {
+Result<std::unique_ptr<GpuOverlapQuery>> GpuOverlapQuery::create(gpu::Device& device,
+                                                                 const OverlapQueryOptions& options) {
   auto runner = RegionRunner::create(device, options.name, options.capacity, options.ids_per_entity);
   if (!runner) return runner.error();
   auto query = std::make_unique<GpuOverlapQuery>();
@@ -18,16 +19,18 @@ std::optional<BadInput> GpuOverlapQuery::check(std::uint32_t count, const RowSou
   for (std::uint32_t i = 0; i < count; ++i) {
     const EntityState* state = rows.find(overlaps_[i].entity);
     if (state == nullptr || !state->row.geometry.valid()) {
-      return BadInput{.reason = state == nullptr ? BadInputReason::unknown_entity : BadInputReason::unknown_geometry,
-                      .element = i,
-                      .entity = overlaps_[i].entity};
+      return BadInput{
+          .reason = state == nullptr ? BadInputReason::unknown_entity : BadInputReason::unknown_geometry,
+          .element = i,
+          .entity = overlaps_[i].entity};
     }
     if (const auto bad = check_time(overlaps_[i].t, i, rows, times)) return bad;
   }
   return std::nullopt;
 }
 
-Result<void> GpuOverlapQuery::bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) {
+Result<void> GpuOverlapQuery::bind(gpu::Device& device, const accel::GeometryPool& pool,
+                                   const accel::Tlas& tlas) {
   pool_ = &pool;
   return runner_.bind(device, pool, tlas);
 }

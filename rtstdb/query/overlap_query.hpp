@@ -1,5 +1,6 @@
 #pragma once
-// The overlap query on the GPU: a region query whose box is the entity's own oriented bounds, carried by the entity.
+// The overlap query on the GPU: a region query whose box is the entity's own oriented bounds, carried by the
+// entity.
 
 #include <vector>
 
@@ -9,18 +10,23 @@ namespace rtstdb::query {
 
 class GpuOverlapQuery final : public OverlapQuery, public GpuQuery {
  public:
-  static Result<std::unique_ptr<GpuOverlapQuery>> create(gpu::Device& device, const OverlapQueryOptions& options);
+  static Result<std::unique_ptr<GpuOverlapQuery>> create(gpu::Device& device,
+                                                         const OverlapQueryOptions& options);
 
   std::span<Overlap> overlaps() noexcept override { return overlaps_; }
   std::span<const OverlapAnswer> answers() const noexcept override { return runner_.answers(); }
 
   QueryKind kind() const noexcept override { return QueryKind::overlap; }
   std::uint32_t capacity() const noexcept override { return static_cast<std::uint32_t>(overlaps_.size()); }
-  std::optional<BadInput> check(std::uint32_t count, const RowSource& rows, TimeSpan& times) const noexcept override;
+  std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
+                                TimeSpan& times) const noexcept override;
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
-  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
-              gpu::Recorder& recorder) noexcept override;
-  bool unpack(std::uint32_t count, const RowSource& rows) noexcept override { return runner_.unpack(count, rows); }
+  void record_warm_up(gpu::Recorder& recorder) noexcept override { runner_.record_warm_up(recorder); }
+  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
+              const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+  bool unpack(std::uint32_t count, const RowSource& rows) noexcept override {
+    return runner_.unpack(count, rows);
+  }
 
  private:
   std::vector<Overlap> overlaps_;

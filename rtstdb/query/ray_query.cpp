@@ -1,10 +1,8 @@
 #include "rtstdb/query/ray_query.hpp"
 
-#include <rtstdb/limits.hpp>
-
-#include <bit>
 #include <cmath>
-#include <glm/common.hpp>
+
+#include <rtstdb/limits.hpp>
 
 #include "rtstdb/query/element_check.hpp"
 #include "shaders/shared/query.h"
@@ -21,7 +19,8 @@ bool usable_direction(const glm::vec3& d) noexcept {
 
 }  // namespace
 
-Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device, const RayQueryOptions& options) {
+Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
+                                                         const RayQueryOptions& options) {
   if (options.capacity == 0 || options.capacity > max_rays_per_query) {
     return Error{ErrorCode::capacity, "ray query '" + options.name + "' asks for a capacity of " +
                                           std::to_string(options.capacity) + " rays; 1 to " +
@@ -31,7 +30,8 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device, co
   query->options_ = options;
   query->rays_.resize(options.capacity);
   query->hits_.resize(options.capacity);
-  auto pipeline = device.create_pipeline(options.mode == RayMode::any ? gpu::ShaderId::ray_any : gpu::ShaderId::ray_closest);
+  auto pipeline = device.create_pipeline(options.mode == RayMode::any ? gpu::ShaderId::ray_any
+                                                                      : gpu::ShaderId::ray_closest);
   if (!pipeline) return pipeline.error();
   query->pipeline_ = std::move(pipeline).value();
   gpu::BufferOptions rays{.name = options.name + " rays",
@@ -49,11 +49,12 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device, co
   return query;
 }
 
-std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource& rows, TimeSpan& times) const noexcept {
+std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource& rows,
+                                           TimeSpan& times) const noexcept {
   for (std::uint32_t i = 0; i < count; ++i) {
     const Ray& ray = rays_[i];
-    if (!finite_within_limits(ray.origin_m) || !usable_direction(ray.direction) || !(ray.lambda_min >= 0.0f) ||
-        !(ray.lambda_max >= ray.lambda_min)) {
+    if (!finite_within_limits(ray.origin_m) || !usable_direction(ray.direction) ||
+        !(ray.lambda_min >= 0.0f) || !(ray.lambda_max >= ray.lambda_min)) {
       return BadInput{.reason = BadInputReason::bad_ray,
                       .element = i,
                       .entity = {},
@@ -67,7 +68,8 @@ std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource&
   return std::nullopt;
 }
 
-Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) {
+Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& pool,
+                               const accel::Tlas& tlas) {
   bindings_.clear();
   for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
     const gpu::Buffer* buffers[] = {&pool.nodes(), &pool.triangles(), &tlas.instances(slot), &ray_records_,
@@ -79,24 +81,30 @@ Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& p
   return {};
 }
 
+void GpuRayQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
+  recorder.dispatch(pipeline_, bindings_.front(), shared::RayArgs{}, 1);
+}
+
 void GpuRayQuery::record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
                          const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto records = ray_records_.host_as<shared::RayRecord>();
   for (std::uint32_t i = 0; i < count; ++i) {
     const Ray& ray = rays_[i];
-    records[i] = {.origin_m = ray.origin_m,
-                  .lambda_min = ray.lambda_min,
-                  .direction = ray.direction,
-                  .lambda_max = ray.lambda_max,
-                  .t_s = static_cast<float>(seconds_between(view.window_begin, ray.t)),
-                  .mask = ray.mask,
-                  .carrier = ray.carrier.valid() ? tlas.place_of(view.slot, ray.carrier.index) : shared::no_entity,
-                  .reserved = 0};
+    records[i] = {
+        .origin_m = ray.origin_m,
+        .lambda_min = ray.lambda_min,
+        .direction = ray.direction,
+        .lambda_max = ray.lambda_max,
+        .t_s = static_cast<float>(seconds_between(view.window_begin, ray.t)),
+        .mask = ray.mask,
+        .carrier = ray.carrier.valid() ? tlas.place_of(view.slot, ray.carrier.index) : shared::no_entity,
+        .reserved = 0};
   }
-  const shared::RayArgs args{.root = view.root,
-                             .count = count,
-                             .frozen = options_.ignore_motion ? 1u : 0u,
-                             .frozen_t_s = static_cast<float>(seconds_between(view.window_begin, rows.time()))};
+  const shared::RayArgs args{
+      .root = view.root,
+      .count = count,
+      .frozen = options_.ignore_motion ? 1u : 0u,
+      .frozen_t_s = static_cast<float>(seconds_between(view.window_begin, rows.time()))};
   recorder.dispatch(pipeline_, bindings_[view.slot], args, (count + 63) / 64);
 }
 

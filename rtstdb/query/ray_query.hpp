@@ -18,10 +18,12 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
     return options_.mode == RayMode::any ? QueryKind::ray_any : QueryKind::ray_closest;
   }
   std::uint32_t capacity() const noexcept override { return options_.capacity; }
-  std::optional<BadInput> check(std::uint32_t count, const RowSource& rows, TimeSpan& times) const noexcept override;
+  std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
+                                TimeSpan& times) const noexcept override;
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
-  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
-              gpu::Recorder& recorder) noexcept override;
+  void record_warm_up(gpu::Recorder& recorder) noexcept override;
+  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
+              const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
   bool unpack(std::uint32_t count, const RowSource& rows) noexcept override;
 
  private:

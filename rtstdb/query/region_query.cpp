@@ -1,14 +1,16 @@
 #include "rtstdb/query/region_query.hpp"
 
-#include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
+
+#include <cmath>
 
 #include "rtstdb/query/element_check.hpp"
 
 namespace rtstdb::query {
 
-Result<std::unique_ptr<GpuRegionQuery>> GpuRegionQuery::create(gpu::Device& device, const RegionQueryOptions& options) {
+Result<std::unique_ptr<GpuRegionQuery>> GpuRegionQuery::create(gpu::Device& device,
+                                                               const RegionQueryOptions& options) {
   auto runner = RegionRunner::create(device, options.name, options.capacity, options.ids_per_region);
   if (!runner) return runner.error();
   auto query = std::make_unique<GpuRegionQuery>();
@@ -23,7 +25,8 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
     const Region& region = regions_[i];
     const glm::vec3& half = region.half_extent_m;
     const float q_length = glm::length(region.q);
-    const bool sizes_fit = half.x >= 0.0f && (region.shape == RegionShape::sphere || (half.y >= 0.0f && half.z >= 0.0f));
+    const bool sizes_fit =
+        half.x >= 0.0f && (region.shape == RegionShape::sphere || (half.y >= 0.0f && half.z >= 0.0f));
     if (!finite_within_limits(region.center_m) || !finite_within_limits(half) || !sizes_fit ||
         !(q_length > 1e-6f && q_length < 1e6f)) {
       return BadInput{.reason = BadInputReason::bad_region,
@@ -50,7 +53,8 @@ void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, cons
                   .mask = region.mask,
                   .q = glm::vec4(q.x, q.y, q.z, q.w),
                   .t_s = static_cast<float>(seconds_between(view.window_begin, region.t)),
-                  .carrier = region.carrier.valid() ? tlas.place_of(view.slot, region.carrier.index) : shared::no_entity,
+                  .carrier = region.carrier.valid() ? tlas.place_of(view.slot, region.carrier.index)
+                                                    : shared::no_entity,
                   .excluded = shared::no_entity,
                   .reserved = 0};
   }

@@ -9,20 +9,25 @@ namespace rtstdb::query {
 
 class GpuRegionQuery final : public RegionQuery, public GpuQuery {
  public:
-  static Result<std::unique_ptr<GpuRegionQuery>> create(gpu::Device& device, const RegionQueryOptions& options);
+  static Result<std::unique_ptr<GpuRegionQuery>> create(gpu::Device& device,
+                                                        const RegionQueryOptions& options);
 
   std::span<Region> regions() noexcept override { return regions_; }
   std::span<const RegionAnswer> answers() const noexcept override { return runner_.answers(); }
 
   QueryKind kind() const noexcept override { return QueryKind::region; }
   std::uint32_t capacity() const noexcept override { return static_cast<std::uint32_t>(regions_.size()); }
-  std::optional<BadInput> check(std::uint32_t count, const RowSource& rows, TimeSpan& times) const noexcept override;
+  std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
+                                TimeSpan& times) const noexcept override;
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override {
     return runner_.bind(device, pool, tlas);
   }
-  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
-              gpu::Recorder& recorder) noexcept override;
-  bool unpack(std::uint32_t count, const RowSource& rows) noexcept override { return runner_.unpack(count, rows); }
+  void record_warm_up(gpu::Recorder& recorder) noexcept override { runner_.record_warm_up(recorder); }
+  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
+              const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+  bool unpack(std::uint32_t count, const RowSource& rows) noexcept override {
+    return runner_.unpack(count, rows);
+  }
 
  private:
   std::vector<Region> regions_;

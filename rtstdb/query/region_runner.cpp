@@ -1,16 +1,17 @@
 #include "rtstdb/query/region_runner.hpp"
 
-#include <rtstdb/limits.hpp>
-
 #include <algorithm>
+
+#include <rtstdb/limits.hpp>
 
 namespace rtstdb::query {
 
-Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string& name, std::uint32_t capacity,
-                                          std::uint32_t ids_per_region) {
-  if (capacity == 0 || capacity > max_regions_per_query || ids_per_region == 0 || ids_per_region > max_ids_per_region) {
-    return Error{ErrorCode::capacity, "query '" + name + "' asks for " + std::to_string(capacity) + " regions of " +
-                                          std::to_string(ids_per_region) + " ids; 1 to " +
+Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string& name,
+                                          std::uint32_t capacity, std::uint32_t ids_per_region) {
+  if (capacity == 0 || capacity > max_regions_per_query || ids_per_region == 0 ||
+      ids_per_region > max_ids_per_region) {
+    return Error{ErrorCode::capacity, "query '" + name + "' asks for " + std::to_string(capacity) +
+                                          " regions of " + std::to_string(ids_per_region) + " ids; 1 to " +
                                           std::to_string(max_regions_per_query) + " regions of 1 to " +
                                           std::to_string(max_ids_per_region) + " are possible"};
   }
@@ -23,9 +24,13 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string
   runner.pipeline_ = std::move(pipeline).value();
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
       {&runner.records_,
-       {.name = name + " regions", .size_bytes = capacity * sizeof(shared::RegionRecord), .memory = gpu::Memory::upload}},
+       {.name = name + " regions",
+        .size_bytes = capacity * sizeof(shared::RegionRecord),
+        .memory = gpu::Memory::upload}},
       {&runner.counts_,
-       {.name = name + " counts", .size_bytes = capacity * sizeof(shared::RegionCount), .memory = gpu::Memory::readback}},
+       {.name = name + " counts",
+        .size_bytes = capacity * sizeof(shared::RegionCount),
+        .memory = gpu::Memory::readback}},
       {&runner.ids_,
        {.name = name + " ids",
         .size_bytes = std::size_t{capacity} * ids_per_region * 4,
@@ -39,7 +44,8 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string
   return runner;
 }
 
-Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) {
+Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& pool,
+                                const accel::Tlas& tlas) {
   bindings_.clear();
   for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
     const gpu::Buffer* buffers[] = {&pool.nodes(), &tlas.instances(slot), &records_, &counts_, &ids_};
@@ -50,7 +56,12 @@ Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& 
   return {};
 }
 
-void RegionRunner::record(std::uint32_t count, const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+void RegionRunner::record_warm_up(gpu::Recorder& recorder) noexcept {
+  recorder.dispatch(pipeline_, bindings_.front(), shared::RegionArgs{}, 1);
+}
+
+void RegionRunner::record(std::uint32_t count, const accel::TlasView& view,
+                          gpu::Recorder& recorder) noexcept {
   const shared::RegionArgs args{.root = view.root, .count = count, .capacity = ids_per_region_};
   recorder.dispatch(pipeline_, bindings_[view.slot], args, (count + 63) / 64);
 }
@@ -62,7 +73,8 @@ bool RegionRunner::unpack(std::uint32_t count, const RowSource& rows) noexcept {
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::size_t base = std::size_t{i} * ids_per_region_;
     const std::uint32_t kept = std::min(counts[i].found, ids_per_region_);
-    for (std::uint32_t k = 0; k < kept; ++k) entities_[base + k] = rows.row(ids[base + k])->id;
+    for (std::uint32_t k = 0; k < kept; ++k)
+      entities_[base + k] = rows.row(ids[base + k])->id;
     std::sort(entities_.begin() + base, entities_.begin() + base + kept);
     answers_[i] = {.entities = {entities_.data() + base, kept},
                    .found = counts[i].found,

@@ -1,6 +1,6 @@
 #pragma once
-// The region shader with its buffers, used by the region and the overlap query: both ask which oriented bounds meet a box or
-// a sphere at one instant.
+// The region shader with its buffers, used by the region and the overlap query: both ask which oriented
+// bounds meet a box or a sphere at one instant.
 
 #include <vector>
 
@@ -15,7 +15,10 @@ class RegionRunner {
                                      std::uint32_t ids_per_region);
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas);
 
-  std::span<shared::RegionRecord> records() const noexcept { return records_.host_as<shared::RegionRecord>(); }
+  std::span<shared::RegionRecord> records() const noexcept {
+    return records_.host_as<shared::RegionRecord>();
+  }
+  void record_warm_up(gpu::Recorder& recorder) noexcept;
   void record(std::uint32_t count, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
   bool unpack(std::uint32_t count, const RowSource& rows) noexcept;
   std::span<const RegionAnswer> answers() const noexcept { return {answers_.data(), answered_}; }

@@ -1,7 +1,7 @@
 #pragma once
 // The database: one world of entities on one GPU.
 //
-// Threads: open, add_geometry, prepare, make_transaction and warm_up are setup calls: they allocate and
+// Threads: open, add_geometry, prepare and make_transaction are setup calls: they allocate and
 // block, and are not for the tick. submit, execute, wait and latest may be called from any number of threads
 // at once and are made for the tick. The database does its work on a thread of its own; the Vulkan driver's
 // threads are created inside open, so open must run before the caller raises its own priority or pins itself
@@ -98,12 +98,12 @@ class Database {
   // ---- setup ----
   /// Copies the mesh to the device and builds its structure there. Errors: what validate says; capacity.
   virtual Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) = 0;
+  /// Allocates the query's buffers and runs its pipeline once, since drivers compile at the first dispatch.
+  /// Errors: capacity, out_of_memory, device_lost.
   virtual Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) = 0;
   virtual Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) = 0;
   virtual Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) = 0;
   virtual std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) = 0;
-  /// Runs every pipeline that prepared queries need once, since drivers compile at the first dispatch.
-  virtual Result<void> warm_up() = 0;
 
   // ---- tick ----
   /// Hands the transaction over and returns at once. Its outcome is final when its status says so.

@@ -69,7 +69,8 @@ struct RayQueryOptions {
   std::uint32_t capacity = 0;
   RayMode mode = RayMode::closest;
   /// True: every entity stands still at its pose of the version's time, whatever the rays' times (the paper's
-  /// "temporal unaware" case). Carriers too. v_relative_mps is still made of the rows' velocities, at those poses.
+  /// "temporal unaware" case). Carriers too. v_relative_mps is still made of the rows' velocities, at those
+  /// poses.
   bool ignore_motion = false;
 };
 

@@ -1,0 +1,152 @@
+// The public face put together: a device, the executor that answers queries on it, and the engine that orders
+// transactions.
+
+#include <mutex>
+#include <utility>
+
+#include <rtstdb/database.hpp>
+
+#include "rtstdb/geometry/row_check.hpp"
+#include "rtstdb/gpu/device.hpp"
+#include "rtstdb/query/gpu_executor.hpp"
+#include "rtstdb/query/overlap_query.hpp"
+#include "rtstdb/query/ray_query.hpp"
+#include "rtstdb/query/region_query.hpp"
+#include "rtstdb/transaction/engine.hpp"
+#include "rtstdb/transaction/monotonic_clock.hpp"
+
+namespace rtstdb {
+namespace {
+
+#ifdef RTSTDB_VALIDATION_DEFAULT
+constexpr bool validation_default = true;
+#else
+constexpr bool validation_default = false;
+#endif
+
+Result<void> check_options(const DatabaseOptions& options) {
+  const auto refuse = [](const char* what, std::uint64_t value, std::uint64_t limit) {
+    return Error{ErrorCode::capacity, std::string(what) + " is " + std::to_string(value) + "; 1 to " +
+                                          std::to_string(limit) + " are possible"};
+  };
+  if (options.max_entities == 0 || options.max_entities > max_entities) {
+    return refuse("max_entities", options.max_entities, max_entities);
+  }
+  if (options.max_geometries == 0 || options.max_geometries > max_geometries) {
+    return refuse("max_geometries", options.max_geometries, max_geometries);
+  }
+  if (options.queue_capacity == 0 || options.queue_capacity > max_queue_capacity) {
+    return refuse("queue_capacity", options.queue_capacity, max_queue_capacity);
+  }
+  if (options.retained_changes == 0 || options.retained_changes > max_retained_changes) {
+    return refuse("retained_changes", options.retained_changes, max_retained_changes);
+  }
+  return {};
+}
+
+class DatabaseImpl final : public Database {
+ public:
+  DatabaseImpl(std::unique_ptr<gpu::Device> device, std::unique_ptr<query::GpuExecutor> executor,
+               const DatabaseOptions& options)
+      : device_(std::move(device)),
+        executor_(std::move(executor)),
+        engine_({.store = {.max_entities = options.max_entities,
+                           .retained_changes = options.retained_changes,
+                           .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); }},
+                 .queue_capacity = options.queue_capacity,
+                 .thread_priority = options.thread_priority},
+                *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_) {}
+
+  const DeviceInfo& device() const noexcept override { return device_->info(); }
+
+  Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) override {
+    if (auto valid = validate(mesh); !valid) return named(name, valid.error());
+    std::optional<Result<GeometryId>> added;
+    engine_.call([&] { added.emplace(executor_->add_geometry(mesh)); });
+    if (!*added) return named(name, added->error());
+    const std::lock_guard lock(meshes_mutex_);
+    meshes_.push_back(mesh);
+    return *added;
+  }
+
+  Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) override {
+    return prepare_on_engine<RayQuery, query::GpuRayQuery>(options);
+  }
+  Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) override {
+    return prepare_on_engine<RegionQuery, query::GpuRegionQuery>(options);
+  }
+  Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) override {
+    return prepare_on_engine<OverlapQuery, query::GpuOverlapQuery>(options);
+  }
+
+  std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) override {
+    return engine_.make_transaction(options);
+  }
+
+  void submit(Transaction& transaction) noexcept override { engine_.submit(transaction); }
+  const Outcome& wait(Transaction& transaction) noexcept override { return engine_.wait(transaction); }
+  VersionInfo latest() const noexcept override { return engine_.latest(); }
+
+  Result<std::vector<EntityState>> snapshot(const ReadAt& read_at) const override {
+    return engine_.snapshot(read_at);
+  }
+
+  std::optional<TriangleMesh> geometry(GeometryId id) const override {
+    const std::lock_guard lock(meshes_mutex_);
+    if (id.index >= meshes_.size()) return std::nullopt;
+    return meshes_[id.index];
+  }
+
+  TransactionCounts counts() const noexcept override { return engine_.counts(); }
+
+  Health health() const override {
+    return {.degraded = engine_.degraded(),
+            .validation_messages = device_->validation_messages(),
+            .device_lost = device_->lost()};
+  }
+
+ private:
+  static Error named(std::string_view name, const Error& error) {
+    return {error.code, "geometry '" + std::string(name) + "': " + error.message};
+  }
+
+  template <class Public, class Prepared, class Options>
+  Result<std::unique_ptr<Public>> prepare_on_engine(const Options& options) {
+    std::optional<Result<std::unique_ptr<Prepared>>> made;
+    Result<void> bound;
+    engine_.call([&] {
+      made.emplace(Prepared::create(*device_, options));
+      if (*made) bound = executor_->bind(*made->value());
+    });
+    if (!*made) return made->error();
+    if (!bound) return bound.error();
+    return std::unique_ptr<Public>(std::move(*made).value());
+  }
+
+  transaction::MonotonicClock monotonic_clock_;
+  std::unique_ptr<gpu::Device> device_;
+  std::unique_ptr<query::GpuExecutor> executor_;
+  mutable std::mutex meshes_mutex_;
+  std::vector<TriangleMesh> meshes_;  // by geometry index
+  mutable transaction::Engine engine_;
+};
+
+}  // namespace
+
+std::vector<DeviceInfo> Database::devices() {
+  return gpu::Device::list();
+}
+
+Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options) {
+  if (auto checked = check_options(options); !checked) return checked.error();
+  const bool validation = options.validation == Validation::on ||
+                          (options.validation == Validation::build_default && validation_default);
+  auto device = gpu::Device::open({.select = options.gpu, .validation = validation});
+  if (!device) return device.error();
+  auto executor = query::GpuExecutor::create(*device.value(), options);
+  if (!executor) return executor.error();
+  return std::unique_ptr<Database>(
+      std::make_unique<DatabaseImpl>(std::move(device).value(), std::move(executor).value(), options));
+}
+
+}  // namespace rtstdb

@@ -1,0 +1,188 @@
+#include "rtstdb/geometry/ply_file.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "rtstdb/geometry/ply_header.hpp"
+#include "rtstdb/geometry/polygon.hpp"
+
+namespace rtstdb {
+namespace {
+
+using ply::Element;
+using ply::Format;
+using ply::Property;
+using ply::Type;
+
+/// Takes one number after the other from the data of the file; every number takes at least one byte.
+class Numbers {
+ public:
+  Numbers(std::string_view bytes, const ply::Header& header)
+      : bytes_(bytes), at_(header.size_bytes), format_(header.format) {}
+
+  double next(Type type) { return format_ == Format::text ? next_in_text() : next_in_binary(type); }
+
+  [[noreturn]] void fail(const std::string& fault) const {
+    throw std::runtime_error("PLY data, byte " + std::to_string(at_) + ": " + fault);
+  }
+
+ private:
+  double next_in_text() {
+    at_ = std::min(bytes_.find_first_not_of(" \t\r\n", at_), bytes_.size());
+    if (at_ == bytes_.size()) fail("the file ends before its data do");
+    const char* begin = bytes_.data() + at_;
+    const char* end = bytes_.data() + bytes_.size();
+    if (*begin == '+') ++begin;
+    double value = 0.0;
+    const auto [read_to, error] = std::from_chars(begin, end, value);
+    const bool ends_well =
+        read_to == end || *read_to == ' ' || *read_to == '\t' || *read_to == '\r' || *read_to == '\n';
+    if (error != std::errc() || !ends_well) fail("no number");
+    at_ = static_cast<std::size_t>(read_to - bytes_.data());
+    return value;
+  }
+
+  template <class T>
+  double take() {
+    if (bytes_.size() - at_ < sizeof(T)) fail("the file ends before its data do");
+    char raw[sizeof(T)];
+    std::memcpy(raw, bytes_.data() + at_, sizeof(T));
+    at_ += sizeof(T);
+    const bool file_is_little = format_ == Format::little_endian;
+    if (file_is_little != (std::endian::native == std::endian::little)) std::reverse(raw, raw + sizeof(T));
+    T value;
+    std::memcpy(&value, raw, sizeof(T));
+    return static_cast<double>(value);
+  }
+
+  double next_in_binary(Type type) {
+    switch (type) {
+      case Type::int8:
+        return take<std::int8_t>();
+      case Type::uint8:
+        return take<std::uint8_t>();
+      case Type::int16:
+        return take<std::int16_t>();
+      case Type::uint16:
+        return take<std::uint16_t>();
+      case Type::int32:
+        return take<std::int32_t>();
+      case Type::uint32:
+        return take<std::uint32_t>();
+      case Type::float32:
+        return take<float>();
+      case Type::float64:
+        return take<double>();
+    }
+    fail("unknown type");
+  }
+
+  std::string_view bytes_;
+  std::size_t at_;
+  Format format_;
+};
+
+/// A number that has to be a count or an index below `limit`.
+std::uint32_t whole(const Numbers& numbers, double value, double limit, const char* what) {
+  if (!(value >= 0.0 && value < limit) || value != static_cast<double>(static_cast<std::uint32_t>(value)))
+    numbers.fail(std::to_string(value) + " is no " + what);
+  return static_cast<std::uint32_t>(value);
+}
+
+class PlyReader {
+ public:
+  PlyReader(std::string_view bytes, double scale)
+      : header_(ply::read_header(bytes)), numbers_(bytes, header_), scale_(scale) {}
+
+  TriangleMesh read() {
+    for (const Element& element : header_.elements) {
+      if (element.properties.empty()) continue;
+      const bool is_vertex = element.name == "vertex";
+      const bool is_face = element.name == "face";
+      for (std::uint64_t i = 0; i < element.count; ++i) {
+        if (is_vertex) {
+          read_vertex(element);
+        } else {
+          read_other(element, is_face);
+        }
+      }
+    }
+    cut_polygons();
+    return std::move(mesh_);
+  }
+
+ private:
+  void read_vertex(const Element& element) {
+    glm::dvec3 position(0.0);
+    for (const Property& property : element.properties) {
+      if (property.is_list) {
+        read_list(property, false);
+        continue;
+      }
+      const double value = numbers_.next(property.type);
+      if (property.name == "x") position.x = value;
+      if (property.name == "y") position.y = value;
+      if (property.name == "z") position.z = value;
+    }
+    mesh_.positions_m.emplace_back(position * scale_);
+  }
+
+  void read_other(const Element& element, bool is_face) {
+    for (const Property& property : element.properties) {
+      if (property.is_list) {
+        const bool names_corners = property.name == "vertex_indices" || property.name == "vertex_index";
+        read_list(property, is_face && names_corners);
+      } else {
+        numbers_.next(property.type);
+      }
+    }
+  }
+
+  void read_list(const Property& property, bool is_polygon) {
+    constexpr double any = 4294967296.0;
+    const std::uint32_t count = whole(numbers_, numbers_.next(property.count_type), any, "count of a list");
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const double value = numbers_.next(property.type);
+      if (is_polygon) corners_.push_back(whole(numbers_, value, any, "corner index"));
+    }
+    if (is_polygon) polygon_ends_.push_back(corners_.size());
+  }
+
+  /// At the end, since faces may stand before the positions they name.
+  void cut_polygons() {
+    std::size_t begin = 0;
+    for (const std::size_t end : polygon_ends_) {
+      for (std::size_t i = begin; i < end; ++i) {
+        if (corners_[i] >= mesh_.positions_m.size())
+          throw std::runtime_error("PLY data: a face has corner index " + std::to_string(corners_[i]) +
+                                   ", and there are " + std::to_string(mesh_.positions_m.size()) +
+                                   " positions");
+      }
+      triangulate_polygon(mesh_.positions_m, std::span(corners_).subspan(begin, end - begin),
+                          mesh_.triangles);
+      begin = end;
+    }
+  }
+
+  ply::Header header_;
+  Numbers numbers_;
+  double scale_;
+  TriangleMesh mesh_;
+  std::vector<std::uint32_t> corners_;
+  std::vector<std::size_t> polygon_ends_;
+};
+
+}  // namespace
+
+TriangleMesh read_ply(std::string_view bytes, double scale) {
+  return PlyReader(bytes, scale).read();
+}
+
+}  // namespace rtstdb
