@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "runtime/report/text_safety.hpp"
+
 namespace hil::report {
 namespace {
 
@@ -11,7 +13,7 @@ constexpr std::size_t line_width = 120;
 constexpr std::size_t indent_step = 2;
 
 std::string on_one_line(const Json& value) {
-  return value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return value.dump();
 }
 
 bool is_plain(const Json& value) {
@@ -87,7 +89,7 @@ std::string readable_json(const Json& value) {
 }
 
 std::string json_quoted(const std::string& text) {
-  return on_one_line(Json(text));
+  return on_one_line(Json(valid_utf8(text)));
 }
 
 }  // namespace hil::report

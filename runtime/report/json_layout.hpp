@@ -9,10 +9,11 @@
 
 namespace hil::report {
 
-/// Ends with a newline. Numbers that are not finite come out as null.
+/// Ends with a newline. Numbers that are not finite come out as null. Text has to be UTF-8; else nlohmann's
+/// type_error.
 std::string readable_json(const nlohmann::ordered_json& value);
 
-/// A JSON string literal, quotes included, of any bytes.
+/// A JSON string literal, quotes included, of any bytes, by valid_utf8.
 std::string json_quoted(const std::string& text);
 
 }  // namespace hil::report

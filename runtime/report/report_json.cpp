@@ -7,6 +7,7 @@
 
 #include "runtime/report/json_layout.hpp"
 #include "runtime/report/record_fields.hpp"
+#include "runtime/report/text_safety.hpp"
 
 namespace hil::report {
 namespace {
@@ -79,7 +80,9 @@ Json written(const T& value) {
     return number(value);
   } else if constexpr (std::is_enum_v<T>) {
     return to_string(value);
-  } else if constexpr (std::is_arithmetic_v<T> || std::same_as<T, std::string>) {
+  } else if constexpr (std::same_as<T, std::string>) {
+    return valid_utf8(value);
+  } else if constexpr (std::is_arithmetic_v<T>) {
     return value;
   } else if constexpr (IsOptional<T>::value) {
     return value ? written(*value) : Json(nullptr);

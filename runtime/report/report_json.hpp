@@ -2,7 +2,8 @@
 // report.json: the complete record of a run, for programs and for making the page again. There is no second,
 // larger file: what the page shows is in here, histograms and pictures included.
 //
-// Keys keep the order of record_fields.hpp. Numbers are finite; what is not known is null. Bins, points and
+// Keys keep the order of record_fields.hpp. Numbers are finite; what is not known is null. Text is
+// UTF-8, bytes that are not become U+FFFD. Bins, points and
 // track points are rows: bin [first_ns, last_ns, count]; point [x, y]; track point [time_ns, x, y]; scan
 // point [x, y, z, azimuth, elevation, range, entity], rounded to 0.1 mm and 1 microradian. Writing, reading
 // and writing again gives the same bytes.

@@ -41,19 +41,28 @@ bool is_allowed(std::uint32_t code) {
   return code != 0xFFFEU && code != 0xFFFFU;
 }
 
-}  // namespace
-
-std::string clean_text(std::string_view bytes) {
+/// `bytes` with each character that `keep` does not want, and each byte that is no character, replaced.
+template <class Keep>
+std::string filtered(std::string_view bytes, Keep keep) {
   std::string out;
   out.reserve(bytes.size());
   while (!bytes.empty()) {
     const Character character = first_character(bytes);
     const std::size_t length = std::max<std::size_t>(character.length, 1);
-    const bool keep = character.length > 0 && is_allowed(character.code);
-    out += keep ? bytes.substr(0, length) : replacement;
+    out += character.length > 0 && keep(character.code) ? bytes.substr(0, length) : replacement;
     bytes.remove_prefix(length);
   }
   return out;
+}
+
+}  // namespace
+
+std::string valid_utf8(std::string_view bytes) {
+  return filtered(bytes, [](std::uint32_t) { return true; });
+}
+
+std::string clean_text(std::string_view bytes) {
+  return filtered(bytes, is_allowed);
 }
 
 std::string escape_markup(std::string_view bytes) {

@@ -6,6 +6,9 @@
 
 namespace hil::report {
 
+/// Valid UTF-8: each byte that is not part of a well-formed character becomes U+FFFD.
+std::string valid_utf8(std::string_view bytes);
+
 /// Valid UTF-8 of characters that XML 1.0 and HTML allow: each byte that is not UTF-8, and each control
 /// character but tab, newline and carriage return, becomes U+FFFD.
 std::string clean_text(std::string_view bytes);

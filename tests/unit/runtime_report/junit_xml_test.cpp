@@ -1,0 +1,86 @@
+#include "runtime/report/junit_xml.hpp"
+
+#include <gtest/gtest.h>
+
+#include "hostile_text.hpp"
+#include "runtime/report/text_safety.hpp"
+#include "sample_record.hpp"
+#include "strict_xml.hpp"
+
+namespace hil::report {
+namespace {
+
+using test::parse_strictly;
+using test::XmlElement;
+
+const XmlElement& case_named(const XmlElement& document, const std::string& name) {
+  for (const XmlElement* element : document.all("testcase")) {
+    if (element->attributes.at("name") == name) return *element;
+  }
+  throw std::runtime_error("no test case " + name);
+}
+
+TEST(JunitXml, HasOneCasePerExpectationAndTwoForTheRun) {
+  const XmlElement document = parse_strictly(junit_xml(test::full_record()));
+  EXPECT_EQ(document.name, "testsuites");
+  EXPECT_EQ(document.all("testcase").size(), 4U);
+  EXPECT_EQ(document.attributes.at("tests"), "4");
+  EXPECT_EQ(document.attributes.at("failures"), "1");
+  EXPECT_EQ(document.attributes.at("errors"), "0");
+  EXPECT_EQ(document.attributes.at("time"), "10.021");
+  const XmlElement& failed = case_named(document, "no collision");
+  ASSERT_EQ(failed.children.size(), 1U);
+  EXPECT_EQ(failed.children.at(0).name, "failure");
+  EXPECT_NE(failed.children.at(0).text.find("first at 8.412 s"), std::string::npos);
+  EXPECT_TRUE(case_named(document, "DUT answers within 50 ms").children.empty());
+}
+
+TEST(JunitXml, TellsMissesThatTheVerdictToleratesWithoutFailing) {
+  const XmlElement document = parse_strictly(junit_xml(test::full_record()));
+  const XmlElement& timing = case_named(document, "timing kept");
+  ASSERT_EQ(timing.children.size(), 1U);
+  EXPECT_EQ(timing.children.at(0).name, "system-out");
+  EXPECT_NE(timing.children.at(0).text.find("tick 3117, late by 402 us: late wake-up"), std::string::npos);
+}
+
+TEST(JunitXml, CountsAndNodesAgreeForEveryVerdict) {
+  for (const Verdict verdict : {Verdict::passed, Verdict::failed, Verdict::timing_broken, Verdict::io_failed,
+                                Verdict::gpu_failed, Verdict::interrupted}) {
+    RunRecord record = test::full_record();
+    record.verdict = verdict;
+    const XmlElement document = parse_strictly(junit_xml(record));
+    EXPECT_EQ(std::to_string(document.all("failure").size()), document.attributes.at("failures"));
+    EXPECT_EQ(std::to_string(document.all("error").size()), document.attributes.at("errors"));
+    const bool broken =
+        verdict == Verdict::io_failed || verdict == Verdict::gpu_failed || verdict == Verdict::interrupted;
+    EXPECT_EQ(document.all("error").size(), broken ? 1U : 0U);
+    const bool late = verdict == Verdict::timing_broken;
+    EXPECT_EQ(case_named(document, "timing kept").all("failure").size(), late ? 1U : 0U);
+  }
+}
+
+TEST(JunitXml, EscapesAnyBytes) {
+  RunRecord record;
+  for (const std::string& text : test::hostile_texts())
+    record.expectations.push_back({text, false, text, std::nullopt});
+  record.scenario.name = test::hostile_texts().front();
+  const XmlElement document = parse_strictly(junit_xml(record));
+  const auto cases = document.all("testcase");
+  ASSERT_EQ(cases.size(), record.expectations.size() + 2);
+  for (std::size_t index = 0; index < record.expectations.size(); ++index) {
+    EXPECT_EQ(cases.at(index)->attributes.at("name"), clean_text(record.expectations.at(index).name));
+    EXPECT_EQ(cases.at(index)->children.at(0).text, clean_text(record.expectations.at(index).detail));
+  }
+}
+
+TEST(StrictXml, RefusesBrokenDocuments) {
+  for (const char* broken :
+       {"", "<a>", "<a></b>", "<a><b></a></b>", "<a b=c/>", "<a b=\"<\"/>", "<a>&nbsp;</a>", "<a>&</a>",
+        "<a b=\"1\" b=\"2\"/>", "<a/><b/>", "<a b=\"1\"c=\"2\"/>", "<a>\x01</a>", "<1/>"}) {
+    EXPECT_THROW(parse_strictly(broken), std::runtime_error) << broken;
+  }
+  EXPECT_EQ(parse_strictly("<a b=\"&lt;\">x<c/>y</a>").text, "xy");
+}
+
+}  // namespace
+}  // namespace hil::report

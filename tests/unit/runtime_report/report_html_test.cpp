@@ -1,0 +1,202 @@
+#include "runtime/report/html/report_html.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "hostile_text.hpp"
+#include "runtime/report/record_fields.hpp"
+#include "runtime/report/text_safety.hpp"
+#include "sample_record.hpp"
+#include "strict_xml.hpp"
+
+namespace hil::report {
+namespace {
+
+using test::parse_strictly;
+using test::XmlElement;
+
+/// Puts `text` into every text of a record, wherever it is.
+struct FillText {
+  std::string text;
+  void operator()(const char*, std::string& member) const { member = text; }
+  template <class T>
+  void operator()(const char*, std::vector<T>& members) const {
+    for (T& member : members)
+      (*this)("", member);
+  }
+  template <class T>
+  void operator()(const char*, std::optional<T>& member) const {
+    if (member) (*this)("", *member);
+  }
+  template <class T>
+  void operator()(const char*, T& member) const {
+    if constexpr (requires { each_field(member, *this); }) each_field(member, *this);
+  }
+};
+
+/// Only elements and attributes that can neither fetch nor run anything.
+void expect_self_contained(const std::string& html) {
+  static const std::set<std::string> elements{
+      "html",       "head", "meta",  "title", "style", "body", "main", "header",  "section",
+      "div",        "span", "h1",    "h2",    "h3",    "p",    "ul",   "li",      "dl",
+      "dt",         "dd",   "table", "thead", "tbody", "tr",   "th",   "td",      "figure",
+      "figcaption", "svg",  "g",     "path",  "rect",  "line", "text", "clipPath"};
+  static const std::set<std::string> attributes{
+      "lang",    "charset", "name",        "content",  "class",      "id",          "scope",
+      "colspan", "rowspan", "viewBox",     "role",     "aria-label", "aria-hidden", "style",
+      "d",       "x",       "y",           "x1",       "y1",         "x2",          "y2",
+      "width",   "height",  "text-anchor", "clip-path"};
+  std::set<std::string> ids;
+  const XmlElement page = parse_strictly(html);
+  for (const XmlElement* element : page.all()) {
+    EXPECT_TRUE(elements.contains(element->name)) << element->name;
+    for (const auto& [name, value] : element->attributes) {
+      EXPECT_TRUE(attributes.contains(name)) << name;
+      EXPECT_TRUE(name != "id" || ids.insert(value).second) << value << " twice";
+      EXPECT_TRUE(name != "style" || value == "stroke-width:8") << value;
+      EXPECT_TRUE(name != "clip-path" || value == "url(#top-view-area)") << value;
+    }
+  }
+  for (const XmlElement* style : page.all("style")) {
+    for (const char* outside : {"url(", "@import", "@font-face", "image(", "expression"}) {
+      EXPECT_EQ(style->text.find(outside), std::string::npos) << outside;
+    }
+  }
+}
+
+/// Elements whose self-closed form a browser takes for an opening tag.
+void expect_html_reads_it_alike(const std::string& html) {
+  static const std::set<std::string> may_be_empty{"meta", "br", "line", "path", "rect"};
+  for (std::size_t at = html.find("/>"); at != std::string::npos; at = html.find("/>", at + 1)) {
+    const std::size_t start = html.rfind('<', at);
+    const std::string name = html.substr(start + 1, html.find_first_of(" /", start) - start - 1);
+    EXPECT_TRUE(may_be_empty.contains(name)) << name;
+  }
+}
+
+TEST(ReportHtml, IsWellFormedAndSelfContained) {
+  for (const RunRecord& record : {RunRecord{}, test::full_record()}) {
+    const std::string html = report_html(record);
+    expect_self_contained(html);
+    expect_html_reads_it_alike(html);
+    EXPECT_TRUE(html.starts_with("<!DOCTYPE html>"));
+  }
+}
+
+TEST(ReportHtml, SaysWhatTheRecordHolds) {
+  const std::string text = parse_strictly(report_html(test::full_record())).whole_text();
+  for (const char* expected : {"Failed",
+                               "1 of 2 expectations did not hold: no collision.",
+                               "collision.ego was 1",
+                               "8.412 s",
+                               "SCHED_FIFO at priority 60 was refused",
+                               "late wake-up",
+                               "3\u202F117",
+                               "402 µs",
+                               "virtual",
+                               "12.4 %",
+                               "plc at 127.0.0.1:40213",
+                               "signal 11 (SIGSEGV)",
+                               "car_1 runs its red light",
+                               "Watchdog: no tick for 20 ms",
+                               "dut.enabled=false",
+                               "Motion ignored",
+                               "With the scan",
+                               "Against the scan",
+                               "limit 50.0 ms",
+                               "y north"}) {
+    EXPECT_NE(text.find(expected), std::string::npos) << expected;
+  }
+}
+
+TEST(ReportHtml, EveryTaskHasItsRowAndItsHistograms) {
+  const RunRecord record = test::full_record();
+  const XmlElement page = parse_strictly(report_html(record));
+  for (const Task& task : record.tasks) {
+    const auto cells = page.all("td");
+    EXPECT_TRUE(std::ranges::any_of(cells, [&](const XmlElement* cell) { return cell->text == task.name; }))
+        << task.name;
+    const auto titles = page.all("h3");
+    EXPECT_TRUE(std::ranges::any_of(titles, [&](const XmlElement* title) {
+      return title->text == task.name;
+    })) << task.name;
+  }
+  const auto pictures = page.all("svg");
+  EXPECT_EQ(std::ranges::count_if(pictures,
+                                  [](const XmlElement* svg) {
+                                    const auto label = svg->attributes.find("aria-label");
+                                    return label != svg->attributes.end() &&
+                                           label->second.starts_with("Histogram of w");
+                                  }),
+            6);
+}
+
+TEST(ReportHtml, RowsHaveAsManyCellsAsTheirTableHasColumns) {
+  const XmlElement page = parse_strictly(report_html(test::full_record()));
+  for (const XmlElement* table : page.all("table")) {
+    std::size_t columns = 0;
+    for (const XmlElement* head : table->all("th")) {
+      if (!head->attributes.contains("colspan")) ++columns;
+    }
+    for (const XmlElement* row : table->all("tr")) {
+      const std::size_t cells = row->all("td").size();
+      EXPECT_TRUE(cells == 0 || cells == columns) << row->whole_text();
+    }
+  }
+}
+
+TEST(ReportHtml, BearsHostileTextEverywhere) {
+  for (const std::string& text : test::hostile_texts()) {
+    RunRecord record = test::full_record();
+    each_field(record, FillText{text});
+    ASSERT_EQ(record.tasks.at(0).misses.at(0).cause, text) << "the filler reaches nested records";
+    ASSERT_EQ(record.top_view->shapes.at(0).label, text);
+    record.scan_comparison.resize(1);
+    const std::string html = report_html(record);
+    expect_self_contained(html);
+    EXPECT_EQ(clean_text(html), html);
+    EXPECT_EQ(parse_strictly(html).all("title").front()->text, "Failed: " + clean_text(text));
+  }
+}
+
+TEST(ReportHtml, EveryVerdictHasItsTone) {
+  for (const auto& [verdict, tone] : {std::pair{Verdict::passed, "verdict good"},
+                                      {Verdict::failed, "verdict bad"},
+                                      {Verdict::interrupted, "verdict warn"},
+                                      {Verdict::timing_broken, "verdict bad"},
+                                      {Verdict::io_failed, "verdict bad"},
+                                      {Verdict::gpu_failed, "verdict bad"}}) {
+    RunRecord record;
+    record.verdict = verdict;
+    EXPECT_EQ(parse_strictly(report_html(record)).all("header").front()->attributes.at("class"), tone);
+  }
+}
+
+TEST(ReportHtml, AnInterruptedRunSaysHowFarItCame) {
+  RunRecord record;
+  record.verdict = Verdict::interrupted;
+  record.ticks = 2'500;
+  record.period_ns = 1'000'000;
+  record.duration_ns = 10'000'000'000;
+  EXPECT_NE(report_html(record).find("2.5 s of 10 s, 2\u202F500 ticks"), std::string::npos);
+}
+
+TEST(ReportHtml, MoreMissesThanItListsOrKnowsAreTold) {
+  RunRecord record;
+  Task task;
+  task.name = "late";
+  task.deadline_misses = 5'000;
+  for (std::uint64_t tick = 0; tick < 1'000; ++tick)
+    task.misses.push_back({tick, "own work", 1'000});
+  record.tasks = {task};
+  const std::string text = parse_strictly(report_html(record)).whole_text();
+  EXPECT_NE(text.find("5\u202F000 misses. By cause: own work 1\u202F000. The recorder kept the details of "
+                      "1\u202F000 of them. "
+                      "The first 200 are listed here; report.json has them all."),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace hil::report

@@ -1,0 +1,193 @@
+#include "runtime/report/report_json.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <sstream>
+
+#include "hostile_text.hpp"
+#include "runtime/report/text_safety.hpp"
+#include "sample_record.hpp"
+
+namespace hil::report {
+namespace {
+
+using Json = nlohmann::json;
+
+/// The place a dotted path names; a list stands for each of its entries, of which there must be one at least.
+void expect_path(const Json& json, const std::string& path, const std::string& whole) {
+  if (json.is_array()) {
+    ASSERT_FALSE(json.empty()) << whole << ": the sample has no entry to look at";
+    for (const Json& entry : json)
+      expect_path(entry, path, whole);
+    return;
+  }
+  if (path.empty()) return;
+  const std::size_t dot = path.find('.');
+  const std::string key = path.substr(0, dot);
+  ASSERT_TRUE(json.contains(key)) << whole;
+  expect_path(json.at(key), dot == std::string::npos ? "" : path.substr(dot + 1), whole);
+}
+
+TEST(ReportJson, HasEveryKeyOfTheDesign) {
+  const Json json = Json::parse(report_json(test::full_record()));
+  std::istringstream paths(
+      "schema_version scenario verdict exit_code clock ticks period_ns realtime.scheduler "
+      "realtime.locked_memory "
+      "realtime.degraded gpu.device gpu.driver tasks.name tasks.rate_hz tasks.runs tasks.warmup_runs "
+      "tasks.deadline_misses "
+      "tasks.overruns tasks.skipped tasks.wake_latency_ns.p50 tasks.wake_latency_ns.p99 "
+      "tasks.wake_latency_ns.p999 "
+      "tasks.wake_latency_ns.max tasks.wall_ns.p50 tasks.wall_ns.p99 tasks.wall_ns.p999 tasks.wall_ns.max "
+      "tasks.cpu_ns.p50 "
+      "tasks.cpu_ns.p99 tasks.cpu_ns.p999 tasks.cpu_ns.max tasks.blocked_ns.p50 tasks.blocked_ns.p99 "
+      "tasks.blocked_ns.p999 "
+      "tasks.blocked_ns.max tasks.slack_ns.min tasks.slack_ns.p50 tasks.misses transactions.submitted "
+      "transactions.committed "
+      "transactions.late transactions.missed transactions.refused transactions.conflicts "
+      "transactions.firm_late_commits "
+      "transactions.hard_misses can.bus can.driver can.rx can.tx can.dropped can.errors modbus.device "
+      "modbus.requests "
+      "modbus.replies modbus.timeouts modbus.errors expectations.name expectations.passed "
+      "expectations.detail "
+      "scenario.name scenario.file seed overrides started_at processes.name processes.exit "
+      "processes.died_at_ns");
+  for (std::string path; paths >> path;) {
+    if (path == "tasks.misses") continue;  // a task without misses has an empty list; looked at below
+    expect_path(json, path, path);
+  }
+  for (const char* key : {"tick", "cause", "lateness_ns"}) {
+    ASSERT_FALSE(json.at("tasks").at(0).at("misses").empty());
+    expect_path(json.at("tasks").at(0).at("misses"), key, key);
+  }
+  EXPECT_EQ(json.at("schema_version"), schema_version);
+  EXPECT_EQ(json.at("verdict"), "failed");
+  EXPECT_EQ(json.at("tasks").at(0).at("misses").at(0).at("lateness_ns"), 402'113);
+}
+
+TEST(ReportJson, WriteReadWriteGivesTheSameBytes) {
+  for (const RunRecord& record : {RunRecord{}, test::full_record()}) {
+    const std::string first = report_json(record);
+    EXPECT_EQ(report_json(parse_report(first)), first);
+  }
+}
+
+TEST(ReportJson, KeepsTheExtremesOfEveryType) {
+  RunRecord record;
+  record.seed = std::numeric_limits<std::uint64_t>::max();
+  record.duration_ns = std::numeric_limits<std::int64_t>::min();
+  record.exit_code = std::numeric_limits<int>::min();
+  record.expectations = {{"never", true, "", std::nullopt}, {"at zero", false, "", 0}};
+  const RunRecord again = parse_report(report_json(record));
+  EXPECT_EQ(again.seed, record.seed);
+  EXPECT_EQ(again.duration_ns, record.duration_ns);
+  EXPECT_EQ(again.exit_code, record.exit_code);
+  EXPECT_FALSE(again.expectations.at(0).first_failure_ns.has_value());
+  EXPECT_EQ(again.expectations.at(1).first_failure_ns, 0);
+}
+
+TEST(ReportJson, WritesWhatIsNotANumberAsNull) {
+  RunRecord record = test::full_record();
+  record.can.at(0).bus_load = not_known;
+  record.scan_comparison.at(0).measured_length_m = HUGE_VAL;
+  record.top_view->scan_points.at(0).x_m = -HUGE_VAL;
+  const std::string text = report_json(record);
+  const Json json = Json::parse(text);
+  EXPECT_TRUE(json.at("can").at(0).at("bus_load").is_null());
+  EXPECT_TRUE(json.at("scan_comparison").at(0).at("measured_length_m").is_null());
+  EXPECT_TRUE(json.at("top_view").at("scan_points").at(0).at(0).is_null());
+  EXPECT_TRUE(std::isnan(parse_report(text).can.at(0).bus_load));
+  EXPECT_EQ(report_json(parse_report(text)), text);
+}
+
+TEST(ReportJson, RoundsPointsToTenthsOfAMillimetre) {
+  RunRecord record = test::full_record();
+  record.top_view->scan_points = {{1.23456789, -0.00001, 0.0, 0.123456789, 0.0, 3.0, 1}};
+  const RunRecord again = parse_report(report_json(record));
+  EXPECT_DOUBLE_EQ(again.top_view->scan_points.at(0).x_m, 1.2346);
+  EXPECT_DOUBLE_EQ(again.top_view->scan_points.at(0).azimuth_rad, 0.123457);
+  EXPECT_FALSE(std::signbit(again.top_view->scan_points.at(0).y_m));
+}
+
+TEST(ReportJson, SurvivesHostileText) {
+  RunRecord record;
+  for (const std::string& text : test::hostile_texts())
+    record.events.push_back({0, text});
+  const std::string written = report_json(record);
+  EXPECT_EQ(valid_utf8(written), written);
+  const RunRecord again = parse_report(written);
+  ASSERT_EQ(again.events.size(), record.events.size());
+  for (std::size_t index = 0; index < record.events.size(); ++index) {
+    EXPECT_EQ(again.events[index].text, valid_utf8(record.events[index].text));
+  }
+  EXPECT_EQ(report_json(again), written);
+}
+
+TEST(ReportJson, BreaksLongListsIntoLines) {
+  std::istringstream lines(report_json(test::full_record()));
+  std::size_t count = 0;
+  for (std::string line; std::getline(lines, line); ++count)
+    EXPECT_LE(line.size(), 260U) << line.substr(0, 80);
+  EXPECT_GT(count, 500U);
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    parse_report(text);
+  } catch (const ReportError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(ParseReport, RefusesWithThePlace) {
+  const std::string good = report_json(test::full_record());
+  Json json = Json::parse(good);
+  const auto refused_with = [&](const Json& changed, const char* expected) {
+    EXPECT_NE(refusal(changed.dump()).find(expected), std::string::npos) << refusal(changed.dump());
+  };
+  EXPECT_NE(refusal("{\"a\": ").find("not JSON at byte"), std::string::npos);
+  EXPECT_NE(refusal("").find("not JSON"), std::string::npos);
+  EXPECT_NE(refusal("[1e999]").find("out of range"), std::string::npos);
+  EXPECT_NE(refusal("[]").find("the file is array, not an object"), std::string::npos);
+  EXPECT_NE(refusal("{}").find("schema_version is missing"), std::string::npos);
+
+  Json changed = json;
+  changed["schema_version"] = 2;
+  refused_with(changed, "schema_version is 2; this program reads 1");
+  changed = json;
+  changed["tasks"][1]["wall_ns"].erase("p50");
+  refused_with(changed, "tasks[1].wall_ns.p50 is missing");
+  changed = json;
+  changed["tasks"][1]["runs"] = -1;
+  refused_with(changed, "tasks[1].runs is number, not an integer that fits");
+  changed = json;
+  changed["exit_code"] = 1e3;
+  refused_with(changed, "exit_code is number, not an integer");
+  changed = json;
+  changed["verdict"] = "excellent";
+  refused_with(changed, "verdict is string, not a verdict");
+  changed = json;
+  changed["top_view"]["shapes"][0]["layer"] = 3;
+  refused_with(changed, "top_view.shapes[0].layer is number, not a layer");
+  changed = json;
+  changed["top_view"]["scan_points"][0] = {1, 2};
+  refused_with(changed, "top_view.scan_points[0] is array, not a list of 7");
+}
+
+TEST(ParseReport, PassesOverKeysItDoesNotKnow) {
+  Json json = Json::parse(report_json(test::full_record()));
+  json["of_the_future"] = {1, 2, 3};
+  EXPECT_EQ(refusal(json.dump()), "accepted");
+}
+
+TEST(ParseReport, RefusesEveryTruncation) {
+  const std::string whole = report_json(RunRecord{});
+  for (std::size_t length = 0; length + 2 < whole.size(); ++length) {
+    ASSERT_NE(refusal(whole.substr(0, length)), "accepted") << length;
+  }
+}
+
+}  // namespace
+}  // namespace hil::report

@@ -1,0 +1,77 @@
+#include "runtime/report/report_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "hostile_text.hpp"
+#include "runtime/report/text_safety.hpp"
+#include "sample_record.hpp"
+
+namespace hil::report {
+namespace {
+
+LiveStatus some_status() {
+  return {3'000'000'000, 10'000'000'000, 999.6, 2, 412'345, {{"car", 0.124}, {"body", not_known}}};
+}
+
+TEST(LiveLine, ShowsTimeRateMissesSlackAndBusLoad) {
+  EXPECT_EQ(live_line(some_status(), 200),
+            "   3.0 s / 10 s   1000 ticks/s  misses 2  slack >= 412 us  car 12 %  body -");
+}
+
+TEST(LiveLine, IsNeverWiderThanTheTerminal) {
+  for (std::size_t columns = 0; columns < 100; ++columns)
+    EXPECT_LE(columns_of(live_line(some_status(), columns)), columns);
+  EXPECT_EQ(live_line(some_status(), 0), "");
+  EXPECT_EQ(live_line(some_status(), 20), "   3.0 s / 10 s");
+}
+
+TEST(LiveLine, BearsUnknownsAndHostileNames) {
+  LiveStatus status;
+  status.tick_rate_hz = not_known;
+  EXPECT_EQ(live_line(status, 80), "   0.0 s      - ticks/s  misses 0  slack -");
+  for (const std::string& text : test::hostile_texts())
+    status.buses.push_back({text, 0.5});
+  const std::string line = live_line(status, 10'000);
+  EXPECT_TRUE(std::ranges::none_of(line, [](char c) { return static_cast<unsigned char>(c) < 0x20U; }));
+}
+
+TEST(ReportText, SaysVerdictReasonsMissesAndPlace) {
+  const std::string text = report_text(test::full_record(), "out/run-1");
+  EXPECT_TRUE(text.starts_with("Failed: 1 of 2 expectations did not hold: no collision.\n"));
+  EXPECT_NE(text.find("  failed: no collision at 8.412 s: collision.ego was 1\n"), std::string::npos);
+  EXPECT_EQ(text.find("DUT answers"), std::string::npos) << "what held is not listed";
+  EXPECT_NE(
+      text.find(
+          "  traffic: 2 of 9900 runs missed the deadline (late wake-up 1, own work 1; latest by 402 us)\n"),
+      std::string::npos);
+  EXPECT_EQ(text.find("detectors"), std::string::npos);
+  EXPECT_NE(text.find("  degraded: SCHED_FIFO"), std::string::npos);
+  EXPECT_TRUE(text.ends_with("  10000 ticks in 10.0 s, report in out/run-1\n"));
+}
+
+TEST(ReportText, EveryVerdictHasASentence) {
+  for (const Verdict verdict : {Verdict::passed, Verdict::failed, Verdict::timing_broken, Verdict::io_failed,
+                                Verdict::gpu_failed, Verdict::interrupted}) {
+    RunRecord record;
+    record.verdict = verdict;
+    EXPECT_GT(reason_sentence(record).size(), 10U);
+    EXPECT_GT(std::string(headline(verdict)).size(), 5U);
+    record.reason = "Because.";
+    EXPECT_EQ(reason_sentence(record), "Because.");
+  }
+}
+
+TEST(ReportText, MissesWithoutDetailsAreStillTold) {
+  RunRecord record;
+  record.tasks.resize(1);
+  record.tasks[0].name = "detectors";
+  record.tasks[0].runs = 10;
+  record.tasks[0].deadline_misses = 1;
+  EXPECT_NE(report_text(record, "d").find("  detectors: 1 of 10 runs missed the deadline\n"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace hil::report

@@ -1,0 +1,282 @@
+#include "sample_record.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
+
+namespace hil::report::test {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr std::int64_t millisecond = 1'000'000;
+
+Spread spread(std::uint64_t samples, std::int64_t p50, std::int64_t p99, std::int64_t p999,
+              std::int64_t max) {
+  return {samples, p50, p99, p999, max};
+}
+
+Task task(const char* name, double rate_hz, std::int64_t deadline_ns, std::int64_t budget_ns,
+          const char* policy) {
+  Task task;
+  task.name = name;
+  task.rate_hz = rate_hz;
+  task.deadline_ns = deadline_ns;
+  task.budget_ns = budget_ns;
+  task.overrun_policy = policy;
+  return task;
+}
+
+/// The histogram's own quantiles, by the upper edges of its bins.
+Spread spread_of_bins(const Histogram& histogram) {
+  Spread spread;
+  for (const Bin& bin : histogram)
+    spread.samples += bin.count;
+  const auto at_share = [&](double share) {
+    double seen = 0.0;
+    for (const Bin& bin : histogram) {
+      seen += static_cast<double>(bin.count);
+      if (seen >= share * static_cast<double>(spread.samples)) return bin.last_ns;
+    }
+    return std::int64_t{0};
+  };
+  spread.p50 = at_share(0.5);
+  spread.p99 = at_share(0.99);
+  spread.p999 = at_share(0.999);
+  spread.max = at_share(1.0);
+  return spread;
+}
+
+void measure(Task& task, const TaskHistograms& histograms) {
+  task.histograms = histograms;
+  task.wake_latency_ns = spread_of_bins(histograms.wake_latency_ns);
+  task.wall_ns = spread_of_bins(histograms.wall_ns);
+  task.cpu_ns = spread_of_bins(histograms.cpu_ns);
+  task.blocked_ns = spread_of_bins(histograms.blocked_ns);
+}
+
+std::vector<Task> tasks() {
+  Task traffic = task("traffic", 1000.0, millisecond, 200'000, "skip");
+  traffic.runs = 9'900;
+  traffic.warmup_runs = 100;
+  traffic.deadline_misses = 2;
+  traffic.overruns = 1;
+  traffic.skipped = 1;
+  traffic.over_budget = 3;
+  traffic.slack_ns = {9'900, -402'113, 951'000};
+  measure(traffic, {tailed_histogram(6'000, 9'900, 1),
+                    tailed_histogram(41'000, 9'900, 2),
+                    tailed_histogram(39'000, 9'900, 3),
+                    {}});
+  traffic.misses = {{3'117, "late wake-up", 402'113}, {7'040, "own work", 12'400}};
+
+  Task scanner = task("scanner", 100.0, 10 * millisecond, 8 * millisecond, "skip");
+  scanner.thread = "scanner";
+  scanner.runs = 990;
+  scanner.warmup_runs = 10;
+  scanner.deadline_misses = 1;
+  scanner.page_faults = 4;
+  scanner.gpu_ns = spread(990, 4'510'000, 7'010'000, 8'600'000, 9'800'000);
+  scanner.slack_ns = {990, -870'000, 4'760'000};
+  measure(scanner, {tailed_histogram(9'800, 990, 4), tailed_histogram(5'200'000, 990, 5),
+                    tailed_histogram(310'000, 990, 6), tailed_histogram(4'800'000, 990, 7)});
+  scanner.misses = {{4'200, "database", 870'000}};
+
+  Task detectors = task("detectors", 50.0, 20 * millisecond, 0, "queue");
+  detectors.runs = 495;
+  detectors.warmup_runs = 5;
+  detectors.slack_ns = {495, 18'700'000, 19'350'000};
+  measure(detectors, {tailed_histogram(6'400, 495, 8), tailed_histogram(640'000, 495, 9), {}, {}});
+  return {traffic, scanner, detectors};
+}
+
+std::vector<PointM> rectangle(double x_m, double y_m, double length_m, double width_m,
+                              double heading_rad = 0.0) {
+  std::vector<PointM> corners;
+  for (const auto& [along, across] : {std::pair{0.5, 0.5}, {-0.5, 0.5}, {-0.5, -0.5}, {0.5, -0.5}}) {
+    const double forward = along * length_m;
+    const double left = across * width_m;
+    corners.push_back({x_m + forward * std::cos(heading_rad) - left * std::sin(heading_rad),
+                       y_m + forward * std::sin(heading_rad) + left * std::cos(heading_rad)});
+  }
+  return corners;
+}
+
+Track straight_track(const char* name, bool ego, PointM from, PointM to) {
+  Track track{name, ego, {}};
+  for (int step = 0; step <= 100; ++step) {
+    const double share = step / 100.0;
+    track.points.push_back({step * 100 * millisecond, from.x_m + share * (to.x_m - from.x_m),
+                            from.y_m + share * (to.y_m - from.y_m)});
+  }
+  return track;
+}
+
+TopView crossing() {
+  TopView view;
+  view.time_ns = 10'000 * millisecond;
+  const double north = std::numbers::pi / 2.0;
+  view.shapes = {{Layer::ground, "ground", rectangle(0, 0, 400, 400)},
+                 {Layer::road, "", rectangle(0, 0, 400, 8)},
+                 {Layer::road, "", rectangle(0, 0, 8, 400)},
+                 {Layer::marking, "", rectangle(-6, -2, 0.4, 4)},
+                 {Layer::detector, "loop ego", rectangle(-10, -2, 4, 3)},
+                 {Layer::structure, "house_south_east", rectangle(28, -22, 30, 20)},
+                 {Layer::structure, "house_south_west", rectangle(-28, -22, 30, 20)},
+                 {Layer::structure, "house_north_west", rectangle(-28, 22, 30, 20)},
+                 {Layer::pole, "light", rectangle(-6, -5.4, 0.4, 0.4)},
+                 {Layer::vehicle, "car_1", rectangle(2, 14, 4.5, 1.8, north)},
+                 {Layer::vehicle, "car_2", rectangle(2, 24, 4.5, 1.8, north)},
+                 {Layer::ego, "ego", rectangle(-11, -2, 4.6, 1.9)}};
+  view.tracks = {straight_track("ego", true, {-50, -2}, {-11, -2}),
+                 straight_track("car_1", false, {2, -60}, {2, 14}),
+                 straight_track("car_2", false, {2, -52}, {2, 24})};
+  view.fan = ScanFan{{-9.5, -2}, 70 * degree, -70 * degree, 40.0};
+  for (int step = 0; step < 60; ++step) {
+    view.scan_points.push_back({1.1, 11.6 + step * 0.08, 0.6, 0, 0, 15.0, 1});
+    view.scan_points.push_back({13.0, -12.0 - step * 0.14, 2.0, 0, 0, 24.0, 2});
+  }
+  return view;
+}
+
+/// The first meeting of a ray from the origin with an upright box at one instant, or infinity.
+double range_to_box(double azimuth, double elevation, PointM minimum, PointM maximum, double low_m,
+                    double high_m) {
+  const std::array direction{std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+                             std::sin(elevation)};
+  const std::array near{minimum.x_m, minimum.y_m, low_m};
+  const std::array far{maximum.x_m, maximum.y_m, high_m};
+  double enter = 0.0;
+  double leave = 1e9;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double a = near[axis] / direction[axis];
+    const double b = far[axis] / direction[axis];
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter <= leave ? enter : std::numeric_limits<double>::infinity();
+}
+
+/// A scanner 1.2 m above the ground looks along +x and turns from left to right in one second.
+ScanPicture scan_of_car(const char* title, const char* caption, double speed_mps) {
+  constexpr int columns = 1400;
+  ScanPicture picture{title, caption, {"ground", "car_1", "house"}, 1, {0.0, -1.0}, 4.5, not_known, not_known,
+                      0.12,  {}};
+  double lowest = 1e9;
+  double highest = -1e9;
+  for (int column = 0; column < columns; ++column) {
+    const double time_s = static_cast<double>(column) / columns;
+    const double azimuth = (70.0 - 140.0 * time_s) * degree;
+    const double middle = speed_mps * (time_s - 0.5);
+    for (int row = 0; row < 60; ++row) {
+      const double elevation = (-4.5 + 0.1 * row) * degree;
+      const double body =
+          range_to_box(azimuth, elevation, {14.0, middle - 2.25}, {15.8, middle + 2.25}, -0.9, -0.3);
+      const double cabin =
+          range_to_box(azimuth, elevation, {14.2, middle - 1.3}, {15.6, middle + 0.9}, -0.3, 0.35);
+      const double wall = range_to_box(azimuth, elevation, {26.0, -30.0}, {27.0, 30.0}, -1.2, 9.0);
+      const double range = std::min({body, cabin, wall});
+      if (!std::isfinite(range)) continue;
+      if (range == wall && column % 7 != 0) continue;
+      const double y_m = range * std::cos(elevation) * std::sin(azimuth);
+      picture.points.push_back({range * std::cos(elevation) * std::cos(azimuth), y_m,
+                                1.2 + range * std::sin(elevation), azimuth, elevation, range,
+                                range == wall ? 2U : 1U});
+      if (range == wall) continue;
+      lowest = std::min(lowest, y_m);
+      highest = std::max(highest, y_m);
+    }
+  }
+  picture.measured_length_m = highest - lowest;
+  picture.closed_form_length_m = picture.measured_length_m + 0.021;
+  return picture;
+}
+
+ResponseTime response() {
+  ResponseTime response{"DUT answers within 50 ms", 50 * millisecond, {}, 0};
+  std::mt19937 random(11);
+  std::gamma_distribution<double> delay(6.0, 2.1e6);
+  for (int sample = 0; sample < 400; ++sample)
+    response.samples_ns.push_back(static_cast<std::int64_t>(4e6 + delay(random)));
+  return response;
+}
+
+}  // namespace
+
+Histogram tailed_histogram(std::int64_t middle_ns, std::uint64_t count, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::lognormal_distribution<double> value(std::log(static_cast<double>(middle_ns)), 0.35);
+  std::uniform_real_distribution<double> chance(0.0, 1.0);
+  std::map<long, std::uint64_t> bins;
+  for (std::uint64_t sample = 0; sample < count; ++sample) {
+    const double tail = chance(random) < 0.004 ? std::exp(4.0 * chance(random)) : 1.0;
+    ++bins[std::lround(std::floor(std::log2(value(random) * tail) * 8.0))];
+  }
+  Histogram histogram;
+  for (const auto& [index, bin_count] : bins) {
+    const auto edge = [](long at) {
+      return static_cast<std::int64_t>(std::ceil(std::exp2(static_cast<double>(at) / 8.0)));
+    };
+    histogram.push_back({edge(index), edge(index + 1) - 1, bin_count});
+  }
+  return histogram;
+}
+
+RunRecord full_record() {
+  RunRecord record;
+  record.scenario = {
+      "crossing", "configs/crossing.yaml",
+      "An ego car with a laser scanner drives toward a crossing; one car from the right runs its red light."};
+  record.verdict = Verdict::failed;
+  record.reason = "1 of 2 expectations did not hold: no collision.";
+  record.exit_code = 1;
+  record.program_version = "0.1.0";
+  record.clock = "realtime";
+  record.ticks = 10'000;
+  record.period_ns = millisecond;
+  record.duration_ns = 10'000 * millisecond;
+  record.started_at = "2025-03-01T12:34:56Z";
+  record.wall_ns = 10'021 * millisecond;
+  record.seed = 1;
+  record.overrides = {{"dut.enabled", "false"}};
+  record.realtime = {
+      "SCHED_OTHER",
+      0,
+      false,
+      {2, 3},
+      "Linux 6.1.0-18-amd64",
+      {"SCHED_FIFO at priority 60 was refused (Operation not permitted); the run used SCHED_OTHER.",
+       "Memory could not be locked: RLIMIT_MEMLOCK is 8 MiB."}};
+  record.gpu = {"llvmpipe (LLVM 15.0.6, 256 bits)", "Mesa 22.3.6", "Vulkan 1.3.230"};
+  record.tasks = tasks();
+  record.base_stages = {{"latch inputs", 24 * millisecond, spread(10'000, 2'300, 4'000, 9'000, 21'000)},
+                        {"tasks", 770 * millisecond, spread(10'000, 71'000, 160'000, 700'000, 1'300'000)},
+                        {"release outputs", 31 * millisecond, spread(10'000, 2'900, 6'000, 11'000, 30'000)},
+                        {"idle", 9'175 * millisecond, spread(10'000, 921'000, 975'000, 980'000, 981'000)}};
+  record.watchdog = {{7'041 * millisecond, "no tick for 20 ms; outputs set to their safe values"}};
+  record.transactions = {12'345, 12'340, 2, 1, 1, 0, 0, 1, 0, 0, 0, 2};
+  record.can = {{"car", "virtual", 1'000, 3'021, 0, 0, 0, 2, 1, 0, 0.124}};
+  record.modbus = {{"plc at 127.0.0.1:40213", 400, 398, 2, 0, 1}};
+  record.processes = {{"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
+                       "signal 11 (SIGSEGV)", 6'210 * millisecond},
+                      {"plc", "hil-crossing-plc --listen 127.0.0.1:40213", "exit code 0", std::nullopt}};
+  record.expectations = {{"no collision", false, "collision.ego was 1", 8'412 * millisecond},
+                         {"DUT answers within 50 ms", true, "400 answers, slowest 41.2 ms", std::nullopt}};
+  record.response_times = {response()};
+  record.events = {{2'000 * millisecond, "light_cross turns red"},
+                   {4'310 * millisecond, "car_1 runs its red light"},
+                   {6'210 * millisecond, "dut died: signal 11 (SIGSEGV)"},
+                   {8'412 * millisecond, "ego collides with car_1"}};
+  record.top_view = crossing();
+  record.scan_comparison = {
+      scan_of_car("Motion ignored", "Every beam meets the car where it stood at the middle of the scan.",
+                  0.0),
+      scan_of_car("With the scan", "The car drives to the right, as the beam turns: elongated.", -9.0),
+      scan_of_car("Against the scan", "The car drives to the left, toward the turning beam: compressed.",
+                  9.0)};
+  return record;
+}
+
+}  // namespace hil::report::test
