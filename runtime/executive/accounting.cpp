@@ -26,11 +26,10 @@ std::size_t ticks_in(std::int64_t span_ns, std::int64_t base_period_ns) {
 
 Accounting::Accounting(const AccountingOptions& options, const Slots& slots, std::int64_t base_period_ns,
                        const Probe& probe)
-    : probe_(probe),
-      base_period_ns_(base_period_ns),
-      options_(options),
-      base_runs_(options.records_per_thread),
+    : base_runs_(options.records_per_thread),
       base_ticks_(options.records_per_thread),
+      probe_(probe),
+      options_(options),
       rings_{&base_runs_},
       last_runs_(runs_in(options.trace_ns, slots)),
       last_ticks_(ticks_in(options.trace_ns, base_period_ns)) {

@@ -85,11 +85,10 @@ class Accounting {
   MissCause cause_of_skip(const TickRecord& tick) const noexcept;
   void look_at_steal();
 
-  const Probe& probe_;
-  const std::int64_t base_period_ns_;
-  const AccountingOptions options_;
   SpscRing<RunRecord> base_runs_;
   SpscRing<TickRecord> base_ticks_;
+  const Probe& probe_;
+  const AccountingOptions options_;
   std::vector<SpscRing<RunRecord>*> rings_;
   std::vector<TaskAccount> tasks_;
   BaseResult base_;

@@ -1,6 +1,6 @@
 #include "runtime/executive/clock.hpp"
 
-#include <time.h>
+#include <ctime>
 
 namespace hil::executive {
 namespace {

@@ -1,9 +1,8 @@
 #include "runtime/executive/machine.hpp"
 
-#include <time.h>
-
 #include <algorithm>
 #include <charconv>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 

@@ -2,11 +2,11 @@
 
 #include <fcntl.h>
 #include <sys/resource.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <array>
 #include <cstdio>
+#include <ctime>
 
 #include "runtime/executive/clock.hpp"
 

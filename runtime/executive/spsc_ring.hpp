@@ -53,10 +53,11 @@ class SpscRing {
   std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
  private:
-  std::vector<Record> records_;
+  // What the writing thread changes and what the reading one does lie in cache lines of their own.
   alignas(64) std::atomic<std::uint64_t> head_{0};
+  std::atomic<std::uint64_t> lost_{0};
+  std::vector<Record> records_;
   alignas(64) std::atomic<std::uint64_t> tail_{0};
-  alignas(64) std::atomic<std::uint64_t> lost_{0};
 };
 
 }  // namespace hil::executive

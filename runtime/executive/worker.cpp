@@ -36,7 +36,7 @@ void run_step(TaskSlot& slot, const Clock& clock, const Probe& probe) noexcept {
 }
 
 Worker::Worker(std::string name, const Clock& clock, const Probe& probe, std::size_t ring_capacity)
-    : name_(std::move(name)), clock_(clock), probe_(probe), records_(ring_capacity) {
+    : records_(ring_capacity), name_(std::move(name)), clock_(clock), probe_(probe) {
   sem_init(&wake_, 0, 0);
   sem_init(&ready_, 0, 0);
 }

@@ -58,10 +58,10 @@ class Worker {
   TaskSlot* take_released() noexcept;
   void run(TaskSlot& slot) noexcept;
 
+  SpscRing<RunRecord> records_;
   const std::string name_;
   const Clock& clock_;
   const Probe& probe_;
-  SpscRing<RunRecord> records_;
   std::vector<TaskSlot*> slots_;  ///< by period
   std::int64_t free_ns_ = 0;      ///< when the last run on this thread ended
   std::vector<std::string> refused_;

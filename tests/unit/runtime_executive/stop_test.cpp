@@ -1,10 +1,10 @@
 // A run that is asked to stop ends in order within one tick and leaves no thread behind.
 
 #include <gtest/gtest.h>
-#include <signal.h>
 
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <iterator>
 #include <thread>
