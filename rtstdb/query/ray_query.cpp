@@ -121,7 +121,10 @@ bool GpuRayQuery::unpack(std::uint32_t count, const RowSource& rows) noexcept {
     hit.lambda = record.lambda;
     hit.u = record.u;
     hit.v = record.v;
-    hit.entity = rows.row(record.entity)->id;
+    const EntityState& state = *rows.row(record.entity);
+    hit.entity = state.id;
+    hit.mask = state.row.mask;
+    hit.material = state.row.material;
     hit.triangle = record.triangle;
     hit.front_face = record.front_face != 0;
     hit.n_world = record.n_world;

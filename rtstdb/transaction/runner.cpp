@@ -72,6 +72,7 @@ bool Runner::expectations_hold(TransactionImpl& transaction, const query::RowSou
 
 std::optional<Status> Runner::answer(TransactionImpl& transaction, const query::RowSource& rows) noexcept {
   Outcome& outcome = transaction.draft();
+  transaction.answer_reads(rows);
   if (transaction.requests().empty()) {
     outcome.computed = clock_.now();
     return std::nullopt;

@@ -11,6 +11,7 @@ TransactionImpl::TransactionImpl(const TransactionOptions& options, const Engine
   write_set_.writes.reserve(options.max_writes);
   creates_.reserve(options.max_writes);
   requests_.reserve(options.max_queries);
+  reads_.reserve(options.max_reads);
 }
 
 TransactionImpl::~TransactionImpl() {
@@ -26,6 +27,7 @@ void TransactionImpl::begin(const Terms& terms) noexcept {
   write_set_.time = terms.world_time;
   creates_.clear();
   requests_.clear();
+  reads_.clear();
   outcome_ = Outcome{};
   status_.set(static_cast<std::uint32_t>(Status::idle));
 }
@@ -60,6 +62,13 @@ void TransactionImpl::update_motion(EntityId entity, const Motion& motion) noexc
 
 void TransactionImpl::remove(EntityId entity) noexcept {
   declare(store::WriteKind::remove, entity, EntityRow{});
+}
+
+std::uint32_t TransactionImpl::read(EntityId entity) noexcept {
+  assert_declaring();
+  RTSTDB_ASSERT(reads_.size() < options_.max_reads);
+  reads_.push_back({entity, {}, 0});
+  return static_cast<std::uint32_t>(reads_.size()) - 1;
 }
 
 void TransactionImpl::ask(RayQuery& query, std::uint32_t count) noexcept {
@@ -98,6 +107,19 @@ EntityId TransactionImpl::created(std::uint32_t ordinal) const noexcept {
   RTSTDB_ASSERT(ordinal < creates_.size());
   RTSTDB_ASSERT(status() != Status::idle && status() != Status::pending);
   return outcome_.done() ? write_set_.writes[creates_[ordinal]].state.id : EntityId{};
+}
+
+const EntityState* TransactionImpl::state(std::uint32_t ordinal) const noexcept {
+  RTSTDB_ASSERT(ordinal < reads_.size());
+  RTSTDB_ASSERT(status() != Status::idle && status() != Status::pending);
+  return outcome_.done() && reads_[ordinal].id.valid() ? &reads_[ordinal] : nullptr;
+}
+
+void TransactionImpl::answer_reads(const query::RowSource& rows) noexcept {
+  for (EntityState& read : reads_) {
+    const EntityState* found = rows.find(read.id);
+    read = found != nullptr ? *found : EntityState{};
+  }
 }
 
 void TransactionImpl::mark_pending() noexcept {

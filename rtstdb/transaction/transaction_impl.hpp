@@ -39,10 +39,12 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   void update(EntityId entity, const EntityRow& row) noexcept override;
   void update_motion(EntityId entity, const Motion& motion) noexcept override;
   void remove(EntityId entity) noexcept override;
+  std::uint32_t read(EntityId entity) noexcept override;
   void ask(RayQuery& query, std::uint32_t count) noexcept override;
   void ask(RegionQuery& query, std::uint32_t count) noexcept override;
   void ask(OverlapQuery& query, std::uint32_t count) noexcept override;
   EntityId created(std::uint32_t ordinal) const noexcept override;
+  const EntityState* state(std::uint32_t ordinal) const noexcept override;
   Status status() const noexcept override { return static_cast<Status>(status_.get()); }
   const Outcome& outcome() const noexcept override { return outcome_; }
 
@@ -55,6 +57,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   const store::WriteSet& write_set() const noexcept { return write_set_; }
   std::span<const query::Request> requests() const noexcept { return requests_; }
   Outcome& draft() noexcept { return outcome_; }
+  void answer_reads(const query::RowSource& rows) noexcept;
   void mark_pending() noexcept;
   /// Gives the transaction back to its owner, who may destroy it at once.
   void finish(Status status) noexcept;
@@ -75,6 +78,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   store::WriteSet write_set_;
   std::vector<std::uint32_t> creates_;  ///< ordinal of create -> index in the write set
   std::vector<query::Request> requests_;
+  std::vector<EntityState> reads_;  ///< asked for by id; once answered, an invalid id is an absent entity
   Outcome outcome_;
   FutexCell status_{static_cast<std::uint32_t>(Status::idle)};
 };

@@ -77,13 +77,6 @@ struct Health {
   bool device_lost = false;
 };
 
-/// One row as it stands in a version.
-struct EntityState {
-  EntityId id;
-  EntityRow row;
-  Version written_by = 0;
-};
-
 class Database {
  public:
   /// Errors: no_device with a sentence that says what was looked for, what was found and what to install.

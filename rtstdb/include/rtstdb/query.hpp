@@ -57,6 +57,8 @@ struct RayHit {
   float lambda = 0.0f;
   float u = 0.0f, v = 0.0f;  ///< barycentric weights of the second and third corner
   EntityId entity;           ///< invalid on a miss
+  std::uint32_t mask = 0;      ///< the entity's
+  std::uint32_t material = 0;  ///< the entity's
   std::uint32_t triangle = 0;
   bool front_face = false;  ///< the ray came from the triangle's front
   glm::vec3 n_world{0.0f};  ///< unit geometric normal, on the side of the triangle's front

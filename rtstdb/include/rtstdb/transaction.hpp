@@ -20,6 +20,13 @@ namespace rtstdb {
 /// nothing after it had begun is not given again.
 using Version = std::uint64_t;
 
+/// One row as it stands in a version.
+struct EntityState {
+  EntityId id;
+  EntityRow row;
+  Version written_by = 0;
+};
+
 enum class DeadlineClass : std::uint8_t {
   hard,         ///< a miss is a fault of the run: carried out all the same, and counted
   firm,         ///< met or not done: never committed late
@@ -129,6 +136,7 @@ struct TransactionOptions {
   std::uint32_t max_writes = 0;
   std::uint32_t max_preconditions = 0;
   std::uint32_t max_queries = 0;
+  std::uint32_t max_reads = 0;
 };
 
 /// Made by Database::make_transaction. Going over its options' counts is misuse. Must not outlive its
@@ -151,6 +159,10 @@ class Transaction {
   virtual void update_motion(EntityId entity, const Motion& motion) noexcept = 0;
   virtual void remove(EntityId entity) noexcept = 0;
 
+  /// Reads the entity's row in the version that the transaction makes or reads. Returns the ordinal of this
+  /// read, for state().
+  virtual std::uint32_t read(EntityId entity) noexcept = 0;
+
   /// Asks the first `count` elements of the query's input span. Zero is allowed and answers nothing.
   virtual void ask(RayQuery& query, std::uint32_t count) noexcept = 0;
   virtual void ask(RegionQuery& query, std::uint32_t count) noexcept = 0;
@@ -158,6 +170,9 @@ class Transaction {
 
   /// After the outcome: the id of a created entity; invalid when the transaction came to nothing.
   virtual EntityId created(std::uint32_t ordinal) const noexcept = 0;
+  /// After the outcome: what a read found; null when the entity is not in that version, or nothing was done.
+  /// Valid until the next begin.
+  virtual const EntityState* state(std::uint32_t ordinal) const noexcept = 0;
   /// Any thread may poll; the rest of the outcome is valid once this is neither idle nor pending.
   virtual Status status() const noexcept = 0;
   virtual const Outcome& outcome() const noexcept = 0;
