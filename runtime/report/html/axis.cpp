@@ -44,18 +44,21 @@ std::vector<double> linear_ticks(Interval range, int most) {
   std::vector<double> ticks;
   const double first = std::ceil(range.low / step - slightly);
   const double last = std::floor(range.high / step + slightly);
-  for (double index = first; index <= last; index += 1.0)
-    ticks.push_back(index * step);
+  const int count = static_cast<int>(last - first) + 1;  // small: the step is a good part of the length
+  for (int index = 0; index < count; ++index)
+    ticks.push_back((first + index) * step);
   return ticks;
 }
 
 std::vector<double> logarithmic_ticks(Interval range) {
   const bool dense = std::log10(range.high / range.low) <= 3.0 + slightly;
   std::vector<double> ticks;
-  for (double power = power_of_ten_below(range.low); power <= range.high * (1.0 + slightly); power *= 10.0) {
+  const double first_power = power_of_ten_below(range.low);
+  const int decades = static_cast<int>(std::ceil(std::log10(range.high / first_power)));
+  for (int decade = 0; decade <= decades; ++decade) {
     for (const double mantissa : mantissas) {
       if (mantissa > 1.0 && !dense) break;
-      const double tick = mantissa * power;
+      const double tick = mantissa * first_power * std::pow(10.0, decade);
       if (tick >= range.low * (1.0 - slightly) && tick <= range.high * (1.0 + slightly))
         ticks.push_back(tick);
     }

@@ -77,8 +77,8 @@ void response_card(Markup& out, const ResponseTime& response) {
                measured_time(spread.max);
   }
   if (response.limit_ns > 0) {
-    summary += "; limit " + chosen_time(response.limit_ns) + ", exceeded by " +
-               count_text(static_cast<std::uint64_t>(late));
+    summary += "; limit " + chosen_time(response.limit_ns) + ", " +
+               count_text(static_cast<std::uint64_t>(late)) + " past it";
   }
   out.element("p", {{"class", "small"}}, summary + "; unanswered: " + count_text(response.unanswered) + ".");
   if (spread.samples > 0) {

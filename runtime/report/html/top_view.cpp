@@ -108,7 +108,7 @@ class Drawing {
     rectangle("plot-area", area);
     scale_bar();
     compass();
-    const TopViewResult result{place_labels()};
+    TopViewResult result{place_labels()};
     legend();
     out_.close();
     return result;
@@ -243,7 +243,7 @@ class Drawing {
   void collect_legend() {
     using enum LegendEntry::Symbol;
     for (const auto& [layer, entry] : layer_legend) {
-      const auto of_layer = [&](const Shape& shape) { return shape.layer == layer; };
+      const auto of_layer = [wanted = layer](const Shape& shape) { return shape.layer == wanted; };
       if (std::ranges::any_of(view_.shapes, of_layer)) legend_.push_back(entry);
     }
     if (!view_.tracks.empty()) legend_.push_back({"track", line, "way of a vehicle"});

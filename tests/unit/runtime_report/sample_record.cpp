@@ -161,7 +161,7 @@ double range_to_box(double azimuth, double elevation, PointM minimum, PointM max
 
 /// A scanner 1.2 m above the ground looks along +x and turns from left to right in one second.
 ScanPicture scan_of_car(const char* title, const char* caption, double speed_mps) {
-  constexpr int columns = 1400;
+  constexpr int columns = 700;
   ScanPicture picture{title, caption, {"ground", "car_1", "house"}, 1, {0.0, -1.0}, 4.5, not_known, not_known,
                       0.12,  {}};
   double lowest = 1e9;
@@ -179,7 +179,7 @@ ScanPicture scan_of_car(const char* title, const char* caption, double speed_mps
       const double wall = range_to_box(azimuth, elevation, {26.0, -30.0}, {27.0, 30.0}, -1.2, 9.0);
       const double range = std::min({body, cabin, wall});
       if (!std::isfinite(range)) continue;
-      if (range == wall && column % 7 != 0) continue;
+      if (range == wall && column % 4 != 0) continue;
       const double y_m = range * std::cos(elevation) * std::sin(azimuth);
       picture.points.push_back({range * std::cos(elevation) * std::cos(azimuth), y_m,
                                 1.2 + range * std::sin(elevation), azimuth, elevation, range,

@@ -66,7 +66,9 @@ TEST(EscapeMarkup, ComesBackFromAParserAsTheCleanText) {
   }
   for (const std::string& text : texts) {
     const std::string escaped = escape_markup(text);
-    const test::XmlElement parsed = test::parse_strictly("<a b=\"" + escaped + "\">" + escaped + "</a>");
+    std::string document = "<a b=\"";
+    document.append(escaped).append("\">").append(escaped).append("</a>");
+    const test::XmlElement parsed = test::parse_strictly(document);
     EXPECT_EQ(parsed.text, clean_text(text));
     EXPECT_EQ(parsed.attributes.at("b"), clean_text(text));
   }
