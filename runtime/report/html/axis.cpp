@@ -44,7 +44,8 @@ std::vector<double> linear_ticks(Interval range, int most) {
   std::vector<double> ticks;
   const double first = std::ceil(range.low / step - slightly);
   const double last = std::floor(range.high / step + slightly);
-  const int count = static_cast<int>(last - first) + 1;  // small: the step is a good part of the length
+  const int count =
+      std::max(static_cast<int>(last - first) + 1, 0);  // small: the step is a good part of the length
   for (int index = 0; index < count; ++index)
     ticks.push_back((first + index) * step);
   return ticks;
