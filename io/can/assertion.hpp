@@ -4,14 +4,13 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <source_location>
 
 namespace hil::io::can {
 
-inline void require(bool condition, const char* rule,
-                    std::source_location place = std::source_location::current()) noexcept {
+inline void require(bool condition, const char* rule, const char* file = __builtin_FILE(),
+                    int line = __builtin_LINE()) noexcept {
   if (condition) return;
-  std::fprintf(stderr, "%s:%u: misuse: %s\n", place.file_name(), static_cast<unsigned>(place.line()), rule);
+  std::fprintf(stderr, "%s:%d: misuse: %s\n", file, line, rule);
   std::abort();
 }
 

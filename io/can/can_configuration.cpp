@@ -24,10 +24,12 @@ const DbcMessage* check_message(const CanDeviceConfig& config, const std::string
   for (const std::string& problem : coding_problems(*message, protection, use))
     problems.push_back(bus + problem);
   for (const auto& [signal, value] : safe_values) {
+    std::string problem = bus;
+    problem.append("the safe value of '").append(name).append(".").append(signal).append("' ");
     if (message->find_signal(signal) == nullptr) {
-      problems.push_back(bus + "message '" + name + "' has no signal '" + signal + "' to have a safe value");
+      problems.push_back(problem.append("belongs to a signal that the message does not have"));
     } else if (!std::isfinite(value)) {
-      problems.push_back(bus + "the safe value of '" + name + "." + signal + "' is not a finite number");
+      problems.push_back(problem.append("is not a finite number"));
     }
   }
   return message;

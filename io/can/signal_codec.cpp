@@ -151,9 +151,9 @@ double SignalCodec::physical_maximum() const noexcept {
 
 std::uint64_t SignalCodec::extract(std::span<const std::uint8_t> payload) const noexcept {
   require(payload.size() >= needed_bytes_, "the payload holds the signal");
-  std::uint64_t raw = payload[static_cast<std::size_t>(low_byte_)] >> shift_;
+  std::uint64_t raw = payload[byte_at(0)] >> shift_;
   for (int index = 1; index < byte_count_; ++index) {
-    const std::uint64_t byte = payload[static_cast<std::size_t>(low_byte_ + step_ * index)];
+    const std::uint64_t byte = payload[byte_at(index)];
     raw |= byte << (8U * static_cast<unsigned>(index) - shift_);
   }
   return raw & mask_;
@@ -162,7 +162,7 @@ std::uint64_t SignalCodec::extract(std::span<const std::uint8_t> payload) const 
 void SignalCodec::insert(std::span<std::uint8_t> payload, std::uint64_t raw) const noexcept {
   require(payload.size() >= needed_bytes_, "the payload holds the signal");
   for (int index = 0; index < byte_count_; ++index) {
-    std::uint8_t& byte = payload[static_cast<std::size_t>(low_byte_ + step_ * index)];
+    std::uint8_t& byte = payload[byte_at(index)];
     const unsigned up = 8U * static_cast<unsigned>(index);
     const auto place = [&](std::uint64_t bits) {
       return static_cast<std::uint8_t>(index == 0 ? bits << shift_ : bits >> (up - shift_));

@@ -57,6 +57,11 @@ class SignalCodec {
   std::uint64_t mask() const noexcept { return mask_; }
 
  private:
+  /// The byte that holds the signal's bits from 8 * index - shift_ on.
+  std::size_t byte_at(int index) const noexcept {
+    const int byte = low_byte_ + step_ * index;
+    return static_cast<std::size_t>(byte);
+  }
   bool is_floating() const noexcept { return type_ == ValueType::float32 || type_ == ValueType::float64; }
   void set_integer_limits(const DbcSignal& signal);
   std::uint64_t integer_raw(double rounded) const noexcept;

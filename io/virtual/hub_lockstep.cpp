@@ -118,7 +118,7 @@ can::SettleResult Hub::settle(RunTimeNs now_ns) {
   open_step();
   for (int round = 0; round < most_rounds; ++round) {
     bool quiet = true;
-    const can::SettleResult result = settle_round(quiet);
+    can::SettleResult result = settle_round(quiet);
     if (!result.settled()) return result;
     if (quiet) {
       remove_closed_clients();

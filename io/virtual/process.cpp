@@ -51,7 +51,7 @@ std::string find_program(const ChildConfig& config) {
     rest = colon == std::string::npos ? "" : rest.substr(colon + 1);
   }
   for (const auto& folder : folders) {
-    const std::string candidate = (folder / program).string();
+    std::string candidate = (folder / program).string();
     if (::access(candidate.c_str(), X_OK) == 0 && !std::filesystem::is_directory(candidate)) return candidate;
   }
   std::string text = "process '" + config.name + "': no program '" + program + "' was found";
@@ -110,6 +110,7 @@ Child::Child(const ChildConfig& config) : name_(config.name) {
   const std::string program = find_program(config);
   std::vector<std::string> words = config.command;
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words)
     arguments.push_back(word.data());
   arguments.push_back(nullptr);
