@@ -217,7 +217,7 @@ TEST(FirmNeverLate, OnTheKernelsClock) {
   for (int k = 0; k < 3; ++k) {
     threads.emplace_back([&, k] {
       std::mt19937 random(static_cast<unsigned>(k));
-      const auto transaction = engine.make_transaction({1, 0, 1});
+      const auto transaction = engine.make_transaction(room_for(1, 0, 1));
       SimulatedQuery query(1);
       for (int round = 0; round < 2000; ++round) {
         const ClockTime deadline = clock.now() + Nanoseconds(random() % 300'000);

@@ -128,12 +128,20 @@ inline Terms terms(DeadlineClass deadline_class, ClockTime deadline = ClockTime:
   return made;
 }
 
+inline TransactionOptions room_for(std::uint32_t writes, std::uint32_t preconditions, std::uint32_t queries) {
+  TransactionOptions made;
+  made.max_writes = writes;
+  made.max_preconditions = preconditions;
+  made.max_queries = queries;
+  return made;
+}
+
 /// One engine with everything simulated.
 struct World {
   explicit World(const EngineOptions& options = engine_options()) : engine(options, executor, clock) {}
 
   std::unique_ptr<Transaction> make(std::uint32_t max_writes = 8, std::uint32_t max_queries = 2) {
-    return engine.make_transaction({max_writes, 4, max_queries});
+    return engine.make_transaction(room_for(max_writes, 4, max_queries));
   }
   const Outcome& execute(Transaction& transaction) {
     engine.submit(transaction);
