@@ -1,12 +1,13 @@
 #include "io/modbus/client_device.hpp"
 
 #include <pthread.h>
-#include <signal.h>
-#include <time.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <csignal>
+#include <ctime>
 #include <utility>
 
 #include "io/modbus/register_codec.hpp"
@@ -385,7 +386,7 @@ bool ClientDevice::settle(Reply reply, const char* verb, const PlannedRequest& p
     return true;
   }
   (reply == Reply::timeout ? counters_.timeouts : counters_.errors).fetch_add(1, relaxed);
-  lose_connection(std::move(fault));
+  lose_connection(fault);
   return false;
 }
 
@@ -395,14 +396,14 @@ std::chrono::microseconds ClientDevice::request_limit(WallTime until) const {
   return std::clamp(left, std::chrono::microseconds(1), settings_.response_timeout);
 }
 
-void ClientDevice::lose_connection(std::string fault) {
+void ClientDevice::lose_connection(const std::string& fault) {
   session_.disconnect();
   next_connect_ = WallClock::now() + reconnect_pause_;
   reconnect_pause_ = std::min(2 * reconnect_pause_, settings_.reconnect_pause_max);
-  set_fault(std::move(fault));
+  set_fault(fault);
 }
 
-void ClientDevice::set_fault(std::string fault) {
+void ClientDevice::set_fault(const std::string& fault) {
   const std::scoped_lock lock(health_mutex_);
   health_.connected = session_.connected();
   health_.fault = fault.empty() ? "" : who_ + ": " + fault;

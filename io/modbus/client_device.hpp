@@ -139,8 +139,8 @@ class ClientDevice final : public Device {
   void encode_into(WriteRequest& request, std::size_t entry, double value);
   bool settle(Reply reply, const char* verb, const PlannedRequest& plan);
   std::chrono::microseconds request_limit(WallTime until) const;
-  void lose_connection(std::string fault);
-  void set_fault(std::string fault);
+  void lose_connection(const std::string& fault);
+  void set_fault(const std::string& fault);
 
   const ClientSettings settings_;
   const RegisterMap map_;

@@ -33,7 +33,7 @@
 namespace hil::io::modbus {
 
 struct ServerSettings {
-  std::string name{};                  ///< of the device, as in the configuration
+  std::string name{};                 ///< of the device, as in the configuration
   Endpoint endpoint{"127.0.0.1", 0};  ///< port 0: a free one, see ServerDevice::port
   ServerLimits limits{};
   std::chrono::milliseconds max_age{0};             ///< of an input that counts as fresh; 0: no limit

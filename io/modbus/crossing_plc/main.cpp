@@ -3,10 +3,10 @@
 // address.
 
 #include <CLI/CLI.hpp>
-#include <signal.h>
 #include <sys/signalfd.h>
 
 #include <charconv>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <map>

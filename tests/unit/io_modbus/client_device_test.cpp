@@ -46,7 +46,7 @@ RegisterMap turned(RegisterMap map) {
 }
 
 struct Pair {
-  explicit Pair(Pacing pacing, ClientSettings client_settings = {}, RegisterMap map = unit_map())
+  explicit Pair(Pacing pacing, ClientSettings client_settings = {}, const RegisterMap& map = unit_map())
       : server({.name = "unit"}, turned(map)) {
     server.start(wall, Pacing::realtime);
     client_settings.name = "plc";

@@ -19,7 +19,7 @@ std::vector<std::size_t> all_of(const RegisterMap& map) {
   return indices;
 }
 
-RegisterMap words(std::uint16_t first, int count) {
+RegisterMap words(std::uint16_t first, std::uint16_t count) {
   RegisterMap map;
   for (std::uint16_t i = 0; i < count; ++i) {
     map.entries.push_back(entry(bench::numbered("r", i), Table::holding,

@@ -151,7 +151,7 @@ TEST(ServerFaults, OneConnectionTooManyIsRefusedAndAPlaceThatIsFreeAgainIsGiven)
 }
 
 TEST(ServerFaults, AClientThatTakesNoRepliesIsDroppedAndDelaysNobody) {
-  Served served;
+  Served served({.idle_limit = milliseconds(1500)});
   RawClient deaf(served.device.port());
   RawClient sound(served.device.port());
   const int small = 4096;
@@ -161,11 +161,17 @@ TEST(ServerFaults, AClientThatTakesNoRepliesIsDroppedAndDelaysNobody) {
     const Bytes next = frame(i, {3, 0, 0, 0, 4});
     burst.insert(burst.end(), next.begin(), next.end());
   }
+  std::size_t at = 0;
   EXPECT_TRUE(eventually(
       [&] {
-        ::send(deaf.fd(), burst.data(), burst.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+        // Goes on where the last send stopped: the stream stays sound, only its replies are not taken.
+        const ssize_t sent =
+            ::send(deaf.fd(), burst.data() + at, burst.size() - at, MSG_NOSIGNAL | MSG_DONTWAIT);
+        if (sent > 0) at = (at + static_cast<std::size_t>(sent)) % burst.size();
         EXPECT_LT(answer_time(sound), milliseconds(500));
-        return served.device.counters().dropped_deaf == 1;
+        // Now and then the kernel of the deaf side, its buffer full, takes no acknowledgements either, and
+        // its requests stop before a reply is refused: then it is dropped as silent.
+        return served.device.counters().dropped_deaf + served.device.counters().dropped_silent == 1;
       },
       milliseconds(20'000)));
 }
