@@ -46,6 +46,7 @@ std::vector<double> linear_ticks(Interval range, int most) {
   const double last = std::floor(range.high / step + slightly);
   const int count =
       std::max(static_cast<int>(last - first) + 1, 0);  // small: the step is a good part of the length
+  ticks.reserve(static_cast<std::size_t>(count));
   for (int index = 0; index < count; ++index)
     ticks.push_back((first + index) * step);
   return ticks;
