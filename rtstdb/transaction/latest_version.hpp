@@ -24,7 +24,7 @@ class LatestVersion {
     std::atomic<Version> version{0};
     std::atomic<std::int64_t> time_ns{0};
   };
-  std::array<Slot, kept> slots_;
+  std::array<Slot, kept> slots_{};
   std::atomic<std::uint64_t> count_{0};  ///< how often set; the newest lies in slot count mod kept
 };
 

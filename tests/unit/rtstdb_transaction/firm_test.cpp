@@ -120,6 +120,7 @@ class Flood {
 
   void run() {
     std::vector<std::thread> threads;
+    threads.reserve(static_cast<std::size_t>(threads_));
     for (int thread = 0; thread < threads_; ++thread)
       threads.emplace_back([this, thread] { submit_all(thread); });
     for (std::thread& thread : threads)
@@ -213,6 +214,7 @@ TEST(FirmNeverLate, OnTheKernelsClock) {
   };
   Engine engine(engine_options(), executor, clock);
   std::vector<std::thread> threads;
+  threads.reserve(3);
   std::atomic<int> late{0};
   for (int k = 0; k < 3; ++k) {
     threads.emplace_back([&, k] {

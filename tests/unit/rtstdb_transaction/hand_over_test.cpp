@@ -42,6 +42,7 @@ TEST(HandOver, NothingIsLostOrTakenTwiceUnderEightProducers) {
   std::vector<std::vector<Item>> items(producers, std::vector<Item>(items_each));
   std::vector<std::uint32_t> accepted(producers, 0);
   std::vector<std::thread> threads;
+  threads.reserve(producers);
   for (std::uint32_t producer = 0; producer < producers; ++producer) {
     threads.emplace_back([&, producer] {
       for (std::uint32_t number = 0; number < items_each; ++number) {
@@ -75,6 +76,7 @@ TEST(LatestVersion, VersionAndTimeBelongTogether) {
   LatestVersion latest({0, world_time_ns(0)});
   std::atomic<bool> stop{false};
   std::vector<std::thread> readers;
+  readers.reserve(3);
   std::atomic<std::uint64_t> mismatches{0};
   for (int k = 0; k < 3; ++k) {
     readers.emplace_back([&] {

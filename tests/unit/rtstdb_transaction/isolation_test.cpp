@@ -15,6 +15,7 @@ constexpr int submitters = 8;
 
 void in_parallel(const std::function<void(int)>& work) {
   std::vector<std::thread> threads;
+  threads.reserve(submitters);
   for (int k = 0; k < submitters; ++k)
     threads.emplace_back([&, k] { work(k); });
   for (std::thread& thread : threads)

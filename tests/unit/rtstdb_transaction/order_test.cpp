@@ -172,6 +172,7 @@ TEST(Order, ClosingUnderFireGivesEachItsOneOutcome) {
     std::atomic<std::uint64_t> done{0};
     std::atomic<std::uint64_t> cancelled{0};
     std::vector<std::thread> threads;
+    threads.reserve(4);
     for (int k = 0; k < 4; ++k) {
       threads.emplace_back([&] {
         const auto transaction = world.make();

@@ -296,6 +296,35 @@ TEST_F(Statuses, AskingForNothingIsAllowed) {
   EXPECT_EQ(transaction->outcome().version, 1u);
 }
 
+TEST_F(Statuses, ReadsShowTheRowsOfTheVersionMadeOrRead) {
+  const auto transaction = world_.make();
+  transaction->begin({});
+  transaction->update(entity_, row_of(5));
+  transaction->create(row_of(6));
+  const std::uint32_t own = transaction->read(entity_);
+  const std::uint32_t created = transaction->read({1, 1});
+  const std::uint32_t absent = transaction->read({1, 7});
+  ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
+  ASSERT_NE(transaction->state(own), nullptr);
+  EXPECT_EQ(transaction->state(own)->row.material, 5u);
+  EXPECT_EQ(transaction->state(own)->written_by, 2u);
+  ASSERT_NE(transaction->state(created), nullptr);
+  EXPECT_EQ(transaction->state(created)->row.material, 6u);
+  EXPECT_EQ(transaction->state(absent), nullptr);
+
+  Terms pinned;
+  pinned.read_at = ReadAt::pinned(1);
+  transaction->begin(pinned);
+  const std::uint32_t older = transaction->read(entity_);
+  world_.execute(*transaction);
+  EXPECT_EQ(transaction->state(older)->row.material, 1u);
+
+  transaction->begin(terms(DeadlineClass::firm, now_ - 1ms));
+  const std::uint32_t never = transaction->read(entity_);
+  world_.execute(*transaction);
+  EXPECT_EQ(transaction->state(never), nullptr) << "nothing was done, nothing was read";
+}
+
 TEST_F(Statuses, CountsAddUp) {
   world_.execute(*change(terms(DeadlineClass::soft)));
   world_.execute(*change(terms(DeadlineClass::firm, now_ - 1ms)));
