@@ -39,7 +39,7 @@ std::string found(const TreeNode& tree) {
     case Shape::mapping:
       return "keys and values";
   }
-  stop_on_misuse("a shape of the list", std::source_location::current());
+  stop_on_misuse("a shape of the list");
 }
 
 /// Why the file can not be used; empty when it can.
@@ -138,7 +138,7 @@ std::optional<Value> Checker::check(const TreeNode& tree, const Schema::Node& sc
     case Kind::any:
       return check_any(tree, label);
   }
-  stop_on_misuse("a kind of the list", std::source_location::current());
+  stop_on_misuse("a kind of the list");
 }
 
 bool Checker::expect_scalar(const TreeNode& tree, const Schema::Node& schema, const std::string& label,

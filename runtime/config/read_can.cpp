@@ -24,7 +24,7 @@ std::string read_interface(const Value& device, Diagnostics& diagnostics) {
                                         in_quotes(meant) + "?");
     return {};
   }
-  const std::string interface = text.substr(prefix.size());
+  std::string interface = text.substr(prefix.size());
   if (!is_interface(interface)) {
     diagnostics.add(device.place(),
                     "'device': " + in_quotes(interface) +

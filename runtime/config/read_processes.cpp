@@ -15,14 +15,15 @@ std::optional<CommandWord::Placeholder> read_placeholder(const Value& word, std:
   };
   const std::size_t end = text.find('}', begin);
   if (end == std::string::npos)
-    return refuse("this '{' has no '}'; a placeholder is {can.BUS} or {modbus.UNIT}");
+    return refuse("this '{' has no '}'; a placeholder is {can.BUS}, {modbus.UNIT} or {clock}");
   const std::string inside = text.substr(begin + 1, end - begin - 1);
+  if (inside == "clock") return CommandWord::Placeholder{begin, end + 1 - begin, "clock", ""};
   const std::size_t dot = inside.find('.');
   const std::string section = inside.substr(0, dot);
   const std::string name = dot == std::string::npos ? "" : inside.substr(dot + 1);
   if ((section != "can" && section != "modbus") || name.empty()) {
     return refuse(in_quotes("{" + inside + "}") +
-                  " is no placeholder; those are {can.BUS} and {modbus.UNIT}");
+                  " is no placeholder; those are {can.BUS}, {modbus.UNIT} and {clock}");
   }
   const std::vector<std::string>& known = section == "can" ? reading.can_buses : reading.modbus_units;
   for (const std::string& candidate : known) {

@@ -5,9 +5,8 @@
 
 namespace hil::config {
 
-void stop_on_misuse(const char* rule, const std::source_location& where) {
-  std::fprintf(stderr, "%s:%u: %s: misuse: %s\n", where.file_name(), where.line(), where.function_name(),
-               rule);
+void stop_on_misuse(const char* rule, const char* file, int line) {
+  std::fprintf(stderr, "%s:%d: misuse: %s\n", file, line, rule);
   std::abort();
 }
 

@@ -196,13 +196,14 @@ struct ModbusSection {
   std::vector<Word> read;
 };
 
-/// A word of a command line: text with {can.BUS} and {modbus.UNIT} in it, each known to exist.
+/// A word of a command line: text with {can.BUS} and {modbus.UNIT} in it, each known to exist, and {clock}: "wall" in real
+/// time, "stepped" under the virtual clock.
 struct CommandWord {
   Word written;
   struct Placeholder {
     std::size_t begin = 0;   ///< of the '{' in the text
     std::size_t length = 0;  ///< with both braces
-    std::string section;     ///< "can" or "modbus"
+    std::string section;     ///< "can", "modbus" or "clock"
     std::string name;
   };
   std::vector<Placeholder> placeholders;

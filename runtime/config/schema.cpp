@@ -182,6 +182,10 @@ Schema Schema::exactly_one(std::vector<Field> alternatives, std::vector<Field> c
   return Schema(std::make_shared<const Node>(std::move(node)));
 }
 
+Schema Schema::exactly_one(std::vector<Field> alternatives) {
+  return exactly_one(std::move(alternatives), {});
+}
+
 Schema Schema::any() {
   return Schema(std::make_shared<const Node>());
 }
@@ -265,7 +269,7 @@ std::string expectation_of(const Schema::Node& schema) {
     case Kind::any:
       return "anything";
   }
-  stop_on_misuse("a kind of the list", std::source_location::current());
+  stop_on_misuse("a kind of the list");
 }
 
 std::string range_of(const Schema::Node& schema) {

@@ -76,7 +76,8 @@ class Schema {
   static Schema choice(std::string key, std::vector<std::pair<std::string, Schema>> alternatives);
   /// A record of which exactly one field of `alternatives` is present ({box: ...} or {file: ...}), next to
   /// the `common` ones.
-  static Schema exactly_one(std::vector<Field> alternatives, std::vector<Field> common = {});
+  static Schema exactly_one(std::vector<Field> alternatives);
+  static Schema exactly_one(std::vector<Field> alternatives, std::vector<Field> common);
   static Schema any();  ///< kept as it is, for a second parse with a schema known later (parse_value)
 
   struct Node;

@@ -39,13 +39,14 @@ std::string kind_of(const Schema::Node& schema) {
 void write_parts(const Schema::Node& schema, const std::string& indent, std::string& text);
 
 void write_fields(const std::vector<SchemaField>& fields, const std::string& indent, std::string& text) {
+  const std::string deeper = indent + "  ";
   for (const SchemaField& known : fields) {
     const Field& field = known.field;
-    text += indent + "- `" + field.name + "` (" + kind_of(field.schema.node());
-    if (field.required) text += "; needed";
-    if (field.default_yaml) text += "; default `" + *field.default_yaml + "`";
-    text += "): " + field.about + "\n";
-    write_parts(field.schema.node(), indent + "  ", text);
+    text.append(indent).append("- `").append(field.name).append("` (").append(kind_of(field.schema.node()));
+    if (field.required) text.append("; needed");
+    if (field.default_yaml) text.append("; default `").append(*field.default_yaml).append("`");
+    text.append("): ").append(field.about).append("\n");
+    write_parts(field.schema.node(), deeper, text);
   }
 }
 
@@ -53,9 +54,10 @@ void write_parts(const Schema::Node& schema, const std::string& indent, std::str
   if (schema.item) write_parts(schema.item->node(), indent, text);
   write_fields(schema.exclusive, indent, text);
   write_fields(schema.fields, indent, text);
+  const std::string deeper = indent + "  ";
   for (const auto& [word, alternative] : schema.alternatives) {
-    text += indent + "- with `" + schema.key + ": " + word + "`\n";
-    write_parts(alternative.node(), indent + "  ", text);
+    text.append(indent).append("- with `").append(schema.key).append(": ").append(word).append("`\n");
+    write_parts(alternative.node(), deeper, text);
   }
 }
 

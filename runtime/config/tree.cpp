@@ -217,7 +217,7 @@ class TreeBuilder final : public YAML::EventHandler {
   std::size_t documents_ = 0;
 };
 
-std::optional<TreeNode> build(std::shared_ptr<const SourceText> source, const std::string& text,
+std::optional<TreeNode> build(const std::shared_ptr<const SourceText>& source, const std::string& text,
                               Diagnostics& diagnostics) {
   TreeBuilder builder(source, diagnostics);
   try {
@@ -257,13 +257,14 @@ TreeNode* TreeNode::find(const std::string& key) {
       std::as_const(*this).find(key));  // this node is not const, so neither is its part
 }
 
-std::optional<TreeNode> build_tree(std::shared_ptr<const SourceText> source, Diagnostics& diagnostics) {
+std::optional<TreeNode> build_tree(const std::shared_ptr<const SourceText>& source,
+                                   Diagnostics& diagnostics) {
   if (!check_source(*source, diagnostics)) return std::nullopt;
   const std::string& text = source->text();
   return build(source, text, diagnostics);
 }
 
-std::optional<TreeNode> build_tree_from(std::shared_ptr<const SourceText> source, std::size_t begin,
+std::optional<TreeNode> build_tree_from(const std::shared_ptr<const SourceText>& source, std::size_t begin,
                                         Diagnostics& diagnostics) {
   require(begin <= source->text().size(), "the text begins inside its source");
   if (!check_source(*source, diagnostics)) return std::nullopt;

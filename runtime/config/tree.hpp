@@ -48,10 +48,10 @@ struct TreeEntry {
 
 /// The document in `source`. Empty with at least one mistake when it is not YAML or is refused; mistakes that
 /// leave a tree worth checking (a duplicate key, of which the first counts) are added as well.
-std::optional<TreeNode> build_tree(std::shared_ptr<const SourceText> source, Diagnostics& diagnostics);
+std::optional<TreeNode> build_tree(const std::shared_ptr<const SourceText>& source, Diagnostics& diagnostics);
 
 /// The same for text that stands at `begin` of the first line of `source` and reaches to its end.
-std::optional<TreeNode> build_tree_from(std::shared_ptr<const SourceText> source, std::size_t begin,
+std::optional<TreeNode> build_tree_from(const std::shared_ptr<const SourceText>& source, std::size_t begin,
                                         Diagnostics& diagnostics);
 
 }  // namespace hil::config

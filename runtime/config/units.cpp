@@ -78,7 +78,7 @@ std::span<const Unit> units_of(Quantity quantity) {
     case Quantity::mass_kg:
       return masses;
   }
-  stop_on_misuse("a quantity of the list", std::source_location::current());
+  stop_on_misuse("a quantity of the list");
 }
 
 std::string_view name_with_article(Quantity quantity) {
@@ -100,7 +100,7 @@ std::string_view name_with_article(Quantity quantity) {
     case Quantity::mass_kg:
       return "a mass";
   }
-  stop_on_misuse("a quantity of the list", std::source_location::current());
+  stop_on_misuse("a quantity of the list");
 }
 
 std::string unit_list(Quantity quantity) {
