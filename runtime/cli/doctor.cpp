@@ -1,0 +1,127 @@
+// hil doctor: what this machine can do for a run, measured where it can be.
+
+#include <linux/can.h>
+#include <net/if.h>
+#include <pthread.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+#include "runtime/cli/subcommands.hpp"
+#include "runtime/executive/clock.hpp"
+#include "runtime/executive/histogram.hpp"
+#include "runtime/executive/machine.hpp"
+#include "runtime/executive/realtime.hpp"
+#include "runtime/run/session.hpp"
+
+namespace hil::cli {
+namespace {
+
+void line(const char* topic, const std::string& text) {
+  std::printf("%-22s %s\n", topic, text.c_str());
+}
+
+/// Wake-up latency of a 1 kHz thread for two seconds, under the scheduling that a run would get.
+void measure_wakeups(bool fifo) {
+  executive::MonotonicClock clock;
+  executive::Histogram latency;
+  const executive::RealtimeOptions options{
+      .scheduler = fifo ? executive::Scheduler::fifo : executive::Scheduler::other,
+      .priority = 60,
+      .lock_memory = false,
+      .cpus = {}};
+  {
+    const executive::ThreadRealtime thread(options, options.priority);
+    std::int64_t due_ns = clock.now_ns();
+    for (int i = 0; i < 2000; ++i) {
+      due_ns += 1'000'000;
+      clock.sleep_until(due_ns);
+      latency.record(clock.now_ns() - due_ns);
+    }
+  }
+  const executive::Quantiles q = latency.quantiles();
+  char text[160];
+  std::snprintf(text, sizeof text, "1 kHz for 2 s under %s: p50 %.1f us, p99 %.1f us, max %.1f us",
+                fifo ? "SCHED_FIFO" : "SCHED_OTHER", static_cast<double>(q.p50_ns) * 1e-3,
+                static_cast<double>(q.p99_ns) * 1e-3, static_cast<double>(q.max_ns) * 1e-3);
+  line("wake-up latency", text);
+}
+
+bool look_at_scheduling() {
+  utsname names{};
+  uname(&names);
+  line("kernel", std::string(names.release) + " " + names.version);
+  const executive::RealtimeOptions options{
+      .scheduler = executive::Scheduler::fifo, .priority = 60, .lock_memory = true, .cpus = {}};
+  bool fifo = false;
+  {
+    const executive::ProcessRealtime process(options);
+    const executive::ThreadRealtime thread(options, options.priority);
+    fifo = thread.fifo();
+    line("SCHED_FIFO", fifo ? "granted" : "refused");
+    line("locked memory", process.memory_locked() ? "granted" : "refused");
+    for (const std::string& sentence : thread.refused())
+      line("", sentence);
+    for (const std::string& sentence : process.refused())
+      line("", sentence);
+  }
+  for (const std::string& sentence : executive::timing_limits(executive::read_machine_facts(), fifo))
+    line("limits timing", sentence);
+  return fifo;
+}
+
+bool look_at_gpus() {
+  const std::vector<rtstdb::DeviceInfo> devices = rtstdb::Database::devices();
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    line("Vulkan device", std::to_string(i) + ": " + devices[i].name + ", " + devices[i].driver +
+                              ", Vulkan " + devices[i].api + (devices[i].software ? " (software)" : ""));
+  }
+  const auto opened = rtstdb::Database::open({});
+  line("database", opened ? "opens on " + opened.value()->device().name : opened.error().message);
+  return opened.ok();
+}
+
+void look_at_can() {
+  const int fd = socket(PF_CAN, SOCK_RAW, CAN_RAW);
+  if (fd < 0) {
+    line("SocketCAN",
+         std::string("not in this kernel (") + std::strerror(errno) + "); the virtual bus works without it");
+    return;
+  }
+  close(fd);
+  std::string interfaces;
+  if (struct if_nameindex* all = if_nameindex(); all != nullptr) {
+    for (struct if_nameindex* i = all; i->if_index != 0; ++i) {
+      if (std::strstr(i->if_name, "can") != nullptr) interfaces += std::string(" ") + i->if_name;
+    }
+    if_freenameindex(all);
+  }
+  line("SocketCAN",
+       interfaces.empty()
+           ? "in the kernel, but no interface; ip link add dev vcan0 type vcan makes a virtual one"
+           : "interfaces:" + interfaces);
+}
+
+}  // namespace
+
+void add_doctor(CLI::App& app, int& exit_code) {
+  CLI::App* command =
+      app.add_subcommand("doctor", "say what this machine can do: real-time, wake-up latency, Vulkan, CAN");
+  command->callback([&exit_code] {
+    const bool gpu = look_at_gpus();
+    look_at_can();
+    measure_wakeups(look_at_scheduling());
+    exit_code = gpu ? run::exit_passed : run::exit_gpu_failed;
+  });
+}
+
+}  // namespace hil::cli

@@ -1,0 +1,26 @@
+#include <cstdio>
+
+#include "runtime/cli/subcommands.hpp"
+#include "runtime/config/schema_markdown.hpp"
+#include "runtime/modules/module.hpp"
+#include "runtime/run/session.hpp"
+
+namespace hil::cli {
+
+void add_keys(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "keys", "print every key that a scenario may hold, as the parser knows it (Markdown)");
+  command->callback([&exit_code] {
+    std::printf("# Keys of a scenario\n\n%s\n",
+                config::schema_to_markdown(config::scenario_schema()).c_str());
+    for (const modules::ModuleType& type : modules::module_types()) {
+      std::printf("\n# Parameters of module type `%s`\n\n%s\n\n%s\n", type.name.c_str(), type.about.c_str(),
+                  config::schema_to_markdown(type.parameters).c_str());
+    }
+    std::printf("\n# Register map files\n\n%s\n",
+                config::schema_to_markdown(config::register_map_schema()).c_str());
+    exit_code = run::exit_passed;
+  });
+}
+
+}  // namespace hil::cli

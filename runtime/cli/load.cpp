@@ -1,0 +1,24 @@
+#include "runtime/cli/load.hpp"
+
+#include <cstdio>
+
+namespace hil::cli {
+
+std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides) {
+  config::Diagnostics diagnostics;
+  auto scenario = config::load_scenario(file, overrides, run::module_schemas(), diagnostics);
+  std::optional<run::Wiring> wiring;
+  Loaded loaded;
+  if (scenario) {
+    loaded.scenario = std::make_unique<const config::Scenario>(std::move(*scenario));
+    wiring = run::wire(*loaded.scenario, diagnostics);
+  }
+  if (!wiring) {
+    std::fputs(diagnostics.to_text().c_str(), stderr);
+    return std::nullopt;
+  }
+  loaded.wiring = std::move(*wiring);
+  return loaded;
+}
+
+}  // namespace hil::cli

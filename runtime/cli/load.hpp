@@ -1,0 +1,23 @@
+#pragma once
+// From a scenario's file and the command line's changes to a wired scenario; mistakes go to stderr, all at
+// once.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/run/wiring.hpp"
+
+namespace hil::cli {
+
+struct Loaded {
+  std::unique_ptr<const config::Scenario> scenario;  // the wiring points at it
+  run::Wiring wiring;
+};
+
+/// Empty when there was any mistake, which has then been printed.
+std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides);
+
+}  // namespace hil::cli

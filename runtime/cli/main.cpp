@@ -1,0 +1,30 @@
+// hil: the command line. Each subcommand is one file; this one only says which there are.
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+
+#include "runtime/cli/subcommands.hpp"
+#include "runtime/run/session.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app("hil: a hardware-in-the-loop real-time runtime");
+  app.set_version_flag("--version", HIL_VERSION);
+  app.require_subcommand(1);
+  int exit_code = hil::run::exit_internal;
+  hil::cli::add_run(app, exit_code);
+  hil::cli::add_check(app, exit_code);
+  hil::cli::add_report(app, exit_code);
+  hil::cli::add_doctor(app, exit_code);
+  hil::cli::add_keys(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int answer = app.exit(error);
+    return answer == 0 ? 0 : hil::run::exit_bad_config;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hil: internal fault: %s\n", error.what());
+    return hil::run::exit_internal;
+  }
+  return exit_code;
+}

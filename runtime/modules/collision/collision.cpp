@@ -1,0 +1,89 @@
+#include "runtime/modules/collision/collision.hpp"
+
+#include <algorithm>
+
+namespace hil::modules {
+namespace {
+
+constexpr std::uint32_t most_hits = 32;
+
+class Collision final : public Module {
+ public:
+  explicit Collision(const config::Value& parameters) : body_(parameters["body"].text()) {
+    for (const config::Value& layer : parameters["against"].items())
+      layers_.push_back(layer.text());
+    ports_.outputs = {{.name = "hits", .unit = "", .about = "Bodies touched now"},
+                      {.name = "total", .unit = "", .about = "Bodies that began to touch so far"}};
+  }
+
+  const Ports& ports() const noexcept override { return ports_; }
+
+  void configure(World& world, EventLog& events, const TaskFacts& task) override {
+    const auto body = world.find(body_);
+    if (!body)
+      throw SetupError("module " + task.instance + ": there is no body '" + body_ +
+                       "' (it has to come earlier)");
+    entity_ = *body;
+    mask_ = world.mask_of(layers_, "module " + task.instance);
+    database_ = &world.database();
+    auto query = database_->prepare(
+        rtstdb::OverlapQueryOptions{.name = task.instance, .capacity = 1, .ids_per_entity = most_hits});
+    if (!query) throw SetupError("module " + task.instance + ": " + query.error().message);
+    query_ = std::move(query).value();
+    transaction_ = database_->make_transaction({.max_queries = 1});
+    touching_.reserve(most_hits);
+    began_ = events.add_kind("COLLISION of " + body_ + " with {} bodies", 0);
+  }
+
+  void step(StepContext& context) noexcept override {
+    query_->overlaps()[0] = {.entity = entity_, .t = context.world_time(), .mask = mask_};
+    transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+                         .deadline = context.deadline,
+                         .importance = rtstdb::max_importance,
+                         .world_time = {},
+                         .read_at = rtstdb::ReadAt::pinned(context.version)});
+    transaction_->ask(*query_, 1);
+    if (!context.execute(*database_, *transaction_).done()) return;
+    const rtstdb::OverlapAnswer& answer = query_->answers()[0];
+    double begun = 0.0;
+    for (const rtstdb::EntityId& other : answer.entities) {
+      if (std::find(touching_.begin(), touching_.end(), other) == touching_.end()) begun += 1.0;
+    }
+    touching_.assign(answer.entities.begin(), answer.entities.end());
+    context.outputs[0] = answer.found;
+    context.outputs[1] += begun;
+    if (begun > 0.0) context.events->note(began_, context.time_ns, begun);
+  }
+
+ private:
+  const std::string body_;
+  std::vector<std::string> layers_;
+  Ports ports_;
+  rtstdb::Database* database_ = nullptr;
+  rtstdb::EntityId entity_;
+  std::uint32_t mask_ = 0;
+  std::unique_ptr<rtstdb::OverlapQuery> query_;
+  std::unique_ptr<rtstdb::Transaction> transaction_;
+  std::vector<rtstdb::EntityId> touching_;
+  EventLog::Kind began_;
+};
+
+}  // namespace
+
+ModuleType collision_type() {
+  using config::Field;
+  using config::Schema;
+  return {.name = "collision",
+          .about = "Whether one body touches others.",
+          .parameters = Schema::record({
+              Field::needed("body", Schema::text(),
+                            "The body that is watched, as 'module.vehicle' or an entity's name."),
+              Field::needed("against", Schema::list(Schema::text(), 1, 32),
+                            "Layers of the bodies it may not touch."),
+          }),
+          .create = [](const config::Value& parameters, config::Diagnostics&) -> std::unique_ptr<Module> {
+            return std::make_unique<Collision>(parameters);
+          }};
+}
+
+}  // namespace hil::modules

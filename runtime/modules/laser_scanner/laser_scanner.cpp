@@ -1,0 +1,423 @@
+#include "runtime/modules/laser_scanner/laser_scanner.hpp"
+
+#include <glm/gtc/quaternion.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "runtime/modules/laser_scanner/object_list.hpp"
+#include "runtime/modules/laser_scanner/sweep_comparison.hpp"
+
+namespace hil::modules {
+namespace {
+
+constexpr std::size_t outputs_per_object = 7;
+constexpr std::size_t most_view_points = 4000;
+
+struct Options {
+  std::string carrier;
+  glm::dvec3 mount_m{0.0};
+  glm::dvec3 list_origin_m{0.0};
+  PatternOptions pattern;
+  double range_m = 0.0;
+  std::vector<std::string> layers, object_layers, compare;
+  std::uint32_t max_objects = 0;
+  std::int64_t keep_ns = 0;
+  bool ignore_motion = false;
+};
+
+std::vector<std::string> texts(const config::Value& list) {
+  std::vector<std::string> result;
+  for (const config::Value& item : list.items())
+    result.push_back(item.text());
+  return result;
+}
+
+glm::dvec3 three(const config::Value& list) {
+  return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
+}
+
+Options read_options(const config::Value& parameters) {
+  Options options;
+  options.carrier = parameters["carrier"].text();
+  options.mount_m = three(parameters["mount"]);
+  options.list_origin_m = three(parameters["list_origin"]);
+  options.pattern = {.columns = static_cast<std::uint32_t>(parameters["columns"].integer()),
+                     .rows = static_cast<std::uint32_t>(parameters["rows"].integer()),
+                     .horizontal_rad = parameters["horizontal"].number(),
+                     .vertical_rad = parameters["vertical"].number(),
+                     .elevation_rad = parameters["elevation"].number(),
+                     .period_ns = std::llround(1e9 / parameters["scan_rate"].number()),
+                     .left_to_right = parameters["sweep"].text() == "left_to_right"};
+  options.range_m = parameters["range"].number();
+  options.layers = texts(parameters["layers"]);
+  options.object_layers = texts(parameters["object_layers"]);
+  options.compare = texts(parameters["compare"]);
+  options.max_objects = static_cast<std::uint32_t>(parameters["max_objects"].integer());
+  options.keep_ns = parameters["keep_objects"].duration_ns();
+  options.ignore_motion = parameters["ignore_motion"].boolean();
+  return options;
+}
+
+/// FNV-1a over words: cheap, and the same on every machine.
+class Digest {
+ public:
+  void add(std::uint32_t word) noexcept { value_ = (value_ ^ word) * 0x100000001B3ull; }
+  /// As a number that a double holds exactly.
+  double number() const noexcept { return static_cast<double>(value_ >> 11); }
+
+ private:
+  std::uint64_t value_ = 0xCBF29CE484222325ull;
+};
+
+class LaserScanner final : public Module {
+ public:
+  explicit LaserScanner(const config::Value& parameters);
+
+  const Ports& ports() const noexcept override { return ports_; }
+  void configure(World& world, EventLog& events, const TaskFacts& task) override;
+  void step(StepContext& context) noexcept override;
+  void contribute(report::RunRecord& record) const override;
+
+ private:
+  void check_period(const TaskFacts& task) const;
+  void fill_rays(const StepContext& context) noexcept;
+  void begin_sweep(const StepContext& context) noexcept;
+  void take_hits(StepContext& context, const rtstdb::Motion& carrier) noexcept;
+  void write_outputs(StepContext& context, const rtstdb::Motion& carrier) noexcept;
+  void keep_view_point(const rtstdb::RayHit& hit, const glm::dvec3& p_world_m, std::uint64_t beam) noexcept;
+
+  const Options options_;
+  ScanPattern pattern_;
+  ObjectList objects_;
+  Ports ports_;
+
+  rtstdb::Database* database_ = nullptr;
+  std::unique_ptr<rtstdb::RayQuery> moving_, still_;
+  std::unique_ptr<rtstdb::Transaction> transaction_, still_transaction_;
+  rtstdb::EntityId carrier_;
+  std::uint32_t mask_ = 0, object_mask_ = 0;
+  std::optional<SweepComparison> comparison_;
+  std::vector<std::optional<BodyMotion>> compared_motion_;
+
+  // The slice of this step: beams [first_beam_, end_beam_) of the sweep that began at sweep_begin_ns_.
+  std::int64_t sweep_begin_ns_ = 0;
+  std::uint64_t first_beam_ = 0, end_beam_ = 0;
+  rtstdb::Version sweep_version_ = 0;
+  std::uint64_t sweeps_ = 0;
+  Digest digest_;
+
+  std::uint64_t view_every_ = 1;
+  std::vector<report::ScanPoint> view_, last_view_;
+  rtstdb::Motion last_carrier_;
+};
+
+LaserScanner::LaserScanner(const config::Value& parameters)
+    : options_(read_options(parameters)),
+      pattern_(options_.pattern),
+      objects_({.most_objects = options_.max_objects, .keep_ns = options_.keep_ns}) {
+  for (std::uint32_t i = 0; i < options_.max_objects; ++i) {
+    const std::string object = "object" + std::to_string(i);
+    ports_.outputs.push_back({.name = object + ".valid", .unit = "", .about = "1: the slot holds an object"});
+    ports_.outputs.push_back(
+        {.name = object + ".x", .unit = "m", .about = "Centre, ahead of the list's origin"});
+    ports_.outputs.push_back(
+        {.name = object + ".y", .unit = "m", .about = "Centre, left of the list's origin"});
+    ports_.outputs.push_back(
+        {.name = object + ".vx", .unit = "m/s", .about = "Over ground, along the carrier's x"});
+    ports_.outputs.push_back(
+        {.name = object + ".vy", .unit = "m/s", .about = "Over ground, along the carrier's y"});
+    ports_.outputs.push_back({.name = object + ".length", .unit = "m", .about = "Seen, along its velocity"});
+    ports_.outputs.push_back({.name = object + ".age", .unit = "ms", .about = "Since it was measured"});
+  }
+  ports_.outputs.push_back({.name = "object_count", .unit = "", .about = "Slots that hold an object"});
+  ports_.outputs.push_back({.name = "scan_index", .unit = "", .about = "Sweeps begun before this one"});
+  ports_.outputs.push_back({.name = "hits", .unit = "", .about = "Beams of the last step that hit"});
+  ports_.outputs.push_back({.name = "digest", .unit = "", .about = "Of every answer so far"});
+  view_every_ = std::max<std::uint64_t>(1, pattern_.beams() / most_view_points);
+}
+
+void LaserScanner::check_period(const TaskFacts& task) const {
+  if (options_.pattern.period_ns % task.period_ns != 0) {
+    throw SetupError(
+        "module " + task.instance + ": a sweep of " + std::to_string(options_.pattern.period_ns) +
+        " ns is not a whole number of the task's periods of " + std::to_string(task.period_ns) + " ns");
+  }
+}
+
+void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts& task) {
+  check_period(task);
+  const std::string who = "module " + task.instance;
+  database_ = &world.database();
+  const auto body = [&](const std::string& name) {
+    const auto found = world.find(name);
+    if (!found) throw SetupError(who + ": there is no body '" + name + "' (it has to come earlier)");
+    return *found;
+  };
+  carrier_ = body(options_.carrier);
+  mask_ = world.mask_of(options_.layers, who);
+  object_mask_ = world.mask_of(options_.object_layers, who);
+  std::vector<ComparedBody> compared;
+  for (const std::string& name : options_.compare) {
+    const rtstdb::EntityId entity = body(name);
+    const rtstdb::Bounds bounds = world.bounds_of(entity);
+    compared.push_back(
+        {name, entity, bounds.maximum_m.x - bounds.minimum_m.x, bounds.maximum_m.y - bounds.minimum_m.y});
+  }
+  compared_motion_.resize(compared.size());
+
+  std::uint64_t most_beams = 0;
+  for (std::int64_t t_ns = 0; t_ns < options_.pattern.period_ns; t_ns += task.period_ns) {
+    most_beams =
+        std::max(most_beams, pattern_.first_beam_at(t_ns + task.period_ns) - pattern_.first_beam_at(t_ns));
+  }
+  const auto prepare = [&](const char* suffix, bool ignore_motion) {
+    auto query = database_->prepare(rtstdb::RayQueryOptions{
+        .name = task.instance + suffix,
+        .capacity = static_cast<std::uint32_t>(std::max<std::uint64_t>(most_beams, 1)),
+        .mode = rtstdb::RayMode::closest,
+        .ignore_motion = ignore_motion});
+    if (!query) throw SetupError(who + ": " + query.error().message);
+    return std::move(query).value();
+  };
+  moving_ = prepare("", options_.ignore_motion);
+  const auto reads = static_cast<std::uint32_t>(1 + compared.size());
+  transaction_ = database_->make_transaction({.max_queries = 1, .max_reads = reads});
+  if (!compared.empty()) {
+    still_ = prepare(" without motion", true);
+    still_transaction_ = database_->make_transaction({.max_queries = 1});
+    comparison_.emplace(pattern_, std::move(compared));
+  }
+  view_.reserve(most_view_points + 1);
+  last_view_.reserve(most_view_points + 1);
+}
+
+void LaserScanner::fill_rays(const StepContext& context) noexcept {
+  const auto fill = [&](rtstdb::RayQuery& query) {
+    const auto rays = query.rays();
+    for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
+      rtstdb::Ray& ray = rays[beam - first_beam_];
+      ray.origin_m = glm::vec3(options_.mount_m);
+      ray.direction = pattern_.direction(pattern_.column_of(beam), pattern_.row_of(beam));
+      ray.lambda_min = 0.0f;
+      ray.lambda_max = static_cast<float>(options_.range_m);
+      ray.t = rtstdb::world_time_ns(sweep_begin_ns_ + pattern_.time_ns(beam));
+      ray.mask = mask_;
+      ray.carrier = carrier_;
+    }
+  };
+  fill(*moving_);
+  if (still_) fill(*still_);
+  (void)context;
+}
+
+/// The first slice of a sweep: what everything stands still at, and how it moves.
+void LaserScanner::begin_sweep(const StepContext& context) noexcept {
+  view_.swap(last_view_);
+  view_.clear();
+  if (!comparison_) return;
+  const auto motion_at_begin = [&](const rtstdb::EntityState& state) {
+    return rtstdb::rebased(state.row.motion, context.world_time());
+  };
+  const rtstdb::Motion carrier = motion_at_begin(*transaction_->state(0));
+  const glm::dvec3 forward = carrier.q_world * glm::dvec3(1.0, 0.0, 0.0);
+  const glm::dvec3 sensor = carrier.p_world_m + carrier.q_world * options_.mount_m;
+  for (std::size_t i = 0; i < compared_motion_.size(); ++i) {
+    compared_motion_[i].reset();
+    const rtstdb::EntityState* state = transaction_->state(static_cast<std::uint32_t>(i + 1));
+    if (state == nullptr) continue;
+    const rtstdb::Motion motion = motion_at_begin(*state);
+    const glm::dvec3 ahead = motion.q_world * glm::dvec3(1.0, 0.0, 0.0);
+    compared_motion_[i] = BodyMotion{.center = {glm::dvec2(motion.p_world_m), glm::dvec2(motion.v_world_mps)},
+                                     .heading_rad = std::atan2(ahead.y, ahead.x)};
+  }
+  comparison_->begin_sweep(sweep_begin_ns_,
+                           {.point = {glm::dvec2(sensor), glm::dvec2(carrier.v_world_mps)},
+                            .heading_rad = std::atan2(forward.y, forward.x)},
+                           compared_motion_);
+}
+
+void LaserScanner::keep_view_point(const rtstdb::RayHit& hit, const glm::dvec3& p_world_m,
+                                   std::uint64_t beam) noexcept {
+  if (beam % view_every_ != 0 || view_.size() == view_.capacity()) return;
+  view_.push_back({p_world_m.x, p_world_m.y, p_world_m.z, pattern_.azimuth_rad(pattern_.column_of(beam)),
+                   pattern_.elevation_rad(pattern_.row_of(beam)), hit.lambda, hit.entity.index});
+}
+
+void LaserScanner::take_hits(StepContext& context, const rtstdb::Motion& carrier) noexcept {
+  const auto hits = moving_->hits();
+  double hit_count = 0.0;
+  for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
+    const rtstdb::RayHit& hit = hits[beam - first_beam_];
+    digest_.add(static_cast<std::uint32_t>(hit.status));
+    if (hit.status != rtstdb::HitStatus::hit) continue;
+    digest_.add(std::bit_cast<std::uint32_t>(hit.lambda));
+    digest_.add(hit.entity.index);
+    digest_.add(hit.triangle);
+    hit_count += 1.0;
+    const std::uint32_t column = pattern_.column_of(beam);
+    const std::int64_t beam_ns = sweep_begin_ns_ + pattern_.time_ns(beam);
+    const rtstdb::Pose pose = rtstdb::pose_at(carrier, rtstdb::world_time_ns(beam_ns));
+    const glm::dvec3 in_carrier =
+        options_.mount_m +
+        glm::dvec3(pattern_.direction(column, pattern_.row_of(beam))) * static_cast<double>(hit.lambda);
+    const glm::dvec3 p_world_m = pose.p_world_m + pose.q_world * in_carrier;
+    keep_view_point(hit, p_world_m, beam);
+    if (comparison_) comparison_->add_hit(hit, column, pattern_.row_of(beam), false);
+    if ((hit.mask & object_mask_) == 0) continue;
+    // The carrier does not turn fast enough within a beam's flight for its own rotation to matter here.
+    const glm::dvec3 v_world = glm::dvec3(hit.v_relative_mps) + carrier.v_world_mps;
+    objects_.add(hit.entity, column, beam_ns, p_world_m, v_world);
+  }
+  if (comparison_ && still_transaction_->outcome().done()) {
+    const auto still_hits = still_->hits();
+    for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
+      const rtstdb::RayHit& hit = still_hits[beam - first_beam_];
+      if (hit.status != rtstdb::HitStatus::hit) continue;
+      comparison_->add_hit(hit, pattern_.column_of(beam), pattern_.row_of(beam), true);
+    }
+  }
+  context.outputs[options_.max_objects * outputs_per_object + 2] = hit_count;
+}
+
+void LaserScanner::step(StepContext& context) noexcept {
+  const std::int64_t offset_ns = context.time_ns % options_.pattern.period_ns;
+  sweep_begin_ns_ = context.time_ns - offset_ns;
+  first_beam_ = pattern_.first_beam_at(offset_ns);
+  end_beam_ = pattern_.first_beam_at(offset_ns + context.period_ns);
+  if (offset_ns == 0) {
+    sweep_version_ = context.version;
+    ++sweeps_;
+  }
+  const auto count = static_cast<std::uint32_t>(end_beam_ - first_beam_);
+  fill_rays(context);
+  rtstdb::Terms terms{.deadline_class = rtstdb::DeadlineClass::soft,
+                      .deadline = context.deadline,
+                      .importance = 1,
+                      .world_time = {},
+                      .read_at = rtstdb::ReadAt::pinned(context.version)};
+  transaction_->begin(terms);
+  transaction_->read(carrier_);
+  if (comparison_) {
+    for (const ComparedBody& body : comparison_->bodies())
+      transaction_->read(body.entity);
+  }
+  transaction_->ask(*moving_, count);
+  if (!context.execute(*database_, *transaction_).done() || transaction_->state(0) == nullptr) return;
+  if (still_) {
+    terms.read_at = rtstdb::ReadAt::pinned(sweep_version_);
+    still_transaction_->begin(terms);
+    still_transaction_->ask(*still_, count);
+    context.execute(*database_, *still_transaction_);
+  }
+  if (offset_ns == 0) begin_sweep(context);
+  last_carrier_ = transaction_->state(0)->row.motion;
+  take_hits(context, last_carrier_);
+
+  const std::int64_t end_ns = context.time_ns + context.period_ns;
+  const glm::dvec3 near_m = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(end_ns)).p_world_m;
+  if (count > 0) objects_.advance(pattern_.column_of(end_beam_ - 1), end_ns, near_m);
+  if (end_beam_ == pattern_.beams()) {
+    objects_.end_sweep(end_ns, near_m);
+    if (comparison_) comparison_->end_sweep();
+  }
+  objects_.forget(end_ns);
+  write_outputs(context, last_carrier_);
+}
+
+void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& carrier) noexcept {
+  // On a thread of its own the outputs are seen at the deadline: the age counts until then.
+  const std::int64_t seen_ns = context.time_ns + context.period_ns;
+  double count = 0.0;
+  std::size_t out = 0;
+  for (const ScannedObject& object : objects_.slots()) {
+    if (!object.entity.valid()) {
+      std::fill_n(context.outputs.begin() + static_cast<std::ptrdiff_t>(out), outputs_per_object, 0.0);
+      out += outputs_per_object;
+      continue;
+    }
+    count += 1.0;
+    const rtstdb::Pose pose = rtstdb::pose_at(carrier, rtstdb::world_time_ns(object.time_ns));
+    const glm::dquat to_carrier = glm::conjugate(pose.q_world);
+    const glm::dvec3 at = to_carrier * (object.center_m - pose.p_world_m) - options_.list_origin_m;
+    const glm::dvec3 v = to_carrier * object.velocity_mps;
+    const double values[outputs_per_object] = {
+        1.0, at.x, at.y, v.x, v.y, object.length_m, static_cast<double>(seen_ns - object.time_ns) * 1e-6};
+    for (const double value : values)
+      context.outputs[out++] = value;
+  }
+  context.outputs[out] = count;
+  context.outputs[out + 1] = static_cast<double>(sweeps_ - 1);
+  context.outputs[out + 3] = digest_.number();
+}
+
+void LaserScanner::contribute(report::RunRecord& record) const {
+  if (comparison_) comparison_->contribute(record);
+  if (!record.top_view || sweeps_ == 0) return;
+  record.top_view->scan_points = last_view_.empty() ? view_ : last_view_;
+  const rtstdb::Pose pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(record.top_view->time_ns));
+  const glm::dvec3 sensor = pose.p_world_m + pose.q_world * options_.mount_m;
+  const glm::dvec3 forward = pose.q_world * glm::dvec3(1.0, 0.0, 0.0);
+  const double heading = std::atan2(forward.y, forward.x);
+  const double half = 0.5 * options_.pattern.horizontal_rad;
+  const double first = options_.pattern.left_to_right ? half : -half;
+  record.top_view->fan = report::ScanFan{.origin = {sensor.x, sensor.y},
+                                         .first_direction_rad = heading + first,
+                                         .last_direction_rad = heading - first,
+                                         .range_m = options_.range_m};
+}
+
+config::Schema parameters() {
+  using config::Field;
+  using config::Quantity;
+  using config::Schema;
+  const auto point = Schema::list(Schema::quantity(Quantity::length_m, -100.0, 100.0), 3, 3);
+  const auto layers = Schema::list(Schema::text(), 1, 32);
+  constexpr double pi = 3.14159265358979323846;
+  return Schema::record({
+      Field::needed("carrier", Schema::text(), "The body that carries the scanner, as 'module.vehicle'."),
+      Field::with_default("mount", point, "[0 m, 0 m, 0 m]",
+                          "Where the scanner sits, in the carrier's frame."),
+      Field::with_default("list_origin", point, "[0 m, 0 m, 0 m]",
+                          "Origin of the object list, in the carrier's frame."),
+      Field::with_default("scan_rate", Schema::quantity(Quantity::frequency_hz, 0.1, 100.0), "1 Hz",
+                          "Sweeps per second."),
+      Field::with_default("horizontal", Schema::quantity(Quantity::angle_rad, 0.001, 2.0 * pi), "140 deg",
+                          "Horizontal field of view."),
+      Field::with_default("vertical", Schema::quantity(Quantity::angle_rad, 0.001, pi), "40 deg",
+                          "Vertical field of view."),
+      Field::with_default("elevation", Schema::quantity(Quantity::angle_rad, -pi, pi), "0 deg",
+                          "Elevation of the middle of the field of view."),
+      Field::with_default("columns", Schema::integer(2, 16384), "480", "Beams across a sweep."),
+      Field::with_default("rows", Schema::integer(1, 8192), "270", "Beams in a column."),
+      Field::with_default("sweep", Schema::one_of({"left_to_right", "right_to_left"}), "left_to_right",
+                          "Which way the beam turns."),
+      Field::with_default("range", Schema::quantity(Quantity::length_m, 0.1, 10000.0), "120 m",
+                          "How far a beam reaches."),
+      Field::needed("layers", layers, "Layers that beams meet."),
+      Field::needed("object_layers", layers, "Layers whose bodies go into the object list."),
+      Field::with_default("max_objects", Schema::integer(1, 64), "4", "Slots of the object list."),
+      Field::with_default("keep_objects", Schema::quantity(Quantity::duration_s, 0.0, 60.0), "1 s",
+                          "How long an object stands in the list without being seen again."),
+      Field::with_default("ignore_motion", Schema::boolean(), "false",
+                          "Whether bodies stand still during a step, whatever the beams' times."),
+      Field::with_default("compare", Schema::list(Schema::text(), 0, 8), "[]",
+                          "Bodies whose apparent length the report compares with the closed form; the sweep "
+                          "is then also shot "
+                          "without motion, which doubles its cost."),
+  });
+}
+
+}  // namespace
+
+ModuleType laser_scanner_type() {
+  return {.name = "laser_scanner",
+          .about = "A laser scanner with one turning beam, carried by a body.",
+          .parameters = parameters(),
+          .create = [](const config::Value& values, config::Diagnostics&) -> std::unique_ptr<Module> {
+            return std::make_unique<LaserScanner>(values);
+          }};
+}
+
+}  // namespace hil::modules

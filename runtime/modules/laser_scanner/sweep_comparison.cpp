@@ -1,0 +1,172 @@
+#include "runtime/modules/laser_scanner/sweep_comparison.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace hil::modules {
+namespace {
+
+/// Of one body in one sweep; further ones are not drawn.
+constexpr std::size_t most_points = 1u << 15;
+/// Cosine below which a face counts as turned away from a direction.
+constexpr double away = 0.3;
+
+glm::dvec2 unit(double heading_rad) {
+  return {std::cos(heading_rad), std::sin(heading_rad)};
+}
+
+}  // namespace
+
+SweepComparison::SweepComparison(const ScanPattern& pattern, std::vector<ComparedBody> bodies)
+    : pattern_(pattern), bodies_(std::move(bodies)), collected_(bodies_.size()), findings_(bodies_.size()) {
+  for (Collected& collected : collected_) {
+    collected.moving.reserve(most_points);
+    collected.still.reserve(most_points);
+  }
+  for (Finding& finding : findings_) {
+    finding.moving_points.reserve(most_points);
+    finding.still_points.reserve(most_points);
+  }
+}
+
+void SweepComparison::begin_sweep(std::int64_t begin_ns, const SensorMotion& sensor,
+                                  std::span<const std::optional<BodyMotion>> bodies) noexcept {
+  begin_ns_ = begin_ns;
+  sensor_ = sensor;
+  for (std::size_t i = 0; i < collected_.size(); ++i) {
+    collected_[i].motion = bodies[i];
+    collected_[i].moving.clear();
+    collected_[i].still.clear();
+  }
+}
+
+void SweepComparison::add_hit(const rtstdb::RayHit& hit, std::uint32_t column, std::uint32_t row,
+                              bool still) noexcept {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    if (bodies_[i].entity != hit.entity || !collected_[i].motion) continue;
+    std::vector<Seen>& seen = still ? collected_[i].still : collected_[i].moving;
+    if (seen.size() == most_points) return;
+    const glm::dvec3 p = glm::dvec3(pattern_.direction(column, row)) * static_cast<double>(hit.lambda);
+    const glm::dvec2 travel = unit(collected_[i].motion->heading_rad);
+    const glm::dvec3 n = hit.n_world;
+    const double along = glm::dot(glm::dvec2(n), travel);
+    seen.push_back(
+        {.point = {p.x, p.y, p.z, pattern_.azimuth_rad(column), pattern_.elevation_rad(row), hit.lambda, 0},
+         .column = column,
+         .side = std::abs(n.z) < away && std::abs(along) < away});
+    return;
+  }
+}
+
+std::optional<SweepComparison::Measured> SweepComparison::measure(const std::vector<Seen>& seen,
+                                                                  double heading_rad) const noexcept {
+  Measured measured{.length_m = 0.0, .first_column = pattern_.columns(), .last_column = 0, .range_m = 0.0};
+  for (const Seen& s : seen) {
+    if (!s.side) continue;
+    measured.first_column = std::min(measured.first_column, s.column);
+    measured.last_column = std::max(measured.last_column, s.column);
+  }
+  // A side that touches the field of view's border may go on beyond it.
+  if (measured.first_column == 0 || measured.first_column >= measured.last_column ||
+      measured.last_column + 1 >= pattern_.columns()) {
+    return std::nullopt;
+  }
+  // Sensor frame: the body's direction as the sensor has it.
+  const glm::dvec2 along = unit(heading_rad - sensor_.heading_rad);
+  glm::dvec2 sum[2] = {glm::dvec2(0.0), glm::dvec2(0.0)};
+  double count[2] = {0.0, 0.0};
+  for (const Seen& s : seen) {
+    if (!s.side || (s.column != measured.first_column && s.column != measured.last_column)) continue;
+    const int edge = s.column == measured.first_column ? 0 : 1;
+    sum[edge] += glm::dvec2(s.point.x_m, s.point.y_m);
+    count[edge] += 1.0;
+    measured.range_m = std::max(measured.range_m, s.point.range_m);
+  }
+  measured.length_m = std::abs(glm::dot(sum[0] / count[0] - sum[1] / count[1], along));
+  return measured;
+}
+
+void SweepComparison::judge(std::size_t body) noexcept {
+  const Collected& collected = collected_[body];
+  Finding& finding = findings_[body];
+  if (finding.complete || !collected.motion) return;
+  const ComparedBody& facts = bodies_[body];
+  const BodyMotion& motion = *collected.motion;
+  const auto still = measure(collected.still, motion.heading_rad);
+  const auto moving = measure(collected.moving, motion.heading_rad);
+  if (!still || !moving) return;
+  // The edges of the side that faces the sensor.
+  const glm::dvec2 travel = unit(motion.heading_rad);
+  glm::dvec2 across = glm::dvec2(-travel.y, travel.x);
+  if (glm::dot(sensor_.point.p_m - motion.center.p_m, across) < 0.0) across = -across;
+  const glm::dvec2 side = motion.center.p_m + 0.5 * facts.width_m * across;
+  const auto closed_form =
+      apparent_length_m(pattern_, sensor_, {side + 0.5 * facts.length_m * travel, motion.center.v_mps},
+                        {side - 0.5 * facts.length_m * travel, motion.center.v_mps});
+  if (!closed_form) return;
+  // One column at the farther edge, laid on the body's side.
+  const double sight = std::abs(glm::dot(glm::normalize(side - sensor_.point.p_m), across));
+  const double pitch_m = pattern_.pitch_rad() * moving->range_m / std::max(sight, 0.1);
+  // Whole only when nothing stood in between: then the picture without motion has the true length.
+  if (std::abs(still->length_m - facts.length_m) > 0.01 * facts.length_m + 2.0 * pitch_m) return;
+
+  finding.complete = true;
+  finding.begin_ns = begin_ns_;
+  finding.still = *still;
+  finding.moving = *moving;
+  finding.closed_form_m = *closed_form;
+  finding.tolerance_m = 0.01 * *closed_form + pitch_m;
+  for (const Seen& s : collected.moving)
+    finding.moving_points.push_back(s.point);
+  for (const Seen& s : collected.still)
+    finding.still_points.push_back(s.point);
+}
+
+void SweepComparison::end_sweep() noexcept {
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    judge(i);
+}
+
+report::ScanPicture SweepComparison::picture(std::size_t body, bool still) const {
+  const Finding& finding = findings_[body];
+  const bool stretched = finding.closed_form_m > bodies_[body].length_m;
+  report::ScanPicture picture;
+  picture.entities = {bodies_[body].name};
+  picture.true_length_m = bodies_[body].length_m;
+  picture.tolerance_m = finding.tolerance_m;
+  char caption[160];
+  if (still) {
+    picture.title = "motion ignored";
+    std::snprintf(caption, sizeof caption, "%s, every beam at %.2f s", bodies_[body].name.c_str(),
+                  static_cast<double>(finding.begin_ns) * 1e-9);
+    picture.measured_length_m = finding.still.length_m;
+    picture.closed_form_length_m = bodies_[body].length_m;
+    picture.points = finding.still_points;
+  } else {
+    picture.title = stretched ? "moving with the beam: stretched" : "moving against the beam: compressed";
+    std::snprintf(caption, sizeof caption, "%s, sweep from %.2f s on", bodies_[body].name.c_str(),
+                  static_cast<double>(finding.begin_ns) * 1e-9);
+    picture.measured_length_m = finding.moving.length_m;
+    picture.closed_form_length_m = finding.closed_form_m;
+    picture.points = finding.moving_points;
+  }
+  picture.caption = caption;
+  // Seen from the sensor, right is -y.
+  picture.right = {0.0, -1.0};
+  return picture;
+}
+
+void SweepComparison::contribute(report::RunRecord& record) const {
+  bool first = true;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    if (!findings_[i].complete) continue;
+    if (first) record.scan_comparison.push_back(picture(i, true));
+    first = false;
+    record.scan_comparison.push_back(picture(i, false));
+  }
+}
+
+}  // namespace hil::modules

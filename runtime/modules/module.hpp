@@ -1,0 +1,112 @@
+#pragma once
+// The contract of a simulation module: configure, start, step, stop; inputs, outputs, parameters with unit
+// and range. It asks for no more than an FMI co-simulation unit could give, so that one can stand behind it.
+//
+// Life of a module
+//   create     from its checked parameters; declares its ports. No world, no device: `hil check` goes this
+//   far. configure  creates its entities, prepares its queries, allocates everything it will ever need.
+//   Ordinary thread. step       once per release, in the tick: no allocation, no blocking lock, no file or
+//   console I/O. It reads its inputs,
+//              talks to the world through transactions, writes its outputs.
+//   contribute after the last tick: what the report shall show of it. Ordinary thread.
+//
+// Time is run time throughout: 0 at the first tick; the world's time (rtstdb::WorldTime) is the same number.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+#include "runtime/config/schema.hpp"
+#include "runtime/modules/event_log.hpp"
+#include "runtime/modules/world.hpp"
+#include "runtime/report/run_record.hpp"
+#include "runtime/signals/signal_table.hpp"
+
+namespace hil::modules {
+
+/// A scalar that a module reads or writes. The signal of output `out` of module `m` is called "m.out".
+struct Port {
+  std::string name;   ///< unique among the module's inputs, or its outputs; may hold dots
+  std::string unit;   ///< SI symbol, "" when dimensionless
+  std::string about;  ///< one sentence for the documentation
+  double initial =
+      0.0;  ///< output: its value before the first step. Input: what is read when it is not connected
+  bool required = false;  ///< input: a scenario that leaves it unconnected is refused
+};
+
+struct Ports {
+  std::vector<Port> inputs;
+  std::vector<Port> outputs;
+};
+
+/// Thrown by configure: the scenario can not be set up (a mesh can not be read, the database refuses an
+/// entity). A sentence for the user that names the module.
+class SetupError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// What a module needs to know about its task.
+struct TaskFacts {
+  std::string instance;  ///< the module's name in the scenario
+  std::int64_t period_ns = 0;
+  std::int64_t deadline_ns = 0;  ///< from the release
+  std::uint64_t seed = 0;        ///< of the run; derive your own from it and the instance's name
+  /// The step runs on a thread of its own: others see its outputs at the deadline, and it reads the world as
+  /// it stood at the release (StepContext::version), whatever others write meanwhile.
+  bool own_thread = false;
+};
+
+/// One step. Valid during step() alone.
+class StepContext {
+ public:
+  std::uint64_t run = 0;     ///< index of this run, from 0
+  std::int64_t time_ns = 0;  ///< run time of the release
+  std::int64_t period_ns = 0;
+  /// The release's deadline on the database's clock: for the terms of transactions.
+  rtstdb::ClockTime deadline{};
+  /// The world's latest version at the release.
+  rtstdb::Version version = 0;
+  /// By port, in the order of Ports::inputs. Unconnected ones read their `initial` and are not fresh.
+  std::span<const signals::SignalValue> inputs;
+  /// By port, in the order of Ports::outputs; holds the values of the last run.
+  std::span<double> outputs;
+  EventLog* events = nullptr;
+
+  rtstdb::WorldTime world_time() const noexcept { return rtstdb::world_time_ns(time_ns); }
+  /// Carries out the transaction, and accounts for the time this step waits for it.
+  const rtstdb::Outcome& execute(rtstdb::Database& database, rtstdb::Transaction& transaction) noexcept;
+
+  std::int64_t blocked_ns = 0;
+  std::int64_t gpu_ns = 0;
+};
+
+class Module {
+ public:
+  virtual ~Module() = default;
+  virtual const Ports& ports() const noexcept = 0;
+  /// Throws SetupError.
+  virtual void configure(World& world, EventLog& events, const TaskFacts& task) = 0;
+  virtual void step(StepContext& context) noexcept = 0;
+  virtual void contribute(report::RunRecord& record) const { (void)record; }
+};
+
+/// A kind of module: what `type:` names in a scenario.
+struct ModuleType {
+  std::string name;
+  std::string about;          ///< one sentence for the documentation
+  config::Schema parameters;  ///< a record
+  /// Finds what the schema can not say and adds it to the diagnostics; then returns null.
+  std::unique_ptr<Module> (*create)(const config::Value& parameters, config::Diagnostics& diagnostics);
+};
+
+/// All module types of the program, by name (registry.cpp lists them).
+const std::vector<ModuleType>& module_types();
+const ModuleType* find_module_type(const std::string& name);
+
+}  // namespace hil::modules

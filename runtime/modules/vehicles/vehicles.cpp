@@ -1,0 +1,324 @@
+#include "runtime/modules/vehicles/vehicles.hpp"
+
+#include <glm/gtc/quaternion.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "runtime/modules/vehicles/car_shape.hpp"
+#include "runtime/modules/vehicles/driver.hpp"
+
+namespace hil::modules {
+namespace {
+
+constexpr double green_light = 2.0;
+constexpr std::int64_t track_every_ns = 50'000'000;
+constexpr std::size_t most_track_points = 1u << 16;
+/// Vehicles whose lanes lie this close and head the same way follow each other.
+constexpr double same_lane_m = 1.0;
+
+struct Vehicle {
+  std::string name;
+  glm::dvec3 size_m{0.0};
+  glm::dvec2 start_m{0.0};
+  glm::dvec2 direction{1.0, 0.0};
+  double heading_rad = 0.0;
+  double hardest_mps2 = 9.0;
+  double brake_lag_s = 0.1;
+  bool is_ego = false;
+  bool braked_from_outside = false;
+  bool runs_light = false;
+  std::optional<double> stop_line_m;  ///< along the lane, from the start position's front edge
+  std::string light;
+  std::string layer;
+  DriverModel driver;
+
+  std::optional<std::size_t> light_input, brake_input;
+  std::size_t first_output = 0;
+  rtstdb::EntityId entity;
+
+  double travelled_m = 0.0;
+  double speed_mps = 0.0;
+  double acceleration_mps2 = 0.0;
+  double brake_mps2 = 0.0;  ///< what the actuator has built up
+  double written_speed_mps = -1.0;
+  bool was_braking = false;
+  std::vector<report::TrackPoint> track;
+
+  glm::dvec2 center_m() const { return start_m + direction * travelled_m; }
+  double front_m() const { return travelled_m; }
+  double rear_m() const { return travelled_m - size_m.x; }
+};
+
+class Vehicles final : public Module {
+ public:
+  Vehicles(const config::Value& parameters, config::Diagnostics& diagnostics);
+
+  const Ports& ports() const noexcept override { return ports_; }
+  void configure(World& world, EventLog& events, const TaskFacts& task) override;
+  void step(StepContext& context) noexcept override;
+  void contribute(report::RunRecord& record) const override;
+
+ private:
+  void declare_ports();
+  Ahead nearest_ahead(const Vehicle& vehicle, const StepContext& context) const noexcept;
+  double light_state(const Vehicle& vehicle, const StepContext& context) const noexcept;
+  void advance(Vehicle& vehicle, const StepContext& context, double dt_s) noexcept;
+  void write_rows(StepContext& context) noexcept;
+  void write_outputs(StepContext& context) noexcept;
+
+  std::vector<Vehicle> vehicles_;
+  Ports ports_;
+  rtstdb::Database* database_ = nullptr;
+  std::unique_ptr<rtstdb::Transaction> transaction_;
+  EventLog::Kind braking_begins_, standing_;
+};
+
+config::Schema vehicle_schema() {
+  using config::Field;
+  using config::Quantity;
+  using config::Schema;
+  const auto length = [](double low, double high) { return Schema::quantity(Quantity::length_m, low, high); };
+  const auto acceleration = Schema::quantity(Quantity::acceleration_mps2, 0.1, 50.0);
+  const auto speed = Schema::quantity(Quantity::speed_mps, 0.0, 100.0);
+  return Schema::record({
+      Field::with_default("size", Schema::list(length(0.1, 50.0), 3, 3), "[4.5 m, 1.8 m, 1.5 m]",
+                          "Length, width and height of the vehicle."),
+      Field::needed("position", Schema::list(length(-1e4, 1e4), 2, 2),
+                    "Where its centre is at the start, x and y."),
+      Field::with_default("heading", Schema::quantity(Quantity::angle_rad, -6.3, 6.3), "0 deg",
+                          "Where it drives, counted from +x to +y."),
+      Field::needed("speed", speed, "Its speed at the start."),
+      Field::optional("desired_speed", Schema::quantity(Quantity::speed_mps, 0.1, 100.0),
+                      "The speed its driver wants; left out: the speed at the start."),
+      Field::with_default("acceleration", acceleration, "1.5 m/s2",
+                          "What its driver accelerates with from rest."),
+      Field::with_default("comfortable_deceleration", acceleration, "2.5 m/s2",
+                          "What its driver likes to brake with."),
+      Field::with_default("hardest_deceleration", acceleration, "9 m/s2", "What its brakes can do."),
+      Field::with_default("brake_lag", Schema::quantity(Quantity::duration_s, 0.0, 2.0), "100 ms",
+                          "Time constant with which a braking demand from outside builds up."),
+      Field::optional("stop_line", length(0.0, 1e4),
+                      "How far ahead of its front edge its stop line is at the start."),
+      Field::optional("light", Schema::text(), "Which light it obeys: the module's input light_NAME."),
+      Field::with_default("runs_light", Schema::boolean(), "false", "Whether it ignores that light."),
+      Field::with_default("ego", Schema::boolean(), "false",
+                          "Whether it is the ego, drawn on top in the report."),
+      Field::with_default("braked_from_outside", Schema::boolean(), "false",
+                          "Whether it has the input NAME_brake_request."),
+      Field::optional("layer", Schema::text(), "Its layer, when it is not the module's."),
+  });
+}
+
+Vehicles::Vehicles(const config::Value& parameters, config::Diagnostics& diagnostics) {
+  const auto& entries = parameters["vehicles"].entries();
+  for (const auto& [name, value] : entries) {
+    Vehicle v;
+    v.name = name;
+    const auto& size = value["size"].items();
+    v.size_m = {size[0].number(), size[1].number(), size[2].number()};
+    v.start_m = {value["position"].items()[0].number(), value["position"].items()[1].number()};
+    v.heading_rad = value["heading"].number();
+    v.direction = {std::cos(v.heading_rad), std::sin(v.heading_rad)};
+    v.speed_mps = value["speed"].number();
+    v.driver.desired_speed_mps = value.has("desired_speed") ? value["desired_speed"].number() : v.speed_mps;
+    v.driver.acceleration_mps2 = value["acceleration"].number();
+    v.driver.comfortable_mps2 = value["comfortable_deceleration"].number();
+    v.hardest_mps2 = value["hardest_deceleration"].number();
+    v.brake_lag_s = value["brake_lag"].number();
+    if (value.has("stop_line")) v.stop_line_m = value["stop_line"].number();
+    if (value.has("light")) v.light = value["light"].text();
+    v.layer = value.has("layer") ? value["layer"].text() : parameters["layer"].text();
+    v.runs_light = value["runs_light"].boolean();
+    v.is_ego = value["ego"].boolean();
+    v.braked_from_outside = value["braked_from_outside"].boolean();
+    if (v.driver.desired_speed_mps <= 0.0) {
+      diagnostics.add(value.place(), "vehicle '" + name + "' stands at the start and has no desired_speed");
+    }
+    if (!v.light.empty() && !v.stop_line_m) {
+      diagnostics.add(value["light"].place(),
+                      "vehicle '" + name + "' has a light but no stop_line to stop at");
+    }
+    vehicles_.push_back(std::move(v));
+  }
+  declare_ports();
+}
+
+void Vehicles::declare_ports() {
+  const auto input = [&](Port port) {
+    const auto known = std::find_if(ports_.inputs.begin(), ports_.inputs.end(),
+                                    [&](const Port& p) { return p.name == port.name; });
+    if (known != ports_.inputs.end()) return static_cast<std::size_t>(known - ports_.inputs.begin());
+    ports_.inputs.push_back(std::move(port));
+    return ports_.inputs.size() - 1;
+  };
+  for (Vehicle& v : vehicles_) {
+    if (!v.light.empty()) {
+      v.light_input = input(
+          {.name = "light_" + v.light, .unit = "", .about = "State of light " + v.light, .required = true});
+    }
+    if (v.braked_from_outside) {
+      v.brake_input = input({.name = v.name + "_brake_request",
+                             .unit = "m/s2",
+                             .about = "Deceleration asked for from outside"});
+    }
+    v.first_output = ports_.outputs.size();
+    const glm::dvec2 at = v.center_m();
+    ports_.outputs.push_back({.name = v.name + ".x", .unit = "m", .about = "Centre", .initial = at.x});
+    ports_.outputs.push_back({.name = v.name + ".y", .unit = "m", .about = "Centre", .initial = at.y});
+    ports_.outputs.push_back(
+        {.name = v.name + ".speed", .unit = "m/s", .about = "Along its lane", .initial = v.speed_mps});
+    ports_.outputs.push_back({.name = v.name + ".acceleration", .unit = "m/s2", .about = "Along its lane"});
+    ports_.outputs.push_back({.name = v.name + ".yaw_rate", .unit = "rad/s", .about = "Lanes are straight"});
+  }
+}
+
+rtstdb::Motion motion_of(const Vehicle& v, std::int64_t time_ns) {
+  const glm::dvec2 at = v.center_m();
+  return {.p_world_m = {at.x, at.y, 0.5 * v.size_m.z},
+          .q_world = glm::angleAxis(v.heading_rad, glm::dvec3(0.0, 0.0, 1.0)),
+          .v_world_mps = {v.direction.x * v.speed_mps, v.direction.y * v.speed_mps, 0.0},
+          .w_world_radps = glm::dvec3(0.0),
+          .valid_from = rtstdb::world_time_ns(time_ns)};
+}
+
+void Vehicles::configure(World& world, EventLog& events, const TaskFacts& task) {
+  database_ = &world.database();
+  transaction_ = database_->make_transaction({.max_writes = static_cast<std::uint32_t>(vehicles_.size())});
+  for (Vehicle& v : vehicles_) {
+    rtstdb::EntityRow row;
+    row.geometry = world.add_geometry(make_car(v.size_m), task.instance + "." + v.name);
+    row.mask = world.mask_of({v.layer}, "module " + task.instance);
+    row.motion = motion_of(v, 0);
+    v.entity = world.create(task.instance + "." + v.name, row);
+    v.written_speed_mps = v.speed_mps;
+    v.track.reserve(most_track_points);
+  }
+  braking_begins_ = events.add_kind("the device under test asks for {} m/s2");
+  standing_ = events.add_kind("the ego stands, x = {} m", 2);
+}
+
+double Vehicles::light_state(const Vehicle& vehicle, const StepContext& context) const noexcept {
+  return vehicle.light_input ? context.inputs[*vehicle.light_input].value : green_light;
+}
+
+Ahead Vehicles::nearest_ahead(const Vehicle& vehicle, const StepContext& context) const noexcept {
+  Ahead ahead;
+  for (const Vehicle& other : vehicles_) {
+    if (&other == &vehicle || glm::dot(other.direction, vehicle.direction) < 0.99) continue;
+    const glm::dvec2 between = other.center_m() - vehicle.center_m();
+    const double along = glm::dot(between, vehicle.direction);
+    const double across = between.x * vehicle.direction.y - between.y * vehicle.direction.x;
+    if (along <= 0.0 || std::abs(across) > same_lane_m) continue;
+    const double gap_m = along - 0.5 * (other.size_m.x + vehicle.size_m.x);
+    if (gap_m < ahead.gap_m) ahead = {gap_m, other.speed_mps};
+  }
+  if (vehicle.stop_line_m && !vehicle.runs_light && light_state(vehicle, context) != green_light) {
+    const double to_line_m = *vehicle.stop_line_m - vehicle.travelled_m;
+    // Whoever is past the line, or can not stop any more, drives on. The line itself is the standstill gap
+    // away.
+    if (can_stop(vehicle.speed_mps, to_line_m + 0.5, vehicle.hardest_mps2 * 0.6) && to_line_m < ahead.gap_m) {
+      ahead = {to_line_m + vehicle.driver.standstill_gap_m, 0.0};
+    }
+  }
+  return ahead;
+}
+
+void Vehicles::advance(Vehicle& vehicle, const StepContext& context, double dt_s) noexcept {
+  double acceleration = idm_acceleration(vehicle.driver, vehicle.speed_mps, nearest_ahead(vehicle, context),
+                                         vehicle.hardest_mps2);
+  if (vehicle.brake_input) {
+    const signals::SignalValue& request = context.inputs[*vehicle.brake_input];
+    const double asked_mps2 = request.fresh ? std::clamp(request.value, 0.0, vehicle.hardest_mps2) : 0.0;
+    const double share = vehicle.brake_lag_s > 0.0 ? 1.0 - std::exp(-dt_s / vehicle.brake_lag_s) : 1.0;
+    vehicle.brake_mps2 += (asked_mps2 - vehicle.brake_mps2) * share;
+    if (asked_mps2 > 0.0 && !vehicle.was_braking)
+      context.events->note(braking_begins_, context.time_ns, asked_mps2);
+    vehicle.was_braking = asked_mps2 > 0.0;
+    if (vehicle.brake_mps2 > 0.05) acceleration = std::min(acceleration, -vehicle.brake_mps2);
+  }
+  // A driver neither creeps at the line nor crawls for ever: below this speed, wanting to brake means
+  // standing.
+  const bool comes_to_rest = vehicle.speed_mps > 0.0 && vehicle.speed_mps < 0.05 && acceleration < 0.0;
+  const Travel moved = comes_to_rest ? Travel{0.0, 0.0} : travel(vehicle.speed_mps, acceleration, dt_s);
+  if (vehicle.is_ego && vehicle.speed_mps > 0.0 && moved.speed_mps == 0.0) {
+    context.events->note(standing_, context.time_ns, vehicle.center_m().x);
+  }
+  vehicle.acceleration_mps2 = (moved.speed_mps - vehicle.speed_mps) / dt_s;
+  vehicle.travelled_m += moved.distance_m;
+  vehicle.speed_mps = moved.speed_mps;
+}
+
+void Vehicles::step(StepContext& context) noexcept {
+  const double dt_s = static_cast<double>(context.period_ns) * 1e-9;
+  if (context.run > 0) {
+    for (Vehicle& v : vehicles_)
+      advance(v, context, dt_s);
+    write_rows(context);
+  }
+  write_outputs(context);
+}
+
+void Vehicles::write_rows(StepContext& context) noexcept {
+  transaction_->begin({.deadline_class = rtstdb::DeadlineClass::hard,
+                       .deadline = context.deadline,
+                       .importance = rtstdb::max_importance,
+                       .world_time = context.world_time(),
+                       .read_at = {}});
+  bool any = false;
+  for (Vehicle& v : vehicles_) {
+    // At a constant speed the row of before says it all.
+    if (v.speed_mps == v.written_speed_mps && v.acceleration_mps2 == 0.0) continue;
+    transaction_->update_motion(v.entity, motion_of(v, context.time_ns));
+    v.written_speed_mps = v.speed_mps;
+    any = true;
+  }
+  if (any) context.execute(*database_, *transaction_);
+}
+
+void Vehicles::write_outputs(StepContext& context) noexcept {
+  const bool track = context.time_ns % track_every_ns == 0;
+  for (Vehicle& v : vehicles_) {
+    const glm::dvec2 at = v.center_m();
+    context.outputs[v.first_output] = at.x;
+    context.outputs[v.first_output + 1] = at.y;
+    context.outputs[v.first_output + 2] = v.speed_mps;
+    context.outputs[v.first_output + 3] = v.acceleration_mps2;
+    if (track && v.track.size() < most_track_points) v.track.push_back({context.time_ns, at.x, at.y});
+  }
+}
+
+void Vehicles::contribute(report::RunRecord& record) const {
+  if (!record.top_view) return;
+  for (const Vehicle& v : vehicles_) {
+    const glm::dvec2 at = v.center_m();
+    const glm::dvec2 along = 0.5 * v.size_m.x * v.direction;
+    const glm::dvec2 across = 0.5 * v.size_m.y * glm::dvec2(-v.direction.y, v.direction.x);
+    report::Shape shape{
+        .layer = v.is_ego ? report::Layer::ego : report::Layer::vehicle, .label = v.name, .footprint = {}};
+    for (const glm::dvec2& p :
+         {at + along + across, at - along + across, at - along - across, at + along - across}) {
+      shape.footprint.push_back({p.x, p.y});
+    }
+    record.top_view->shapes.push_back(std::move(shape));
+    record.top_view->tracks.push_back({v.name, v.is_ego, v.track});
+  }
+}
+
+}  // namespace
+
+ModuleType vehicles_type() {
+  using config::Field;
+  using config::Schema;
+  return {.name = "vehicles",
+          .about = "Road vehicles on straight lanes.",
+          .parameters = Schema::record({
+              Field::with_default("layer", Schema::text(), "vehicle", "The layer of the vehicles."),
+              Field::needed("vehicles", Schema::map(vehicle_schema()), "The vehicles by name."),
+          }),
+          .create = [](const config::Value& parameters, config::Diagnostics& diagnostics)
+              -> std::unique_ptr<Module> { return std::make_unique<Vehicles>(parameters, diagnostics); }};
+}
+
+}  // namespace hil::modules

@@ -1,0 +1,73 @@
+#include "runtime/modules/world.hpp"
+
+#include <algorithm>
+
+#include "runtime/modules/module.hpp"
+
+namespace hil::modules {
+
+World::World(rtstdb::Database& database, std::vector<std::string> layers)
+    : database_(database),
+      layers_(std::move(layers)),
+      creation_(database.make_transaction({.max_writes = 1})) {}
+
+std::optional<std::uint32_t> World::layer_bit(const std::string& layer) const {
+  const auto found = std::find(layers_.begin(), layers_.end(), layer);
+  if (found == layers_.end()) return std::nullopt;
+  return 1u << (found - layers_.begin());
+}
+
+std::uint32_t World::mask_of(const std::vector<std::string>& layers, const std::string& who) const {
+  std::uint32_t mask = 0;
+  for (const std::string& layer : layers) {
+    const auto bit = layer_bit(layer);
+    if (!bit) {
+      const std::string near = config::nearest(layer, layers_);
+      throw SetupError(who + ": the scenario has no layer '" + layer + "'" +
+                       (near.empty() ? "" : "; did you mean '" + near + "'?"));
+    }
+    mask |= *bit;
+  }
+  return mask;
+}
+
+rtstdb::GeometryId World::add_geometry(const rtstdb::TriangleMesh& mesh, const std::string& name) {
+  auto added = database_.add_geometry(mesh, name);
+  if (!added) throw SetupError(name + ": " + added.error().message);
+  geometry_bounds_.resize(std::max<std::size_t>(geometry_bounds_.size(), added.value().index + 1));
+  geometry_bounds_[added.value().index] = rtstdb::bounds_of(mesh);
+  return added.value();
+}
+
+rtstdb::EntityId World::create(const std::string& name, const rtstdb::EntityRow& row) {
+  if (by_name_.contains(name)) throw SetupError("two entities are called '" + name + "'");
+  creation_->begin({});
+  const std::uint32_t ordinal = creation_->create(row);
+  const rtstdb::Outcome& outcome = database_.execute(*creation_);
+  if (!outcome.done()) throw SetupError("entity '" + name + "': " + rtstdb::describe(outcome));
+  const rtstdb::EntityId entity = creation_->created(ordinal);
+  by_name_.emplace(name, entity);
+  const std::size_t needed = std::max<std::size_t>(names_.size(), entity.index + 1);
+  names_.resize(needed);
+  geometry_of_entity_.resize(needed);
+  names_[entity.index] = name;
+  geometry_of_entity_[entity.index] = row.geometry.index;
+  return entity;
+}
+
+std::optional<rtstdb::EntityId> World::find(const std::string& name) const {
+  const auto found = by_name_.find(name);
+  if (found == by_name_.end()) return std::nullopt;
+  return found->second;
+}
+
+const std::string& World::name_of(rtstdb::EntityId entity) const {
+  static const std::string unnamed;
+  return entity.index < names_.size() ? names_[entity.index] : unnamed;
+}
+
+rtstdb::Bounds World::bounds_of(rtstdb::EntityId entity) const {
+  return geometry_bounds_[geometry_of_entity_[entity.index]];
+}
+
+}  // namespace hil::modules

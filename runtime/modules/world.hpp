@@ -1,0 +1,53 @@
+#pragma once
+// The world as modules see it while they are configured: the database, the layers' mask bits, and entities by
+// name.
+//
+// Threads: configuration, one thread.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+namespace hil::modules {
+
+class World {
+ public:
+  explicit World(rtstdb::Database& database, std::vector<std::string> layers);
+
+  rtstdb::Database& database() noexcept { return database_; }
+
+  /// The mask bit of a layer; empty when the scenario has no layer of that name.
+  std::optional<std::uint32_t> layer_bit(const std::string& layer) const;
+  /// The mask of several layers. Throws SetupError with the nearest known one; `who` begins its sentence.
+  std::uint32_t mask_of(const std::vector<std::string>& layers, const std::string& who) const;
+  const std::vector<std::string>& layers() const noexcept { return layers_; }
+
+  /// Adds geometry. Throws SetupError with the database's words.
+  rtstdb::GeometryId add_geometry(const rtstdb::TriangleMesh& mesh, const std::string& name);
+
+  /// Creates an entity at run time 0 and remembers its name ("traffic.ego", "house_1"). Throws SetupError
+  /// when the name is taken or the database refuses the row.
+  rtstdb::EntityId create(const std::string& name, const rtstdb::EntityRow& row);
+
+  std::optional<rtstdb::EntityId> find(const std::string& name) const;
+  /// The name create was given; empty for entities it did not make.
+  const std::string& name_of(rtstdb::EntityId entity) const;
+  /// Box of the entity's geometry in the entity frame, unscaled; by the id create returned.
+  rtstdb::Bounds bounds_of(rtstdb::EntityId entity) const;
+
+ private:
+  rtstdb::Database& database_;
+  std::vector<std::string> layers_;
+  std::unique_ptr<rtstdb::Transaction> creation_;
+  std::vector<rtstdb::Bounds> geometry_bounds_;  // by geometry index
+  std::unordered_map<std::string, rtstdb::EntityId> by_name_;
+  std::vector<std::string> names_;                 // by entity index
+  std::vector<std::uint32_t> geometry_of_entity_;  // by entity index
+};
+
+}  // namespace hil::modules

@@ -1,0 +1,48 @@
+#pragma once
+// A device at work in a run: its inputs become signals at the beginning of every tick, its outputs are
+// released by a task at the device's own rate. Under the virtual clock the same task moves the device on in
+// lock-step.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/device.hpp"
+#include "runtime/executive/task.hpp"
+#include "runtime/signals/signal_table.hpp"
+
+namespace hil::run {
+
+class DeviceLink final : public executive::Task {
+ public:
+  /// Where an output's value comes from.
+  struct Source {
+    signals::SignalId signal;  ///< invalid: the constant
+    double constant = 0.0;
+  };
+  struct Links {
+    std::vector<signals::SignalId> inputs;  ///< by input channel
+    std::vector<Source> outputs;            ///< by output channel
+  };
+
+  DeviceLink(io::Device& device, Links links, signals::SignalTable& table, io::Pacing pacing);
+
+  io::Device& device() const noexcept { return device_; }
+  /// Base thread, at the begin of every tick.
+  void latch_inputs() noexcept;
+  /// The task's work: release the outputs of this tick; in lock-step also wait for the answers.
+  void step(const executive::TickInfo& tick) noexcept override;
+  /// False once a lock-step exchange failed: the other side is gone.
+  bool in_step() const noexcept { return in_step_; }
+
+ private:
+  io::Device& device_;
+  const Links links_;
+  signals::SignalTable& table_;
+  const io::Pacing pacing_;
+  std::vector<io::Sample> samples_;
+  std::vector<double> values_;
+  bool in_step_ = true;
+};
+
+}  // namespace hil::run

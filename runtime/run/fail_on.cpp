@@ -1,0 +1,60 @@
+#include "runtime/run/fail_on.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+
+#include "runtime/config/parse.hpp"
+
+namespace hil::run {
+namespace {
+
+constexpr std::array counts{"misses",      "overruns",      "skipped",      "aborted",
+                            "over_budget", "skipped_ticks", "lost_records", "hard_misses"};
+
+std::uint32_t index_of(const std::string& name) {
+  return static_cast<std::uint32_t>(std::find(counts.begin(), counts.end(), name) - counts.begin());
+}
+
+}  // namespace
+
+std::optional<config::Condition> parse_fail_on(const std::string& text, config::Diagnostics& diagnostics) {
+  // A JSON string is a YAML string: the way for text of the command line to become a value with a place.
+  const std::string quoted =
+      nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  const auto value = config::parse_text("--fail-on", quoted, config::Schema::text(), diagnostics);
+  if (!value) return std::nullopt;
+  auto condition = config::Condition::parse(*value, diagnostics);
+  if (!condition) return std::nullopt;
+  bool known = true;
+  for (const config::Word& mention : condition->mentions()) {
+    if (index_of(mention.text) < counts.size()) continue;
+    known = false;
+    const std::string near = config::nearest(mention.text, {counts.begin(), counts.end()});
+    diagnostics.add(mention.place, "'" + mention.text + "' is not counted" +
+                                       (near.empty() ? "" : "; did you mean '" + near + "'?"));
+  }
+  return known ? std::move(condition) : std::nullopt;
+}
+
+bool timing_broken(const config::Condition& condition, const executive::RunResult& result,
+                   const report::Transactions& transactions) {
+  std::array<double, counts.size()> values{};
+  for (const executive::TaskResult& task : result.tasks) {
+    values[0] += static_cast<double>(task.deadline_misses);
+    values[1] += static_cast<double>(task.overruns);
+    values[2] += static_cast<double>(task.skipped);
+    values[3] += static_cast<double>(task.aborted);
+    values[4] += static_cast<double>(task.over_budget);
+  }
+  values[5] = static_cast<double>(result.base.skipped_ticks);
+  values[6] = static_cast<double>(result.lost_records);
+  values[7] = static_cast<double>(transactions.hard_misses);
+  std::vector<std::uint32_t> indices;
+  for (const config::Word& mention : condition.mentions())
+    indices.push_back(index_of(mention.text));
+  return condition.bind(indices).holds(values);
+}
+
+}  // namespace hil::run

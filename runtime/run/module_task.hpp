@@ -1,0 +1,42 @@
+#pragma once
+// A module as a task of the executive: latches its inputs from the signal table, steps it, publishes its
+// outputs. Inputs and outputs are copies, so that a module on a thread of its own never touches the table.
+
+#include <vector>
+
+#include "runtime/executive/clock.hpp"
+#include "runtime/executive/task.hpp"
+#include "runtime/modules/module.hpp"
+#include "runtime/run/clocks.hpp"
+
+namespace hil::run {
+
+class ModuleTask final : public executive::Task {
+ public:
+  struct Links {
+    std::vector<signals::SignalId> inputs;   ///< by input port; invalid: not connected
+    std::vector<signals::SignalId> outputs;  ///< by output port
+  };
+
+  ModuleTask(modules::Module& module, Links links, std::int64_t deadline_ns, signals::SignalTable& table,
+             const rtstdb::Database& database, const DeviceClock& run_clock, modules::EventLog& events);
+
+  void latch(const executive::TickInfo& tick) noexcept override;
+  void step(const executive::TickInfo& tick) noexcept override;
+  void publish(const executive::TickInfo& tick) noexcept override;
+  std::int64_t last_blocked_ns() const noexcept override { return context_.blocked_ns; }
+  std::int64_t last_gpu_ns() const noexcept override { return context_.gpu_ns; }
+
+ private:
+  modules::Module& module_;
+  const Links links_;
+  const std::int64_t deadline_ns_;
+  signals::SignalTable& table_;
+  const rtstdb::Database& database_;
+  const DeviceClock& run_clock_;
+  std::vector<signals::SignalValue> inputs_;
+  std::vector<double> outputs_;
+  modules::StepContext context_;
+};
+
+}  // namespace hil::run

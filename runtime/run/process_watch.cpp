@@ -1,0 +1,105 @@
+#include "runtime/run/process_watch.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <chrono>
+
+namespace hil::run {
+namespace {
+
+constexpr std::int64_t stop_limit_ns = 1'000'000'000;
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words)
+    text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+}  // namespace
+
+ProcessWatch::ProcessWatch(const std::vector<Program>& programs, RunTimeNow now_ns)
+    : now_ns_(std::move(now_ns)) {
+  for (const Program& program : programs) {
+    watched_.push_back({.child = std::make_unique<io::process::Child>(program.child),
+                        .fate = {.name = program.child.name,
+                                 .command = joined(program.child.command),
+                                 .exit = "running",
+                                 .safe_on_exit = program.safe_on_exit}});
+  }
+  wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+}
+
+ProcessWatch::~ProcessWatch() {
+  stop();
+  close(wake_);
+}
+
+void ProcessWatch::watch(std::function<void(const ProcessFate&)> on_death,
+                         std::function<void()> every_second) {
+  on_death_ = std::move(on_death);
+  every_second_ = std::move(every_second);
+  thread_ = std::thread([this] { serve(); });
+}
+
+void ProcessWatch::look_at_children() {
+  for (Watched& watched : watched_) {
+    if (watched.fate.ended_early || watched.child->running()) continue;
+    watched.fate.ended_early = true;
+    watched.fate.ended_at_ns = now_ns_();
+    watched.fate.exit = io::process::describe(watched.child->exit());
+    if (on_death_) on_death_(watched.fate);
+  }
+}
+
+void ProcessWatch::serve() {
+  using SteadyClock = std::chrono::steady_clock;
+  auto next_second = SteadyClock::now() + std::chrono::seconds(1);
+  std::vector<pollfd> waiting;
+  while (!stopping_.load()) {
+    waiting.assign(1, {.fd = wake_, .events = POLLIN, .revents = 0});
+    for (const Watched& watched : watched_) {
+      if (!watched.fate.ended_early)
+        waiting.push_back({.fd = watched.child->exit_fd(), .events = POLLIN, .revents = 0});
+    }
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(next_second - SteadyClock::now());
+    poll(waiting.data(), waiting.size(), static_cast<int>(std::max<std::int64_t>(left.count(), 0)));
+    if (stopping_.load()) return;
+    look_at_children();
+    if (SteadyClock::now() < next_second) continue;
+    next_second += std::chrono::seconds(1);
+    if (every_second_) every_second_();
+  }
+}
+
+void ProcessWatch::end_watch() {
+  stopping_.store(true);
+  if (!thread_.joinable()) return;
+  eventfd_write(wake_, 1);
+  thread_.join();
+}
+
+std::vector<ProcessFate> ProcessWatch::stop() {
+  end_watch();
+  std::vector<ProcessFate> fates;
+  for (Watched& watched : watched_) {
+    if (watched.child != nullptr && !watched.fate.ended_early) {
+      watched.fate.exit = io::process::describe(watched.child->stop(stop_limit_ns));
+    }
+    watched.child.reset();
+    fates.push_back(watched.fate);
+  }
+  return fates;
+}
+
+std::string ProcessWatch::first_dead() {
+  look_at_children();
+  for (const Watched& watched : watched_) {
+    if (watched.fate.ended_early) return watched.fate.name + " " + watched.fate.exit;
+  }
+  return {};
+}
+
+}  // namespace hil::run

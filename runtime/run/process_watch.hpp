@@ -1,0 +1,73 @@
+#pragma once
+// The programs that a run starts (the device under test, simulated units) and the ordinary thread that looks
+// after them and the console while the run goes on.
+//
+// Threads: start and stop on one long-lived ordinary thread (the kernel ties a child to the thread that
+// started it).
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "io/virtual/process.hpp"
+
+namespace hil::run {
+
+/// How one of them fared.
+struct ProcessFate {
+  std::string name;
+  std::string command;
+  bool ended_early = false;
+  std::int64_t ended_at_ns = 0;  ///< run time, when ended_early
+  std::string exit;              ///< in words
+  bool safe_on_exit = true;
+};
+
+class ProcessWatch {
+ public:
+  struct Program {
+    io::process::ChildConfig child;
+    bool safe_on_exit = true;
+  };
+  using RunTimeNow = std::function<std::int64_t()>;
+
+  /// Starts all, in order. Throws io::DeviceError when one can not be started; those started before are
+  /// stopped.
+  ProcessWatch(const std::vector<Program>& programs, RunTimeNow now_ns);
+  ~ProcessWatch();
+  ProcessWatch(const ProcessWatch&) = delete;
+  ProcessWatch& operator=(const ProcessWatch&) = delete;
+
+  /// From now on `on_death` is called, on the watching thread, for each program that ends by itself, and
+  /// `every_second` once a second.
+  void watch(std::function<void(const ProcessFate&)> on_death, std::function<void()> every_second);
+  /// Ends the watch; the programs run on. What ends from here on has ended because the run is over.
+  void end_watch();
+  /// Ends the watch and then the programs. What became of each, in their order.
+  std::vector<ProcessFate> stop();
+  /// The first program that has ended already, in words; empty: all run.
+  std::string first_dead();
+
+ private:
+  void serve();
+  void look_at_children();
+
+  struct Watched {
+    std::unique_ptr<io::process::Child> child;
+    ProcessFate fate;
+  };
+  RunTimeNow now_ns_;
+  std::vector<Watched> watched_;
+  std::function<void(const ProcessFate&)> on_death_;
+  std::function<void()> every_second_;
+  int wake_ = -1;
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace hil::run

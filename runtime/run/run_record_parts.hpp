@@ -1,0 +1,26 @@
+#pragma once
+// The executive's, the database's and the devices' results in the report's own terms.
+
+#include <rtstdb/database.hpp>
+
+#include "io/can/can_device.hpp"
+#include "io/modbus/client_device.hpp"
+#include "io/modbus/server_device.hpp"
+#include "runtime/config/scenario.hpp"
+#include "runtime/executive/result.hpp"
+#include "runtime/report/run_record.hpp"
+#include "runtime/report/trace_json.hpp"
+
+namespace hil::run {
+
+/// `scenario_tasks` tells budget and policy; tasks of the result that are not in it are devices' tasks.
+void take_executive(const executive::RunResult& result, const config::Scenario& scenario,
+                    report::RunRecord& record);
+report::TraceRecord trace_of(const executive::RunResult& result, const std::vector<report::Event>& events);
+
+report::Transactions transactions_of(const rtstdb::TransactionCounts& counts);
+report::CanBus can_bus_of(const io::can::CanDevice& device);
+report::ModbusUnit modbus_unit_of(const io::modbus::ClientDevice& device);
+report::ModbusUnit modbus_unit_of(const io::modbus::ServerDevice& device);
+
+}  // namespace hil::run

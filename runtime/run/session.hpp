@@ -1,0 +1,63 @@
+#pragma once
+// One run: opens everything a wired scenario asks for, lets the executive run it, closes everything in order,
+// and leaves the record that the report is made of.
+//
+// Order of opening: database (its driver's threads must not inherit real-time scheduling), static world,
+// modules, buses, processes, then the devices that talk to those processes. Closing goes the other way;
+// outputs go to their safe values first, whatever ended the run.
+//
+// Threads: one ordinary thread, which becomes the executive's base thread for the time of the run.
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "runtime/report/report_text.hpp"
+#include "runtime/report/run_record.hpp"
+#include "runtime/report/trace_json.hpp"
+#include "runtime/run/fail_on.hpp"
+#include "runtime/run/wiring.hpp"
+
+namespace hil::run {
+
+enum ExitCode : int {
+  exit_passed = 0,
+  exit_expectation_failed = 1,
+  exit_bad_config = 2,
+  exit_timing_broken = 3,
+  exit_io_failed = 4,
+  exit_gpu_failed = 5,
+  exit_internal = 70,
+  exit_interrupted = 130,  ///< SIGINT, as shells have it
+};
+
+/// The GPU or its driver can not be had. A sentence for the user.
+class GpuError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct SessionOptions {
+  std::filesystem::path directory;  ///< what the run leaves goes here; made when missing
+  std::vector<report::Override> overrides;
+  std::optional<config::Condition> fail_on;
+  std::vector<std::filesystem::path>
+      program_folders;  ///< where programs without '/' are looked for before PATH
+  std::function<void(const report::LiveStatus&)> every_second;  ///< on a thread of its own; may be empty
+};
+
+struct SessionResult {
+  report::RunRecord record;
+  report::TraceRecord trace;
+};
+
+/// Runs to the end, or until `stop_requested`. Throws GpuError, io::DeviceError, modules::SetupError when the
+/// run can not begin; trouble after that is in the record.
+SessionResult run_session(Wiring wiring, const SessionOptions& options,
+                          const std::atomic<bool>& stop_requested);
+
+}  // namespace hil::run

@@ -1,0 +1,97 @@
+#include "runtime/run/signal_log.hpp"
+
+#include <charconv>
+#include <chrono>
+#include <system_error>
+
+#include "io/device.hpp"
+
+namespace hil::run {
+namespace {
+
+void append_number(std::string& text, double value) {
+  char digits[32];
+  const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
+  text.append(digits, end);
+}
+
+/// Seconds with all nine decimals, exact.
+void append_time(std::string& text, std::int64_t time_ns) {
+  char digits[32];
+  const auto end = std::to_chars(digits, digits + sizeof digits, time_ns / 1'000'000'000).ptr;
+  text.append(digits, end);
+  std::string decimals = std::to_string(time_ns % 1'000'000'000);
+  text += '.' + std::string(9 - decimals.size(), '0') + decimals;
+}
+
+}  // namespace
+
+SignalLog::SignalLog(const std::filesystem::path& file, const signals::SignalTable& table, bool virtual_clock)
+    : path_(file),
+      columns_(table.size()),
+      virtual_clock_(virtual_clock),
+      ring_(ring_rows * columns_),
+      times_ns_(ring_rows),
+      file_(file) {
+  if (!file_) throw io::DeviceError(file.string() + " can not be written");
+  file_ << "time_s";
+  for (std::uint32_t i = 0; i < columns_; ++i)
+    file_ << ',' << table.info({i}).name;
+  file_ << '\n';
+  if (!virtual_clock_) thread_ = std::thread([this] { serve(); });
+}
+
+SignalLog::~SignalLog() {
+  close();
+}
+
+void SignalLog::take(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+  const std::uint64_t place = written_.load(std::memory_order_relaxed);
+  if (place - read_.load(std::memory_order_acquire) == ring_rows) {
+    if (!virtual_clock_) {
+      lost_.fetch_add(1, std::memory_order_relaxed);
+      return;
+    }
+    drain();
+  }
+  double* row = ring_.data() + (place % ring_rows) * columns_;
+  const auto values = table.values();
+  for (std::size_t i = 0; i < columns_; ++i)
+    row[i] = values[i].value;
+  times_ns_[place % ring_rows] = time_ns;
+  written_.store(place + 1, std::memory_order_release);
+}
+
+void SignalLog::drain() {
+  const std::uint64_t end = written_.load(std::memory_order_acquire);
+  for (std::uint64_t place = read_.load(std::memory_order_relaxed); place < end; ++place) {
+    text_.clear();
+    append_time(text_, times_ns_[place % ring_rows]);
+    const double* row = ring_.data() + (place % ring_rows) * columns_;
+    for (std::size_t i = 0; i < columns_; ++i) {
+      text_ += ',';
+      append_number(text_, row[i]);
+    }
+    text_ += '\n';
+    file_ << text_;
+    read_.store(place + 1, std::memory_order_release);
+  }
+}
+
+void SignalLog::serve() {
+  while (!stopping_.load(std::memory_order_acquire)) {
+    drain();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
+
+std::string SignalLog::close() {
+  stopping_.store(true, std::memory_order_release);
+  if (thread_.joinable()) thread_.join();
+  if (!file_.is_open()) return {};
+  drain();
+  file_.close();
+  return file_ ? std::string() : path_.string() + " could not be written whole";
+}
+
+}  // namespace hil::run

@@ -1,0 +1,52 @@
+#pragma once
+// signals.csv: every signal at a fixed rate. The tick fills rows of a preallocated ring; an ordinary thread
+// writes them. A ring that is full loses the row and counts it; under the virtual clock the tick itself
+// empties the ring, so nothing is lost there.
+//
+// First line: "time_s" and the signals' names. Numbers are the shortest that read back as the same double.
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "runtime/signals/signal_table.hpp"
+
+namespace hil::run {
+
+class SignalLog {
+ public:
+  /// Throws io::DeviceError when the file can not be made.
+  SignalLog(const std::filesystem::path& file, const signals::SignalTable& table, bool virtual_clock);
+  ~SignalLog();
+  SignalLog(const SignalLog&) = delete;
+  SignalLog& operator=(const SignalLog&) = delete;
+
+  /// Base thread. Under the real-time clock without waiting or allocating.
+  void take(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
+  /// Writes what is left and closes. The words of a write error, or empty.
+  std::string close();
+  std::uint64_t lost_rows() const noexcept { return lost_.load(); }
+
+ private:
+  void serve();
+  void drain();
+
+  static constexpr std::size_t ring_rows = 512;
+  const std::filesystem::path path_;
+  const std::size_t columns_;  // values of a row, without its time
+  const bool virtual_clock_;
+  std::vector<double> ring_;  // ring_rows rows of columns_
+  std::vector<std::int64_t> times_ns_;
+  std::atomic<std::uint64_t> written_{0}, read_{0};
+  std::atomic<std::uint64_t> lost_{0};
+  std::atomic<bool> stopping_{false};
+  std::ofstream file_;
+  std::string text_;
+  std::thread thread_;
+};
+
+}  // namespace hil::run

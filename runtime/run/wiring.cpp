@@ -1,0 +1,368 @@
+#include "runtime/run/wiring.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "io/can/socketcan_bus.hpp"
+
+namespace hil::run {
+namespace {
+
+using config::Diagnostics;
+using config::Place;
+using config::Word;
+
+std::string did_you_mean(const std::string& candidate) {
+  return candidate.empty() ? std::string() : "; did you mean '" + candidate + "'?";
+}
+
+void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Place& place,
+                Diagnostics& diagnostics, std::vector<signals::SignalId>& ids) {
+  if (const auto there = table.find(info.name)) {
+    diagnostics.add(place, "two writers of one signal: '" + info.name + "' is written by " +
+                               table.info(*there).writer + " and by " + info.writer);
+    ids.push_back(*there);
+    return;
+  }
+  ids.push_back(table.add(std::move(info)));
+}
+
+signals::SignalId find_signal(const signals::SignalTable& table, const Word& word, Diagnostics& diagnostics) {
+  if (const auto found = table.find(word.text)) return *found;
+  diagnostics.add(word.place,
+                  "there is no signal '" + word.text + "'" + did_you_mean(table.nearest_name(word.text)));
+  return {};
+}
+
+/// A value passes from a signal to a channel as it is, so both have to mean the same unit. Either may leave
+/// it open.
+void check_unit(const signals::SignalTable& table, signals::SignalId signal, const io::ChannelInfo& channel,
+                const Place& place, Diagnostics& diagnostics) {
+  if (!signal.valid()) return;
+  const auto spelled = [](std::string unit) {
+    unit.erase(std::remove(unit.begin(), unit.end(), '^'), unit.end());
+    return unit;
+  };
+  const std::string& unit = table.info(signal).unit;
+  if (unit.empty() || channel.unit.empty() || spelled(unit) == spelled(channel.unit)) return;
+  diagnostics.add(place, "'" + table.info(signal).name + "' is in " + unit + ", but '" + channel.name +
+                             "' is in " + channel.unit);
+}
+
+void declare_modules(Wiring& wiring, Diagnostics& diagnostics) {
+  for (const config::TaskSection& section : wiring.scenario->tasks) {
+    const modules::ModuleType* type = modules::find_module_type(section.type.text);
+    WiredModule wired{
+        .section = &section, .module = type->create(section.parameters, diagnostics), .links = {}};
+    if (wired.module != nullptr) {
+      for (const modules::Port& port : wired.module->ports().outputs) {
+        add_signal(wiring.signals,
+                   {.name = section.module.text + "." + port.name,
+                    .unit = port.unit,
+                    .writer = "module " + section.module.text,
+                    .initial = port.initial},
+                   section.module.place, diagnostics, wired.links.outputs);
+      }
+    }
+    wiring.modules.push_back(std::move(wired));
+  }
+}
+
+void connect_module(WiredModule& wired, const signals::SignalTable& table, Diagnostics& diagnostics) {
+  if (wired.module == nullptr) return;
+  const std::vector<modules::Port>& ports = wired.module->ports().inputs;
+  wired.links.inputs.resize(ports.size());
+  for (const config::InputLink& link : wired.section->inputs) {
+    const auto port =
+        std::find_if(ports.begin(), ports.end(), [&](const auto& p) { return p.name == link.port.text; });
+    if (port == ports.end()) {
+      std::vector<std::string> names;
+      for (const modules::Port& known : ports)
+        names.push_back(known.name);
+      diagnostics.add(link.port.place, "module " + wired.section->module.text + " has no input '" +
+                                           link.port.text + "'" +
+                                           did_you_mean(config::nearest(link.port.text, names)));
+    } else {
+      wired.links.inputs[static_cast<std::size_t>(port - ports.begin())] =
+          find_signal(table, link.signal, diagnostics);
+    }
+  }
+  for (const modules::Port& port : ports) {
+    const auto& inputs = wired.section->inputs;
+    const bool connected =
+        std::any_of(inputs.begin(), inputs.end(), [&](const auto& l) { return l.port.text == port.name; });
+    if (port.required && !connected) {
+      diagnostics.add(wired.section->module.place, "module " + wired.section->module.text +
+                                                       " needs its input '" + port.name + "' (" + port.about +
+                                                       ")");
+    }
+  }
+}
+
+std::optional<io::can::Dbc> load_database(const config::CanSection& section, Diagnostics& diagnostics) {
+  io::can::DbcResult loaded = io::can::load_dbc(section.database);
+  if (loaded.ok()) return std::move(loaded.database);
+  for (const io::can::DbcProblem& problem : loaded.problems) {
+    if (problem.severity != io::can::DbcProblem::Severity::error) continue;
+    diagnostics.add({section.database, static_cast<std::uint32_t>(problem.line),
+                     static_cast<std::uint32_t>(problem.column)},
+                    problem.text);
+  }
+  return std::nullopt;
+}
+
+const io::can::DbcMessage* find_message(const io::can::Dbc& database, const Word& message,
+                                        Diagnostics& diagnostics) {
+  const io::can::DbcMessage* found = database.find_message(message.text);
+  if (found != nullptr) return found;
+  std::vector<std::string> names;
+  for (const io::can::DbcMessage& known : database.messages)
+    names.push_back(known.name);
+  diagnostics.add(message.place, "the CAN database has no message '" + message.text + "'" +
+                                     did_you_mean(config::nearest(message.text, names)));
+  return nullptr;
+}
+
+bool check_dbc_signal(const io::can::DbcMessage& message, const Word& signal, Diagnostics& diagnostics) {
+  if (message.find_signal(signal.text) != nullptr) return true;
+  std::vector<std::string> names;
+  for (const io::can::DbcSignal& known : message.signals)
+    names.push_back(known.name);
+  diagnostics.add(signal.place, "message " + message.name + " has no signal '" + signal.text + "'" +
+                                    did_you_mean(config::nearest(signal.text, names)));
+  return false;
+}
+
+template <class Section>
+void take_protection(const Section& section, const io::can::DbcMessage& message,
+                     io::can::Protection& protection, std::map<std::string, double>& safe_values,
+                     Diagnostics& diagnostics) {
+  if (section.counter && check_dbc_signal(message, *section.counter, diagnostics)) {
+    protection.counter_signal = section.counter->text;
+  }
+  if (section.checksum && check_dbc_signal(message, *section.checksum, diagnostics)) {
+    protection.checksum_signal = section.checksum->text;
+  }
+  for (const config::SafeValue& safe : section.safe) {
+    if (check_dbc_signal(message, safe.dbc_signal, diagnostics))
+      safe_values[safe.dbc_signal.text] = safe.value;
+  }
+}
+
+/// The device's configuration; empty when the section does not fit the database.
+std::optional<io::can::CanDeviceConfig> describe_device(const config::CanSection& section,
+                                                        Diagnostics& diagnostics) {
+  const std::size_t before = diagnostics.mistakes().size();
+  auto database = load_database(section, diagnostics);
+  if (!database) return std::nullopt;
+  io::can::CanDeviceConfig device;
+  device.name = section.bus.text;
+  device.bits_per_second = section.bits_per_second;
+  for (const config::SentMessage& sent : section.send) {
+    const io::can::DbcMessage* message = find_message(*database, sent.message, diagnostics);
+    if (message == nullptr) continue;
+    io::can::SentMessageConfig config{.message = sent.message.text,
+                                      .period_ns = sent.period_ns,
+                                      .offset_ns = sent.offset_ns,
+                                      .protection = {},
+                                      .safe_values = {}};
+    take_protection(sent, *message, config.protection, config.safe_values, diagnostics);
+    for (const config::SignalSource& source : sent.signals)
+      check_dbc_signal(*message, source.dbc_signal, diagnostics);
+    device.send.push_back(std::move(config));
+  }
+  for (const config::ReceivedMessage& received : section.receive) {
+    const io::can::DbcMessage* message = find_message(*database, received.message, diagnostics);
+    if (message == nullptr) continue;
+    io::can::ReceivedMessageConfig config{.message = received.message.text,
+                                          .timeout_ns = received.timeout_ns,
+                                          .protection = {},
+                                          .safe_values = {}};
+    take_protection(received, *message, config.protection, config.safe_values, diagnostics);
+    device.receive.push_back(std::move(config));
+  }
+  device.database = std::move(*database);
+  if (diagnostics.mistakes().size() != before) return std::nullopt;
+  for (const std::string& problem : io::can::configuration_problems(device))
+    diagnostics.add(section.bus.place, problem);
+  if (diagnostics.mistakes().size() != before) return std::nullopt;
+  return device;
+}
+
+void declare_inputs(const io::Device& device, const std::string& prefix, const Place& place, Wiring& wiring,
+                    DeviceLink::Links& links, Diagnostics& diagnostics) {
+  for (const io::ChannelInfo& channel : device.inputs()) {
+    add_signal(wiring.signals,
+               {.name = prefix + channel.name,
+                .unit = channel.unit,
+                .writer = prefix.substr(0, prefix.size() - 1),
+                .initial = channel.safe_value},
+               place, diagnostics, links.inputs);
+  }
+}
+
+/// Constants for every output, in the device's order, until connected.
+void start_with_safe_values(const io::Device& device, DeviceLink::Links& links) {
+  for (const io::ChannelInfo& channel : device.outputs())
+    links.outputs.push_back({.signal = {}, .constant = channel.safe_value});
+}
+
+std::size_t output_index(const io::Device& device, const std::string& channel) {
+  const auto outputs = device.outputs();
+  return static_cast<std::size_t>(
+      std::find_if(outputs.begin(), outputs.end(), [&](const auto& info) { return info.name == channel; }) -
+      outputs.begin());
+}
+
+struct CanProbe {
+  std::unique_ptr<io::can::CanDevice> device;  // never opened: tells the channels
+  WiredCan wired;
+};
+
+std::vector<CanProbe> declare_can(Wiring& wiring, Diagnostics& diagnostics) {
+  std::vector<CanProbe> probes;
+  for (const config::CanSection& section : wiring.scenario->can) {
+    auto config = describe_device(section, diagnostics);
+    if (!config) continue;
+    CanProbe probe{.device = std::make_unique<io::can::CanDevice>(
+                       *config, std::make_unique<io::can::SocketCanBus>(
+                                    io::can::SocketCanConfig{.interface = section.bus.text})),
+                   .wired = {.section = &section, .device = std::move(*config), .links = {}}};
+    declare_inputs(*probe.device, "can." + section.bus.text + ".", section.bus.place, wiring,
+                   probe.wired.links, diagnostics);
+    start_with_safe_values(*probe.device, probe.wired.links);
+    probes.push_back(std::move(probe));
+  }
+  return probes;
+}
+
+void connect_can(CanProbe& probe, const signals::SignalTable& table, Diagnostics& diagnostics) {
+  for (const config::SentMessage& sent : probe.wired.section->send) {
+    for (const config::SignalSource& source : sent.signals) {
+      const std::size_t index = output_index(*probe.device, sent.message.text + "." + source.dbc_signal.text);
+      if (index == probe.wired.links.outputs.size()) {
+        diagnostics.add(source.dbc_signal.place,
+                        "'" + source.dbc_signal.text + "' of " + sent.message.text +
+                            " is its counter or checksum, which the bus fills at the send instant");
+        continue;
+      }
+      DeviceLink::Source& target = probe.wired.links.outputs[index];
+      if (const double* constant = std::get_if<double>(&source.source)) {
+        target.constant = *constant;
+      } else {
+        const Word& word = std::get<Word>(source.source);
+        target.signal = find_signal(table, word, diagnostics);
+        check_unit(table, target.signal, probe.device->outputs()[index], word.place, diagnostics);
+      }
+    }
+  }
+}
+
+std::unique_ptr<io::Device> modbus_probe(const config::ModbusSection& section) {
+  if (section.role == io::modbus::Role::client) {
+    return std::make_unique<io::modbus::ClientDevice>(client_settings(section, {}), section.registers);
+  }
+  return std::make_unique<io::modbus::ServerDevice>(server_settings(section, {}), section.registers);
+}
+
+void connect_modbus(const io::Device& device, WiredModbus& wired, const signals::SignalTable& table,
+                    Diagnostics& diagnostics) {
+  for (const config::RegisterWrite& write : wired.section->write) {
+    const std::size_t index = output_index(device, write.entry.text);
+    if (index == wired.links.outputs.size()) {
+      diagnostics.add(write.entry.place, "'" + write.entry.text + "' is filled by the device itself");
+      continue;
+    }
+    wired.links.outputs[index].signal = find_signal(table, write.signal, diagnostics);
+    check_unit(table, wired.links.outputs[index].signal, device.outputs()[index], write.signal.place,
+               diagnostics);
+  }
+}
+
+void check_expectations(const Wiring& wiring, Diagnostics& diagnostics) {
+  const auto check = [&](const config::Condition& condition) {
+    for (const Word& mention : condition.mentions())
+      find_signal(wiring.signals, mention, diagnostics);
+  };
+  for (const config::Expectation& expectation : wiring.scenario->expectations) {
+    if (const auto* never = std::get_if<config::Never>(&expectation.claim)) check(never->condition);
+    if (const auto* always = std::get_if<config::Always>(&expectation.claim)) check(always->condition);
+    if (const auto* eventually = std::get_if<config::Eventually>(&expectation.claim))
+      check(eventually->condition);
+    if (const auto* response = std::get_if<config::Response>(&expectation.claim)) {
+      find_signal(wiring.signals, response->request, diagnostics);
+      find_signal(wiring.signals, response->reply, diagnostics);
+    }
+  }
+}
+
+}  // namespace
+
+config::SchemaOfModules module_schemas() {
+  config::SchemaOfModules schemas;
+  for (const modules::ModuleType& type : modules::module_types())
+    schemas.emplace(type.name, type.parameters);
+  return schemas;
+}
+
+io::modbus::ClientSettings client_settings(const config::ModbusSection& section,
+                                           const io::modbus::Endpoint& endpoint) {
+  using std::chrono::ceil;
+  using std::chrono::microseconds;
+  using std::chrono::milliseconds;
+  using std::chrono::nanoseconds;
+  io::modbus::ClientSettings settings;
+  settings.name = section.unit.text;
+  settings.endpoint = endpoint;
+  settings.unit = section.unit_id;
+  settings.response_timeout = ceil<microseconds>(nanoseconds(section.timeout_ns));
+  settings.start_limit = ceil<milliseconds>(nanoseconds(section.start_limit_ns));
+  if (section.max_age_ns) settings.max_age = ceil<milliseconds>(nanoseconds(*section.max_age_ns));
+  if (section.run_time_entry) settings.run_time_ms_entry = section.run_time_entry->text;
+  if (section.heartbeat_entry) settings.heartbeat_entry = section.heartbeat_entry->text;
+  return settings;
+}
+
+io::modbus::ServerSettings server_settings(const config::ModbusSection& section,
+                                           const io::modbus::Endpoint& endpoint) {
+  io::modbus::ServerSettings settings;
+  settings.name = section.unit.text;
+  settings.endpoint = endpoint;
+  if (section.max_age_ns) {
+    settings.max_age =
+        std::chrono::ceil<std::chrono::milliseconds>(std::chrono::nanoseconds(*section.max_age_ns));
+  }
+  return settings;
+}
+
+std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics& diagnostics) {
+  Wiring wiring;
+  wiring.scenario = &scenario;
+  const std::size_t before = diagnostics.mistakes().size();
+  declare_modules(wiring, diagnostics);
+  std::vector<CanProbe> can = declare_can(wiring, diagnostics);
+  std::vector<std::unique_ptr<io::Device>> modbus;
+  for (const config::ModbusSection& section : scenario.modbus) {
+    modbus.push_back(modbus_probe(section));
+    WiredModbus& wired = wiring.modbus.emplace_back(WiredModbus{.section = &section, .links = {}});
+    declare_inputs(*modbus.back(), "modbus." + section.unit.text + ".", section.unit.place, wiring,
+                   wired.links, diagnostics);
+    start_with_safe_values(*modbus.back(), wired.links);
+  }
+  // A part that could not be declared leaves its signals out: asking for them now would blame the innocent.
+  if (diagnostics.mistakes().size() != before) return std::nullopt;
+
+  for (WiredModule& wired : wiring.modules)
+    connect_module(wired, wiring.signals, diagnostics);
+  for (CanProbe& probe : can) {
+    connect_can(probe, wiring.signals, diagnostics);
+    wiring.can.push_back(std::move(probe.wired));
+  }
+  for (std::size_t i = 0; i < modbus.size(); ++i)
+    connect_modbus(*modbus[i], wiring.modbus[i], wiring.signals, diagnostics);
+  check_expectations(wiring, diagnostics);
+  if (diagnostics.mistakes().size() != before) return std::nullopt;
+  return wiring;
+}
+
+}  // namespace hil::run
