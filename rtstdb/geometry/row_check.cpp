@@ -68,7 +68,6 @@ std::optional<BadInput> check_motion(const Motion& motion) noexcept {
 
 std::optional<BadInput> check_row(const EntityRow& row) noexcept {
   using enum BadInputReason;
-  if (!row.geometry.valid()) return fault(unknown_geometry, {row.geometry.index, 0.0, 0.0});
   if (!finite(row.scale)) return fault(not_finite, row.scale);
   const double smallest = std::min({row.scale.x, row.scale.y, row.scale.z});
   const double largest = std::max({row.scale.x, row.scale.y, row.scale.z});

@@ -17,8 +17,8 @@ namespace rtstdb {
 /// The orientation need not be unit. `element` and `entity` are the caller's to fill.
 std::optional<BadInput> check_motion(const Motion& motion) noexcept;
 
-/// The first fault of a row: its geometry, its scale, then its motion.
-///   unknown_geometry  the row names none; whether the named one exists is the caller's question
+/// The first fault of a row: its scale, then its motion. A row may name no geometry; whether the one it names
+/// exists is the caller's question.
 ///   not_finite        a scale factor
 ///   out_of_limits     a scale factor outside [min_scale, max_scale]
 std::optional<BadInput> check_row(const EntityRow& row) noexcept;

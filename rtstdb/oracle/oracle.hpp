@@ -42,6 +42,7 @@ class World {
   World with_entities(std::vector<EntityState> entities, WorldTime version_time) const;
 
   std::span<const EntityState> entities() const noexcept { return entities_; }
+  /// Misuse for an entity without geometry.
   const MeshTree& mesh_of(const EntityState& entity) const noexcept;
   /// The live entity of that id, or null.
   const EntityState* find(EntityId id) const noexcept;

@@ -16,10 +16,14 @@ std::array<glm::dvec3, 3> PosedEntity::corners_world(std::uint32_t triangle) con
   return corners;
 }
 
+bool visible(const EntityState& state, std::uint32_t mask) noexcept {
+  return state.row.geometry.valid() && (state.row.mask & mask) != 0;
+}
+
 PosedEntity posed(const World& world, const EntityState& state, WorldTime t, bool ignore_motion) noexcept {
   const WorldTime instant = ignore_motion ? world.version_time() : t;
-  return {&state, &world.mesh_of(state), pose_at(state.row.motion, instant),
-          seconds_between(world.version_time(), instant)};
+  const MeshTree* mesh = state.row.geometry.valid() ? &world.mesh_of(state) : nullptr;
+  return {&state, mesh, pose_at(state.row.motion, instant), seconds_between(world.version_time(), instant)};
 }
 
 double noise_units_m(const EntityState& state, const Pose& pose, double dt_s, double arm_m) noexcept {

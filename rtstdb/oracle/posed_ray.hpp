@@ -11,7 +11,7 @@ namespace rtstdb::oracle {
 
 struct PosedEntity {
   const EntityState* state = nullptr;
-  const MeshTree* mesh = nullptr;
+  const MeshTree* mesh = nullptr;  ///< null for an entity without geometry
   Pose pose;
   double dt_s = 0.0;  ///< since the version's time; zero when motion is ignored
 
@@ -36,6 +36,9 @@ struct PosedRay {
   /// `arm_m` from its origin.
   double noise_m(const PosedEntity& entity, double lambda, double arm_m) const noexcept;
 };
+
+/// Whether a query with this mask sees the entity at all.
+bool visible(const EntityState& state, std::uint32_t mask) noexcept;
 
 PosedEntity posed(const World& world, const EntityState& state, WorldTime t, bool ignore_motion) noexcept;
 

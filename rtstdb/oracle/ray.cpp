@@ -116,7 +116,7 @@ RayTruth traced(const World& world, const Ray& ray, RayMode mode, bool ignore_mo
   const bool first_will_do = mode == RayMode::any;
   Closest closest;
   for (const EntityState& state : world.entities()) {
-    if ((ray.mask & state.row.mask) == 0) continue;
+    if (!visible(state, ray.mask)) continue;
     const PosedEntity entity = posed(world, state, ray.t, ignore_motion);
     if (!brute_force && !posed_ray.passes(entity, 0.0)) continue;
     collect(posed_ray, entity, brute_force, first_will_do, closest);

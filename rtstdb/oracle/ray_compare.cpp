@@ -98,7 +98,7 @@ Neighbourhood explore(const World& world, const Ray& ray, bool ignore_motion, co
   const PosedRay posed_ray(world, ray, ignore_motion);
   Neighbourhood around;
   for (const EntityState& state : world.entities()) {
-    if ((ray.mask & state.row.mask) == 0) continue;
+    if (!visible(state, ray.mask)) continue;
     const PosedEntity entity = posed(world, state, ray.t, ignore_motion);
     const double reach_m = entity.reach();
     const double far_m = glm::length(entity.pose.p_world_m - posed_ray.origin_m) + reach_m;

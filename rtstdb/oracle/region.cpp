@@ -126,7 +126,7 @@ std::vector<EntityGap> gaps(const World& world, const Region& region) {
   const PosedRegion where = posed_region(world, region);
   std::vector<EntityGap> all;
   for (const EntityState& state : world.entities()) {
-    if ((region.mask & state.row.mask) == 0) continue;
+    if (!visible(state, region.mask)) continue;
     const PosedEntity entity = posed(world, state, region.t, false);
     all.push_back({state.id, gap_m(region, where.box, oriented_bounds(entity)),
                    noise_per_unit * (where.noise_units + own_noise_units(entity))});
@@ -136,12 +136,12 @@ std::vector<EntityGap> gaps(const World& world, const Region& region) {
 
 std::vector<EntityGap> gaps(const World& world, const Overlap& overlap) {
   const EntityState* self = world.find(overlap.entity);
-  RTSTDB_ASSERT(self != nullptr);
+  RTSTDB_ASSERT(self != nullptr && self->row.geometry.valid());
   const PosedEntity at = posed(world, *self, overlap.t, false);
   const OrientedBox own = oriented_bounds(at);
   std::vector<EntityGap> all;
   for (const EntityState& state : world.entities()) {
-    if (&state == self || (overlap.mask & state.row.mask) == 0) continue;
+    if (&state == self || !visible(state, overlap.mask)) continue;
     const PosedEntity entity = posed(world, state, overlap.t, false);
     all.push_back({state.id, separation_m(own, oriented_bounds(entity)),
                    noise_per_unit * (own_noise_units(at) + own_noise_units(entity))});

@@ -27,6 +27,7 @@ World::World(std::vector<EntityState> entities, std::vector<std::shared_ptr<cons
     : entities_(std::move(entities)), meshes_(std::move(meshes)), version_time_(version_time) {
   for (std::size_t i = 0; i < entities_.size(); ++i) {
     RTSTDB_ASSERT(i == 0 || entities_[i - 1].id.index < entities_[i].id.index);
+    if (!entities_[i].row.geometry.valid()) continue;
     RTSTDB_ASSERT(entities_[i].row.geometry.index < meshes_.size());
     RTSTDB_ASSERT(meshes_[entities_[i].row.geometry.index] != nullptr);
   }

@@ -96,7 +96,8 @@ TEST(PoseAt, MovesBackwardsBeforeItsInstant) {
 
 TEST(PoseAt, IsSmoothThroughTinyAngles) {
   // Across the switch between series and sine, and far below it, the angle turned is w t to the last digits.
-  for (double rate_radps = 1e-12; rate_radps < 1.0; rate_radps *= 1.37) {
+  for (int i = 0; i < 90; ++i) {
+    const double rate_radps = 1e-12 * std::pow(1.37, i);
     Motion motion;
     motion.w_world_radps = glm::normalize(glm::dvec3(1.0, -2.0, 0.5)) * rate_radps;
     const glm::dquat q = pose_at(motion, at_s(1.0)).q_world;

@@ -99,7 +99,7 @@ Folder::~Folder() {
 }
 
 std::filesystem::path Folder::write(const std::string& name, std::string_view bytes) const {
-  const std::filesystem::path file = path_ / name;
+  std::filesystem::path file = path_ / name;
   std::ofstream out(file, std::ios::binary);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   out.close();

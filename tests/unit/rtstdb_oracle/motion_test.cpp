@@ -95,7 +95,8 @@ TEST(Moving, TurningWallIsHitAtItsAngle) {
   motion.w_world_radps = {0, 0, 2.0};
   scene.place(make_rectangle(200, 200), motion);
   const World world = scene.world();
-  for (double t_s = -0.7; t_s < 0.7; t_s += 0.0137) {
+  for (int i = 0; i < 102; ++i) {
+    const double t_s = -0.7 + 0.0137 * i;
     const RayTruth hit = trace(world, ray_from({3, -100, 0.3f}, {0, 1, 0}, at_s(t_s)));
     ASSERT_EQ(hit.status, HitStatus::hit) << t_s;
     const double y = 3.0 * std::tan(2.0 * seconds_between({}, at_s(t_s)));
@@ -118,7 +119,8 @@ TEST(Carried, RayMovesAndTurnsWithItsCarrier) {
   scene.place(make_rectangle(400, 400), wall).mask = 2;
   scene.entities[0].row.scale = {3, 3, 3};  // scale stretches the car, not the rays that it carries
   const World world = scene.world();
-  for (double t_s = 0.0; t_s < 0.9; t_s += 0.031) {
+  for (int i = 0; i < 29; ++i) {
+    const double t_s = 0.031 * i;
     Ray ray = ray_from({0.5f, 0, 2}, {2, 0, 0}, at_s(t_s));
     ray.carrier = carrier;
     ray.mask = 2;
@@ -142,7 +144,8 @@ TEST(Carried, RayThatLooksAtItsOwnCarrierSeesItStandStill) {
   motion.w_world_radps = {3, -2, 9};
   scene.place(make_box({2, 2, 2}), motion);
   const World world = scene.world();
-  for (double t_s = 0.0; t_s < 2.0; t_s += 0.1) {
+  for (int i = 0; i < 20; ++i) {
+    const double t_s = 0.1 * i;
     Ray ray = ray_from({0.25f, 0.5f, 4}, {0, 0, -1}, at_s(t_s));
     ray.carrier = scene.last();
     const RayTruth hit = trace(world, ray);

@@ -100,11 +100,11 @@ TEST(CompareRay, AnHonestFloatTracerPasses) {
   int hits = 0;
   constexpr int rounds = 5;
   constexpr int rays = 4000;
-  for (int round = 0; round < rounds; ++round) {
-    const Scene scene = crowd(static_cast<std::uint64_t>(20 + round), 40);
+  for (std::uint64_t round = 0; round < rounds; ++round) {
+    const Scene scene = crowd(20 + round, 40);
     const World world = scene.world();
     const FloatTracer tracer(scene);
-    Random random(static_cast<std::uint64_t>(40 + round));
+    Random random(40 + round);
     for (int i = 0; i < rays; ++i) {
       const Ray ray = random_ray(random, scene);
       const bool ignore_motion = i % 7 == 0;
