@@ -21,9 +21,17 @@ function(hil_room name)
   endif()
 endfunction()
 
-# One test program per folder of tests. LABEL says which machine it needs: unit, gpu, realtime, vcan, torture.
+# One test program per folder of tests.
+#   LABEL    what it needs: unit nothing, gpu a Vulkan device, vcan a real AF_CAN, realtime a machine that keeps time (runs
+#            alone), torture much time (only with tools/test --long)
+#   THREADS  it has threads of its own: the thread sanitizer takes it, and no other
+#   RUNNER   a program that sets the stage: the whole of it then runs as one test, RUNNER PROGRAM
+# The target hil_tests_<label> builds all programs of a label; what sanitizers take is told in tools/test.
 function(hil_test name)
-  cmake_parse_arguments(TEST "" "LABEL;TIMEOUT" "SOURCES;USES;LIBS" ${ARGN})
+  cmake_parse_arguments(TEST "THREADS" "LABEL;TIMEOUT;RUNNER" "SOURCES;USES;LIBS" ${ARGN})
+  if(NOT TEST_LABEL MATCHES "^(unit|gpu|vcan|realtime|torture)$")
+    message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, vcan, realtime or torture, not '${TEST_LABEL}'")
+  endif()
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 120)
   endif()
@@ -32,6 +40,29 @@ function(hil_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   target_compile_definitions(${name} PRIVATE
     HIL_SOURCE_DIR="${PROJECT_SOURCE_DIR}" HIL_BINARY_DIR="${PROJECT_BINARY_DIR}")
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
-    PROPERTIES LABELS "${TEST_LABEL}" TIMEOUT ${TEST_TIMEOUT})
+
+  if(HIL_SANITIZE MATCHES "thread" AND NOT TEST_THREADS)
+    set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)  # one thread has no races
+    return()
+  endif()
+  if(NOT TARGET hil_tests_${TEST_LABEL})
+    add_custom_target(hil_tests_${TEST_LABEL})
+  endif()
+  add_dependencies(hil_tests_${TEST_LABEL} ${name})
+
+  set(properties LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
+  if(TEST_LABEL STREQUAL "realtime")
+    list(APPEND properties RUN_SERIAL ON)
+  elseif(TEST_LABEL STREQUAL "gpu")
+    # lavapipe computes on all processors: two at once fill the pauses of one another, more only wait.
+    cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
+    math(EXPR half "(${processors} + 1) / 2")
+    list(APPEND properties PROCESSORS ${half})
+  endif()
+  if(TEST_RUNNER)
+    add_test(NAME ${TEST_LABEL}.${name} COMMAND ${TEST_RUNNER} $<TARGET_FILE:${name}>)
+    set_tests_properties(${TEST_LABEL}.${name} PROPERTIES ${properties})
+  else()
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES ${properties})
+  endif()
 endfunction()

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""rules_test.py STYLE   breaks every rule of tools/style once, in a scratch tree, and expects it to be found by name and place."""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+STYLE = sys.argv.pop(1)
+
+# What a tree needs to break no rule.
+GOOD = {
+    "rtstdb/CMakeLists.txt": "# The database.\n",
+    "rtstdb/include/rtstdb/row.hpp": '#pragma once\n#include <glm/vec3.hpp>\n#include <vector>\n',
+    "rtstdb/include/rtstdb/store.hpp": '#pragma once\n#include "rtstdb/row.hpp"\n',
+    "rtstdb/gpu/device.cpp": '#include <vulkan/vulkan_raii.hpp>\nvk::raii::Device device; // VK_SUCCESS\n',
+    "io/CMakeLists.txt": "hil_room(io)\n",
+    "io/README.md": "Bytes and signals.\n",
+    "io/bus.cpp": '#include "io/bus.hpp"\nconst char* folder = "/tmp/bus"; // ~/work/bus, net/work/bus\n',
+    "runtime/run.cpp": '#include "io/bus.hpp"\n#include "rtstdb/row.hpp"\nint lines[1];\n' + "\n" * 497,
+    "tests/row_test.cpp": '#include "rtstdb/row.hpp"\nTEST(Row, IsThere) {}\n',
+    "docs/picture.png": b"\x89PNG\xff",
+}
+
+# Rule, the file that breaks it, its content, and the place that must be named.
+BREAKS = [
+    ("vulkan_stays_in_its_room", "rtstdb/store/store.cpp", "\nvk::raii::Device device;\n", "rtstdb/store/store.cpp:2"),
+    ("vulkan_stays_in_its_room", "runtime/cli.cpp", "#include <vulkan/vulkan.h>\n", "runtime/cli.cpp:1"),
+    ("vulkan_stays_in_its_room", "io/a.cpp", "int x = VK_SUCCESS;\n", "io/a.cpp:1"),
+    ("vulkan_stays_in_its_room", "bench/a.cpp", "void f() { vkDestroyDevice(); }\n", "bench/a.cpp:1"),
+    ("arrows_point_one_way", "io/a.cpp", '#include "rtstdb/entity.hpp"\n', "io/a.cpp:1"),
+    ("arrows_point_one_way", "io/a.cpp", "# include <runtime/config/scenario.hpp>\n", "io/a.cpp:1"),
+    ("arrows_point_one_way", "rtstdb/a.cpp", '\n\n#include "io/device.hpp"\n', "rtstdb/a.cpp:3"),
+    ("arrows_point_one_way", "runtime/a.cpp", '#include "tests/support/guard.hpp"\n', "runtime/a.cpp:1"),
+    ("public_headers_stand_alone", "rtstdb/include/rtstdb/a.hpp", "#pragma once\n#include <nlohmann/json.hpp>\n",
+     "rtstdb/include/rtstdb/a.hpp:2"),
+    ("public_headers_stand_alone", "rtstdb/include/rtstdb/a.hpp", '#pragma once\n#include "rtstdb/gpu/device.hpp"\n',
+     "rtstdb/include/rtstdb/a.hpp:2"),
+    ("includes_go_by_repository_path", "io/can/a.cpp", '#include "../device.hpp"\n', "io/can/a.cpp:1"),
+    ("includes_go_by_repository_path", "shaders/a.comp", '#include "common/../shared/a.h"\n', "shaders/a.comp:1"),
+    ("headers_are_read_once", "io/a.hpp", "int x;\n", "io/a.hpp"),
+    ("files_are_short", "io/a.cpp", "int x;\n" * 501, "io/a.cpp: 501 lines"),
+    ("files_are_short", "shaders/a.comp", "\n" * 501, "shaders/a.comp: 501 lines"),
+    ("files_are_short", "tools/long_files", "io/bus.cpp it was long once\n", "tools/long_files: io/bus.cpp"),
+    ("nothing_is_left_for_later", "docs/a.md", "One.\nTO" "DO: two\n", "docs/a.md:2"),
+    ("nothing_is_left_for_later", "io/a.cpp", "// FIX" "ME\n", "io/a.cpp:1"),
+    ("no_test_is_switched_off", "tests/a_test.cpp", "TEST(Row, DISABLED_Moves) {}\n", "tests/a_test.cpp:1"),
+    ("rooms_say_what_belongs_in_them", "io/can/CMakeLists.txt", "hil_room(can)\n", "io/can/CMakeLists.txt"),
+    ("rooms_say_what_belongs_in_them", "rtstdb/store/CMakeLists.txt", "", "rtstdb/store/CMakeLists.txt"),
+    ("nothing_names_one_machine", "configs/a.yaml", "mesh: /ho" "me/ann/car.obj\n", "configs/a.yaml:1"),
+    ("nothing_names_one_machine", "README.md", "cd /wo" "rk/main\n", "README.md:1"),
+]
+
+
+def findings(files):
+    with tempfile.TemporaryDirectory() as folder:
+        for path, content in files.items():
+            file = pathlib.Path(folder, path)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(content if isinstance(content, bytes) else content.encode())
+        done = subprocess.run([STYLE, "--rules", "--root", folder], capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout + done.stderr
+
+
+class Rules(unittest.TestCase):
+    def test_a_good_tree_breaks_none(self):
+        self.assertEqual(findings(GOOD), (0, ""))
+
+    def test_every_break_is_found_alone_with_its_place(self):
+        for rule, path, content, place in BREAKS:
+            with self.subTest(rule=rule, path=path):
+                code, output = findings({**GOOD, path: content})
+                self.assertEqual(code, 1)
+                lines = output.splitlines()
+                self.assertEqual(len(lines), 2, output)
+                self.assertTrue(lines[0].startswith(place), output)
+                self.assertTrue(lines[1].strip().startswith(rule + ": "), output)
+
+    def test_a_long_file_with_a_reason_is_allowed(self):
+        files = {**GOOD, "io/a.cpp": "int x;\n" * 501, "tools/long_files": "# Why\nio/a.cpp one table\n"}
+        self.assertEqual(findings(files), (0, ""))
+        code, output = findings({**files, "tools/long_files": "io/a.cpp\n"})
+        self.assertEqual(code, 1, "a file without a reason passed: " + output)
+
+    def test_a_tree_without_sources_is_refused(self):
+        code, output = findings({"README.md": "x\n"})
+        self.assertEqual(code, 1)
+        self.assertIn("no sources", output)
+
+
+if __name__ == "__main__":
+    unittest.main()
