@@ -61,9 +61,15 @@ void SweepComparison::add_hit(const rtstdb::RayHit& hit, std::uint32_t column, s
   }
 }
 
+double SweepComparison::column_width_m(const glm::dvec2& p_sensor_m, const glm::dvec2& along) const noexcept {
+  const double range_m = glm::length(p_sensor_m);
+  const double incidence = std::abs(p_sensor_m.x * along.y - p_sensor_m.y * along.x) / range_m;
+  return pattern_.pitch_rad() * range_m / std::max(incidence, 0.1);
+}
+
 std::optional<SweepComparison::Measured> SweepComparison::measure(const std::vector<Seen>& seen,
                                                                   double heading_rad) const noexcept {
-  Measured measured{.length_m = 0.0, .first_column = pattern_.columns(), .last_column = 0, .range_m = 0.0};
+  Measured measured{.length_m = 0.0, .first_column = pattern_.columns(), .last_column = 0};
   for (const Seen& s : seen) {
     if (!s.side) continue;
     measured.first_column = std::min(measured.first_column, s.column);
@@ -83,9 +89,12 @@ std::optional<SweepComparison::Measured> SweepComparison::measure(const std::vec
     const int edge = s.column == measured.first_column ? 0 : 1;
     sum[edge] += glm::dvec2(s.point.x_m, s.point.y_m);
     count[edge] += 1.0;
-    measured.range_m = std::max(measured.range_m, s.point.range_m);
   }
-  measured.length_m = std::abs(glm::dot(sum[0] / count[0] - sum[1] / count[1], along));
+  // A beam stands for its share of the sweep, half a column to each side.
+  const glm::dvec2 first = sum[0] / count[0];
+  const glm::dvec2 last = sum[1] / count[1];
+  const double between_m = std::abs(glm::dot(first - last, along));
+  measured.length_m = between_m + 0.5 * (column_width_m(first, along) + column_width_m(last, along));
   return measured;
 }
 
@@ -107,11 +116,10 @@ void SweepComparison::judge(std::size_t body) noexcept {
       apparent_length_m(pattern_, sensor_, {side + 0.5 * facts.length_m * travel, motion.center.v_mps},
                         {side - 0.5 * facts.length_m * travel, motion.center.v_mps});
   if (!closed_form) return;
-  // One column at the farther edge, laid on the body's side.
-  const double sight = std::abs(glm::dot(glm::normalize(side - sensor_.point.p_m), across));
-  const double pitch_m = pattern_.pitch_rad() * moving->range_m / std::max(sight, 0.1);
+  const SensorMotion turned{.point = {}, .heading_rad = sensor_.heading_rad};
+  const double pitch_m = column_width_m(turned.seen(side - sensor_.point.p_m, 0.0), turned.seen(travel, 0.0));
   // Whole only when nothing stood in between: then the picture without motion has the true length.
-  if (std::abs(still->length_m - facts.length_m) > 0.01 * facts.length_m + 2.0 * pitch_m) return;
+  if (std::abs(still->length_m - facts.length_m) > 0.01 * facts.length_m + pitch_m) return;
 
   finding.complete = true;
   finding.begin_ns = begin_ns_;

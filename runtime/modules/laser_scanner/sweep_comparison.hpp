@@ -37,7 +37,6 @@ class SweepComparison {
   struct Measured {
     double length_m = 0.0;
     std::uint32_t first_column = 0, last_column = 0;
-    double range_m = 0.0;  ///< of the farther edge
   };
   struct Finding {
     bool complete = false;  ///< a sweep saw the body's whole side; else the rest means nothing
@@ -74,6 +73,8 @@ class SweepComparison {
     std::vector<Seen> moving, still;
   };
   std::optional<Measured> measure(const std::vector<Seen>& seen, double heading_rad) const noexcept;
+  /// Of one column, laid on a line through the point (sensor frame) in the unit direction `along`.
+  double column_width_m(const glm::dvec2& p_sensor_m, const glm::dvec2& along) const noexcept;
   void judge(std::size_t body) noexcept;
   report::ScanPicture picture(std::size_t body, bool still) const;
 

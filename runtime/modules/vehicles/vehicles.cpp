@@ -65,6 +65,7 @@ class Vehicles final : public Module {
   Ahead nearest_ahead(const Vehicle& vehicle, const StepContext& context) const noexcept;
   double light_state(const Vehicle& vehicle, const StepContext& context) const noexcept;
   void advance(Vehicle& vehicle, const StepContext& context, double dt_s) noexcept;
+  void watch_lights(const StepContext& context) noexcept;
   void write_rows(StepContext& context) noexcept;
   void write_outputs(StepContext& context) noexcept;
 
@@ -73,6 +74,13 @@ class Vehicles final : public Module {
   rtstdb::Database* database_ = nullptr;
   std::unique_ptr<rtstdb::Transaction> transaction_;
   EventLog::Kind braking_begins_, standing_;
+  /// A light that vehicles obey, and what it showed last.
+  struct Light {
+    std::size_t input = 0;
+    double shown = -1.0;
+    EventLog::Kind turns[4];
+  };
+  std::vector<Light> lights_;
 };
 
 config::Schema vehicle_schema() {
@@ -197,6 +205,15 @@ void Vehicles::configure(World& world, EventLog& events, const TaskFacts& task) 
   }
   braking_begins_ = events.add_kind("the device under test asks for {} m/s2");
   standing_ = events.add_kind("the ego stands, x = {} m", 2);
+  constexpr const char* states[] = {"red", "red-yellow", "green", "yellow"};
+  for (std::size_t i = 0; i < ports_.inputs.size(); ++i) {
+    if (!ports_.inputs[i].required) continue;  // lights alone are
+    Light light{.input = i, .turns = {}};
+    for (std::size_t state = 0; state < 4; ++state) {
+      light.turns[state] = events.add_kind(ports_.inputs[i].name + " turns " + states[state]);
+    }
+    lights_.push_back(light);
+  }
 }
 
 double Vehicles::light_state(const Vehicle& vehicle, const StepContext& context) const noexcept {
@@ -250,7 +267,18 @@ void Vehicles::advance(Vehicle& vehicle, const StepContext& context, double dt_s
   vehicle.speed_mps = moved.speed_mps;
 }
 
+void Vehicles::watch_lights(const StepContext& context) noexcept {
+  for (Light& light : lights_) {
+    const signals::SignalValue& now = context.inputs[light.input];
+    if (!now.fresh || now.value == light.shown) continue;
+    light.shown = now.value;
+    const auto state = static_cast<std::size_t>(std::clamp(now.value, 0.0, 3.0));
+    context.events->note(light.turns[state], context.time_ns);
+  }
+}
+
 void Vehicles::step(StepContext& context) noexcept {
+  watch_lights(context);
   const double dt_s = static_cast<double>(context.period_ns) * 1e-9;
   if (context.run > 0) {
     for (Vehicle& v : vehicles_)
