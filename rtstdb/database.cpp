@@ -61,10 +61,12 @@ class DatabaseImpl final : public Database {
 
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) override {
     if (auto valid = validate(mesh); !valid) return named(name, valid.error());
+    // Held over both, so that meshes stand in the order of their ids.
+    const std::lock_guard lock(adding_mutex_);
     std::optional<Result<GeometryId>> added;
     engine_.call([&] { added.emplace(executor_->add_geometry(mesh)); });
     if (!*added) return named(name, added->error());
-    const std::lock_guard lock(meshes_mutex_);
+    const std::lock_guard reading_lock(meshes_mutex_);
     meshes_.push_back(mesh);
     return *added;
   }
@@ -126,6 +128,7 @@ class DatabaseImpl final : public Database {
   transaction::MonotonicClock monotonic_clock_;
   std::unique_ptr<gpu::Device> device_;
   std::unique_ptr<query::GpuExecutor> executor_;
+  std::mutex adding_mutex_;
   mutable std::mutex meshes_mutex_;
   std::vector<TriangleMesh> meshes_;  // by geometry index
   mutable transaction::Engine engine_;

@@ -16,6 +16,21 @@ glm::uvec2 words_of(WorldTime time) noexcept {
   return {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
 }
 
+/// What single precision leaves over.
+glm::vec3 low_part(const glm::dvec3& v) noexcept {
+  return glm::vec3(v - glm::dvec3(glm::vec3(v)));
+}
+
+/// The last of the instants `from`, from + epoch_length, ... that is not after `t`, which is not before
+/// `from`.
+WorldTime epoch_of(WorldTime from, WorldTime t) noexcept {
+  // Unsigned, because the distance of two far times does not fit a signed count.
+  const auto distance_ns = static_cast<std::uint64_t>(t.time_since_epoch().count()) -
+                           static_cast<std::uint64_t>(from.time_since_epoch().count());
+  return t - Nanoseconds(
+                 static_cast<std::int64_t>(distance_ns % static_cast<std::uint64_t>(epoch_length.count())));
+}
+
 shared::EntityRecord record_of(const EntityState& state) noexcept {
   const Motion& motion = state.row.motion;
   return {.p_world_m = glm::vec3(motion.p_world_m),
@@ -27,7 +42,10 @@ shared::EntityRecord record_of(const EntityState& state) noexcept {
           .index = state.id.index,
           .scale = glm::vec3(state.row.scale),
           .material = state.row.material,
-          .valid_from = words_of(motion.valid_from)};
+          .valid_from = words_of(motion.valid_from),
+          .p_low_m = low_part(motion.p_world_m),
+          .v_low_mps = low_part(motion.v_world_mps),
+          .w_low_radps = low_part(motion.w_world_radps)};
 }
 
 /// Never shorter than the window itself.
@@ -36,6 +54,13 @@ float window_seconds(WorldTime begin, WorldTime end) noexcept {
 }
 
 }  // namespace
+
+Moment TlasView::moment(WorldTime t) const noexcept {
+  const WorldTime late_epoch = epoch + epoch_length;
+  const bool late = t >= late_epoch;
+  return {.t_s = static_cast<float>(seconds_between(late ? late_epoch : epoch, t)),
+          .instance_base = late ? late_base : 0};
+}
 
 std::uint32_t Tlas::Slot::root() const noexcept {
   return visible_count == 0 ? shared::ref_none : node_base;
@@ -74,7 +99,8 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
     slot.presence.assign(n, Presence::absent);
     slot.place.assign(n, shared::no_entity);
     const std::string name = "slot " + std::to_string(i);
-    gpu::BufferOptions instances{.name = name + " instances", .size_bytes = 16 * shared::instance_texels * n};
+    gpu::BufferOptions instances{.name = name + " instances",
+                                 .size_bytes = 2 * 16 * shared::instance_texels * n};
     instances.texel_float4 = true;
     const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
         {&slot.rows, {.name = name + " rows", .size_bytes = sizeof(shared::EntityRecord) * n}},
@@ -175,9 +201,14 @@ void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorde
 
 bool Tlas::build(Slot& slot, Submit& submit) {
   const float window_s = window_seconds(slot.window_begin, slot.window_end);
+  const WorldTime late_epoch = slot.epoch + epoch_length;
+  const std::uint32_t late_base = slot.window_end >= late_epoch ? max_entities_ : 0;
   if (slot.live_count <= shared::small_build_max) {
-    const shared::SmallBuildArgs args{.window_begin = words_of(slot.window_begin),
+    const shared::SmallBuildArgs args{.epoch = words_of(slot.epoch),
+                                      .late_epoch = words_of(late_epoch),
+                                      .window_begin = words_of(slot.window_begin),
                                       .window_s = window_s,
+                                      .late_base = late_base,
                                       .count = slot.live_count,
                                       .visible_count = slot.visible_count,
                                       .node_base = slot.node_base,
@@ -186,8 +217,11 @@ bool Tlas::build(Slot& slot, Submit& submit) {
     submit.recorder().barrier();
     return true;
   }
-  const shared::InstanceArgs args{.window_begin = words_of(slot.window_begin),
+  const shared::InstanceArgs args{.epoch = words_of(slot.epoch),
+                                  .late_epoch = words_of(late_epoch),
+                                  .window_begin = words_of(slot.window_begin),
                                   .window_s = window_s,
+                                  .late_base = late_base,
                                   .count = slot.live_count,
                                   .visible_count = slot.visible_count};
   submit.recorder().dispatch(instances_pass_, slot.instances_pass, args, (slot.live_count + 63) / 64);
@@ -215,6 +249,7 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query:
     slot->version = rows.version();
     slot->window_begin = times.first;
     slot->window_end = times.last;
+    slot->epoch = epoch_of(rows.time(), times.first);
     if (!build(*slot, submit)) {
       slot->filled = false;
       return std::nullopt;
@@ -223,7 +258,8 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query:
   slot->last_used = ++uses_;
   return TlasView{.slot = static_cast<std::uint32_t>(slot - slots_.data()),
                   .root = slot->root(),
-                  .window_begin = slot->window_begin};
+                  .epoch = slot->epoch,
+                  .late_base = max_entities_};
 }
 
 }  // namespace rtstdb::accel

@@ -9,6 +9,8 @@
 #include <optional>
 #include <vector>
 
+#include <rtstdb/limits.hpp>
+
 #include "rtstdb/accel/build_scratch.hpp"
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/query/executor.hpp"
@@ -20,11 +22,24 @@ struct TlasOptions {
   std::uint32_t slots = 4;
 };
 
+/// Instants at which rows are written down in single precision lie this far apart, from the version's time
+/// on; see shaders/shared/entity.h.
+inline constexpr Nanoseconds epoch_length{max_query_window_ns};
+
+/// An instant as the device is told of it.
+struct Moment {
+  float t_s = 0.0f;                 ///< since its epoch
+  std::uint32_t instance_base = 0;  ///< where that epoch's instances begin
+};
+
 /// What a query needs to run on a slot.
 struct TlasView {
   std::uint32_t slot = 0;
   std::uint32_t root = 0;  ///< reference; none when nothing is visible
-  WorldTime window_begin{};
+  WorldTime epoch{};
+  std::uint32_t late_base = 0;
+  /// For instants in the slot's window.
+  Moment moment(WorldTime t) const noexcept;
 };
 
 class Tlas {
@@ -61,7 +76,7 @@ class Tlas {
     std::uint32_t live_count = 0, visible_count = 0;
     bool filled = false;
     Version version = 0;
-    WorldTime window_begin{}, window_end{};
+    WorldTime window_begin{}, window_end{}, epoch{};
     std::uint64_t last_used = 0;
     std::uint32_t node_base = 0;
     std::uint32_t root() const noexcept;

@@ -7,19 +7,31 @@
 
 namespace rtstdb::query {
 
-bool finite_within_limits(const glm::vec3& v) noexcept {
+BadInput refused(BadInputReason reason, std::uint32_t element, const glm::vec4& values) noexcept {
+  return {.reason = reason,
+          .element = element,
+          .entity = {},
+          .values = {static_cast<double>(values.x), static_cast<double>(values.y),
+                     static_cast<double>(values.z), static_cast<double>(values.w)}};
+}
+
+std::optional<BadInput> check_point(const glm::vec3& point_m, std::uint32_t element) noexcept {
   constexpr float limit = static_cast<float>(max_coordinate_m);
-  return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
+  const glm::vec4 values(point_m, 0.0f);
+  if (!std::isfinite(point_m.x) || !std::isfinite(point_m.y) || !std::isfinite(point_m.z))
+    return refused(BadInputReason::not_finite, element, values);
+  if (std::abs(point_m.x) > limit || std::abs(point_m.y) > limit || std::abs(point_m.z) > limit)
+    return refused(BadInputReason::out_of_limits, element, values);
+  return std::nullopt;
 }
 
 std::optional<BadInput> check_time(WorldTime t, std::uint32_t element, const RowSource& rows,
                                    TimeSpan& times) noexcept {
-  if (t < rows.time()) {
+  if (t < rows.time() || t > world_time_ns(max_world_time_ns)) {
     return BadInput{.reason = BadInputReason::time_not_covered,
                     .element = element,
                     .entity = {},
-                    .values = {static_cast<double>(t.time_since_epoch().count()),
-                               static_cast<double>(rows.time().time_since_epoch().count())}};
+                    .values = {seconds_between(WorldTime{}, t), seconds_between(WorldTime{}, rows.time())}};
   }
   times.first = std::min(times.first, t);
   times.last = std::max(times.last, t);

@@ -3,6 +3,7 @@
 // that lives.
 
 #include <glm/ext/vector_float3.hpp>
+#include <glm/ext/vector_float4.hpp>
 
 #include <optional>
 
@@ -10,8 +11,13 @@
 
 namespace rtstdb::query {
 
-bool finite_within_limits(const glm::vec3& v) noexcept;
+/// not_finite or out_of_limits (coordinates beyond max_coordinate_m), with the values.
+std::optional<BadInput> check_point(const glm::vec3& point_m, std::uint32_t element) noexcept;
 
+/// Refuses with the four values.
+BadInput refused(BadInputReason reason, std::uint32_t element, const glm::vec4& values) noexcept;
+
+/// time_not_covered with the time and the version's own in seconds; otherwise widens `times`.
 std::optional<BadInput> check_time(WorldTime t, std::uint32_t element, const RowSource& rows,
                                    TimeSpan& times) noexcept;
 

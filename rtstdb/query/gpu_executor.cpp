@@ -1,5 +1,6 @@
 #include "rtstdb/query/gpu_executor.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace rtstdb::query {
@@ -38,10 +39,11 @@ Result<void> GpuExecutor::rebind_structures() {
 
 Result<GeometryId> GpuExecutor::add_geometry(const TriangleMesh& mesh) {
   auto index = pool_.add(device_, mesh, submit_);
-  if (!index) return index.error();
+  // Also after a refusal: the pool may have grown before it.
   if (tlas_generation_ != pool_.generation()) {
     if (auto bound = rebind_structures(); !bound) return bound.error();
   }
+  if (!index) return index.error();
   return GeometryId{index.value()};
 }
 
@@ -79,10 +81,26 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
     if (request.count > 0) gpu_query(request)->record(request.count, rows, tlas_, *view, submit_.recorder());
   }
   if (!submit_.run()) return lost;
-  bool truncated = false;
-  for (const Request& request : requests)
-    truncated = gpu_query(request)->unpack(request.count, rows) || truncated;
+  bool incomplete = false;
+  for (const Request& request : requests) {
+    gpu_query(request)->unpack(request.count, rows);
+    incomplete = incomplete || gpu_query(request)->has_incomplete();
+  }
+  if (incomplete && !run_again(rows, requests, *view)) return lost;
+  const bool truncated =
+      std::ranges::any_of(requests, [&](const Request& request) { return gpu_query(request)->truncated(); });
   return {.status = truncated ? RunStatus::truncated : RunStatus::done, .gpu_ns = submit_.take_gpu_ns()};
+}
+
+bool GpuExecutor::run_again(const RowSource& rows, std::span<const Request> requests,
+                            const accel::TlasView& view) noexcept {
+  submit_.begin();
+  for (const Request& request : requests)
+    static_cast<GpuQuery*>(request.query)->record_again(view, submit_.recorder());
+  if (!submit_.run()) return false;
+  for (const Request& request : requests)
+    static_cast<GpuQuery*>(request.query)->unpack_again(rows);
+  return true;
 }
 
 }  // namespace rtstdb::query

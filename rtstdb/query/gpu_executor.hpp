@@ -26,6 +26,9 @@ class GpuExecutor final : public Executor {
  private:
   explicit GpuExecutor(gpu::Device& device) : device_(device) {}
   Result<void> rebind_structures();
+  /// What GpuQuery::record_again is for. False: the device is lost.
+  bool run_again(const RowSource& rows, std::span<const Request> requests,
+                 const accel::TlasView& view) noexcept;
 
   gpu::Device& device_;
   accel::GeometryPool pool_;

@@ -40,6 +40,7 @@ void GpuOverlapQuery::record(std::uint32_t count, const RowSource& rows, const a
   const auto records = runner_.records();
   for (std::uint32_t i = 0; i < count; ++i) {
     const Overlap& overlap = overlaps_[i];
+    const accel::Moment moment = view.moment(overlap.t);
     const EntityRow& row = rows.find(overlap.entity)->row;
     const Bounds bounds = pool_->bounds(row.geometry.index);
     const glm::vec3 scale(row.scale);
@@ -48,10 +49,10 @@ void GpuOverlapQuery::record(std::uint32_t count, const RowSource& rows, const a
                   .half_extent_m = 0.5f * (bounds.maximum_m - bounds.minimum_m) * scale,
                   .mask = overlap.mask,
                   .q = glm::vec4(0.0f, 0.0f, 0.0f, 1.0f),
-                  .t_s = static_cast<float>(seconds_between(view.window_begin, overlap.t)),
+                  .t_s = moment.t_s,
                   .carrier = tlas.place_of(view.slot, overlap.entity.index),
                   .excluded = overlap.entity.index,
-                  .reserved = 0};
+                  .instance_base = moment.instance_base};
   }
   runner_.record(count, view, recorder);
 }

@@ -1,5 +1,6 @@
 #include "rtstdb/query/ray_query.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <rtstdb/limits.hpp>
@@ -10,11 +11,23 @@
 namespace rtstdb::query {
 namespace {
 
+/// Between these no product of the search leaves single precision.
+constexpr float smallest_direction = 1e-15f;
 constexpr float largest_direction = 1e15f;
 
-bool usable_direction(const glm::vec3& d) noexcept {
-  const float largest = std::fmax(std::fmax(std::abs(d.x), std::abs(d.y)), std::abs(d.z));
-  return largest >= 1e-15f && largest <= largest_direction && !std::isnan(d.x + d.y + d.z);
+std::optional<BadInput> check_direction(const glm::vec3& d, std::uint32_t element) noexcept {
+  const glm::vec4 values(d, 0.0f);
+  if (!std::isfinite(d.x) || !std::isfinite(d.y) || !std::isfinite(d.z))
+    return refused(BadInputReason::not_finite, element, values);
+  const float largest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+  if (largest < smallest_direction || largest > largest_direction)
+    return refused(BadInputReason::bad_ray, element, values);
+  return std::nullopt;
+}
+
+/// NaN is in no range.
+bool is_range(float lambda_min, float lambda_max) noexcept {
+  return lambda_min >= 0.0f && lambda_max >= lambda_min && std::isfinite(lambda_min);
 }
 
 }  // namespace
@@ -30,6 +43,7 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
   query->options_ = options;
   query->rays_.resize(options.capacity);
   query->hits_.resize(options.capacity);
+  query->incomplete_.reserve(options.capacity);
   auto pipeline = device.create_pipeline(options.mode == RayMode::any ? gpu::ShaderId::ray_any
                                                                       : gpu::ShaderId::ray_closest);
   if (!pipeline) return pipeline.error();
@@ -53,13 +67,10 @@ std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource&
                                            TimeSpan& times) const noexcept {
   for (std::uint32_t i = 0; i < count; ++i) {
     const Ray& ray = rays_[i];
-    if (!finite_within_limits(ray.origin_m) || !usable_direction(ray.direction) ||
-        !(ray.lambda_min >= 0.0f) || !(ray.lambda_max >= ray.lambda_min)) {
-      return BadInput{.reason = BadInputReason::bad_ray,
-                      .element = i,
-                      .entity = {},
-                      .values = {ray.origin_m.x, ray.direction.x, ray.lambda_min, ray.lambda_max}};
-    }
+    if (const auto bad = check_point(ray.origin_m, i)) return bad;
+    if (const auto bad = check_direction(ray.direction, i)) return bad;
+    if (!is_range(ray.lambda_min, ray.lambda_max))
+      return refused(BadInputReason::bad_ray, i, {ray.lambda_min, ray.lambda_max, 0.0f, 0.0f});
     // Where motion is ignored every ray asks at the version's own time.
     const WorldTime t = options_.ignore_motion ? rows.time() : ray.t;
     if (const auto bad = check_time(t, i, rows, times)) return bad;
@@ -90,48 +101,68 @@ void GpuRayQuery::record(std::uint32_t count, const RowSource& rows, const accel
   const auto records = ray_records_.host_as<shared::RayRecord>();
   for (std::uint32_t i = 0; i < count; ++i) {
     const Ray& ray = rays_[i];
+    const accel::Moment moment = view.moment(options_.ignore_motion ? rows.time() : ray.t);
     records[i] = {
         .origin_m = ray.origin_m,
         .lambda_min = ray.lambda_min,
         .direction = ray.direction,
         .lambda_max = ray.lambda_max,
-        .t_s = static_cast<float>(seconds_between(view.window_begin, ray.t)),
+        .t_s = moment.t_s,
         .mask = ray.mask,
         .carrier = ray.carrier.valid() ? tlas.place_of(view.slot, ray.carrier.index) : shared::no_entity,
-        .reserved = 0};
+        .instance_base = moment.instance_base};
   }
-  const shared::RayArgs args{
-      .root = view.root,
-      .count = count,
-      .frozen = options_.ignore_motion ? 1u : 0u,
-      .frozen_t_s = static_cast<float>(seconds_between(view.window_begin, rows.time()))};
-  recorder.dispatch(pipeline_, bindings_[view.slot], args, (count + 63) / 64);
+  dispatch(count, false, view, recorder);
 }
 
-bool GpuRayQuery::unpack(std::uint32_t count, const RowSource& rows) noexcept {
-  const auto records = hit_records_.host_as<const shared::HitRecord>();
-  bool truncated = false;
+void GpuRayQuery::dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
+                           gpu::Recorder& recorder) noexcept {
+  const shared::RayArgs args{.root = view.root, .count = count, .alone = alone ? 1u : 0u, .two = 2};
+  recorder.dispatch(pipeline_, bindings_[view.slot], args, alone ? count : (count + 63) / 64);
+}
+
+void GpuRayQuery::unpack(std::uint32_t count, const RowSource& rows) noexcept {
+  incomplete_.clear();
   for (std::uint32_t i = 0; i < count; ++i) {
-    const shared::HitRecord& record = records[i];
-    RayHit& hit = hits_[i];
-    hit = {};
-    hit.status = static_cast<HitStatus>(record.status);
-    truncated = truncated || hit.status == HitStatus::incomplete;
-    if (hit.status != HitStatus::hit || options_.mode == RayMode::any) continue;
-    hit.lambda = record.lambda;
-    hit.u = record.u;
-    hit.v = record.v;
-    const EntityState& state = *rows.row(record.entity);
-    hit.entity = state.id;
-    hit.mask = state.row.mask;
-    hit.material = state.row.material;
-    hit.triangle = record.triangle;
-    hit.front_face = record.front_face != 0;
-    hit.n_world = record.n_world;
-    hit.v_relative_mps = record.v_relative_mps;
+    unpack_hit(i, i, rows);
+    if (hits_[i].status == HitStatus::incomplete) incomplete_.push_back(i);
   }
   answered_ = count;
-  return truncated;
+  truncated_ = !incomplete_.empty();
+}
+
+void GpuRayQuery::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const auto records = ray_records_.host_as<shared::RayRecord>();
+  for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
+    records[i] = records[incomplete_[i]];
+  dispatch(static_cast<std::uint32_t>(incomplete_.size()), true, view, recorder);
+}
+
+void GpuRayQuery::unpack_again(const RowSource& rows) noexcept {
+  truncated_ = false;
+  for (std::uint32_t i = 0; i < incomplete_.size(); ++i) {
+    unpack_hit(incomplete_[i], i, rows);
+    truncated_ = truncated_ || hits_[incomplete_[i]].status == HitStatus::incomplete;
+  }
+}
+
+void GpuRayQuery::unpack_hit(std::uint32_t ray, std::uint32_t place, const RowSource& rows) noexcept {
+  const shared::HitRecord& record = hit_records_.host_as<const shared::HitRecord>()[place];
+  RayHit& hit = hits_[ray];
+  hit = {};
+  hit.status = static_cast<HitStatus>(record.status);
+  if (hit.status != HitStatus::hit || options_.mode == RayMode::any) return;
+  hit.lambda = record.lambda;
+  hit.u = record.u;
+  hit.v = record.v;
+  const EntityState& state = *rows.row(record.entity);
+  hit.entity = state.id;
+  hit.mask = state.row.mask;
+  hit.material = state.row.material;
+  hit.triangle = record.triangle;
+  hit.front_face = record.front_face != 0;
+  hit.n_world = record.n_world;
+  hit.v_relative_mps = record.v_relative_mps;
 }
 
 }  // namespace rtstdb::query

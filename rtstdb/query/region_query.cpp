@@ -24,16 +24,13 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
   for (std::uint32_t i = 0; i < count; ++i) {
     const Region& region = regions_[i];
     const glm::vec3& half = region.half_extent_m;
+    if (const auto bad = check_point(region.center_m, i)) return bad;
+    if (const auto bad = check_point(half, i)) return bad;
+    if (!(half.x >= 0.0f && half.y >= 0.0f && half.z >= 0.0f))
+      return refused(BadInputReason::bad_region, i, glm::vec4(half, 0.0f));
     const float q_length = glm::length(region.q);
-    const bool sizes_fit =
-        half.x >= 0.0f && (region.shape == RegionShape::sphere || (half.y >= 0.0f && half.z >= 0.0f));
-    if (!finite_within_limits(region.center_m) || !finite_within_limits(half) || !sizes_fit ||
-        !(q_length > 1e-6f && q_length < 1e6f)) {
-      return BadInput{.reason = BadInputReason::bad_region,
-                      .element = i,
-                      .entity = {},
-                      .values = {region.center_m.x, half.x, half.y, half.z}};
-    }
+    if (!(q_length > 1e-6f && q_length < 1e6f))
+      return refused(BadInputReason::bad_region, i, {region.q.w, region.q.x, region.q.y, region.q.z});
     if (const auto bad = check_time(region.t, i, rows, times)) return bad;
     if (const auto bad = check_carrier(region.carrier, i, rows)) return bad;
   }
@@ -45,6 +42,7 @@ void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, cons
   const auto records = runner_.records();
   for (std::uint32_t i = 0; i < count; ++i) {
     const Region& region = regions_[i];
+    const accel::Moment moment = view.moment(region.t);
     const glm::quat q = glm::normalize(region.q);
     records[i] = {.center_m = region.center_m,
                   .flags = (region.shape == RegionShape::sphere ? shared::region_is_sphere : 0u) |
@@ -52,11 +50,11 @@ void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, cons
                   .half_extent_m = region.half_extent_m,
                   .mask = region.mask,
                   .q = glm::vec4(q.x, q.y, q.z, q.w),
-                  .t_s = static_cast<float>(seconds_between(view.window_begin, region.t)),
+                  .t_s = moment.t_s,
                   .carrier = region.carrier.valid() ? tlas.place_of(view.slot, region.carrier.index)
                                                     : shared::no_entity,
                   .excluded = shared::no_entity,
-                  .reserved = 0};
+                  .instance_base = moment.instance_base};
   }
   runner_.record(count, view, recorder);
 }

@@ -1,6 +1,7 @@
 #include "rtstdb/query/region_runner.hpp"
 
 #include <algorithm>
+#include <span>
 
 #include <rtstdb/limits.hpp>
 
@@ -19,6 +20,7 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string
   runner.ids_per_region_ = ids_per_region;
   runner.entities_.resize(std::size_t{capacity} * ids_per_region);
   runner.answers_.resize(capacity);
+  runner.incomplete_.reserve(capacity);
   auto pipeline = device.create_pipeline(gpu::ShaderId::region);
   if (!pipeline) return pipeline.error();
   runner.pipeline_ = std::move(pipeline).value();
@@ -62,28 +64,54 @@ void RegionRunner::record_warm_up(gpu::Recorder& recorder) noexcept {
 
 void RegionRunner::record(std::uint32_t count, const accel::TlasView& view,
                           gpu::Recorder& recorder) noexcept {
-  const shared::RegionArgs args{.root = view.root, .count = count, .capacity = ids_per_region_};
-  recorder.dispatch(pipeline_, bindings_[view.slot], args, (count + 63) / 64);
+  dispatch(count, false, view, recorder);
 }
 
-bool RegionRunner::unpack(std::uint32_t count, const RowSource& rows) noexcept {
-  const auto counts = counts_.host_as<const shared::RegionCount>();
-  const auto ids = ids_.host_as<const std::uint32_t>();
-  bool truncated = false;
+void RegionRunner::dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
+                            gpu::Recorder& recorder) noexcept {
+  const shared::RegionArgs args{
+      .root = view.root, .count = count, .capacity = ids_per_region_, .alone = alone ? 1u : 0u, .two = 2};
+  recorder.dispatch(pipeline_, bindings_[view.slot], args, alone ? count : (count + 63) / 64);
+}
+
+void RegionRunner::unpack(std::uint32_t count, const RowSource& rows) noexcept {
+  incomplete_.clear();
   for (std::uint32_t i = 0; i < count; ++i) {
-    const std::size_t base = std::size_t{i} * ids_per_region_;
-    const std::uint32_t kept = std::min(counts[i].found, ids_per_region_);
-    for (std::uint32_t k = 0; k < kept; ++k)
-      entities_[base + k] = rows.row(ids[base + k])->id;
-    std::sort(entities_.begin() + base, entities_.begin() + base + kept);
-    answers_[i] = {.entities = {entities_.data() + base, kept},
-                   .found = counts[i].found,
-                   .overflow = counts[i].found > ids_per_region_,
-                   .incomplete = counts[i].incomplete != 0};
-    truncated = truncated || answers_[i].overflow || answers_[i].incomplete;
+    unpack_answer(i, i, rows);
+    if (answers_[i].incomplete) incomplete_.push_back(i);
   }
   answered_ = count;
-  return truncated;
+}
+
+void RegionRunner::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const auto all = records();
+  for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
+    all[i] = all[incomplete_[i]];
+  dispatch(static_cast<std::uint32_t>(incomplete_.size()), true, view, recorder);
+}
+
+void RegionRunner::unpack_again(const RowSource& rows) noexcept {
+  for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
+    unpack_answer(incomplete_[i], i, rows);
+}
+
+bool RegionRunner::truncated() const noexcept {
+  return std::ranges::any_of(answers(),
+                             [](const RegionAnswer& answer) { return answer.overflow || answer.incomplete; });
+}
+
+void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place, const RowSource& rows) noexcept {
+  const shared::RegionCount count = counts_.host_as<const shared::RegionCount>()[place];
+  const auto ids = ids_.host_as<const std::uint32_t>().subspan(std::size_t{place} * ids_per_region_);
+  const std::uint32_t kept = std::min(count.found, ids_per_region_);
+  const auto entities = std::span(entities_).subspan(std::size_t{region} * ids_per_region_, kept);
+  for (std::uint32_t k = 0; k < kept; ++k)
+    entities[k] = rows.row(ids[k])->id;
+  std::ranges::sort(entities);
+  answers_[region] = {.entities = entities,
+                      .found = count.found,
+                      .overflow = count.found > ids_per_region_,
+                      .incomplete = count.incomplete != 0};
 }
 
 }  // namespace rtstdb::query

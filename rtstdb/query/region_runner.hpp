@@ -20,10 +20,19 @@ class RegionRunner {
   }
   void record_warm_up(gpu::Recorder& recorder) noexcept;
   void record(std::uint32_t count, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
-  bool unpack(std::uint32_t count, const RowSource& rows) noexcept;
+  void unpack(std::uint32_t count, const RowSource& rows) noexcept;
+  bool has_incomplete() const noexcept { return !incomplete_.empty(); }
+  void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
+  void unpack_again(const RowSource& rows) noexcept;
+  bool truncated() const noexcept;
   std::span<const RegionAnswer> answers() const noexcept { return {answers_.data(), answered_}; }
 
  private:
+  void dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
+                gpu::Recorder& recorder) noexcept;
+  /// The answer to the caller's region from what the device left at `place`.
+  void unpack_answer(std::uint32_t region, std::uint32_t place, const RowSource& rows) noexcept;
+
   std::uint32_t ids_per_region_ = 0;
   std::uint32_t answered_ = 0;
   gpu::Pipeline pipeline_;
@@ -31,6 +40,7 @@ class RegionRunner {
   std::vector<gpu::Bindings> bindings_;  // one per slot
   std::vector<EntityId> entities_;
   std::vector<RegionAnswer> answers_;
+  std::vector<std::uint32_t> incomplete_;  // regions to be asked again; has room for all
 };
 
 }  // namespace rtstdb::query

@@ -65,7 +65,9 @@ std::string fault_itself(const BadInput& fault) {
       return sentence("world time %.9f s is before the latest version's %.9f s", fault.values[0],
                       fault.values[1]);
     case BadInputReason::time_not_covered:
-      return "a time is not covered by the version that was read: " + values_of(fault);
+      return sentence(
+          "world time %.9f s is not covered by the version that is read, which holds from %.9f s on",
+          fault.values[0], fault.values[1]);
     case BadInputReason::window_too_long:
       return sentence("the times asked at run from %.9f s to %.9f s, more than %g s", fault.values[0],
                       fault.values[1], fault.values[2]);

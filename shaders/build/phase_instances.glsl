@@ -1,4 +1,4 @@
-// Instances of the live entities at the begin of the window, and what each covers during it.
+// Instances of the live entities at the epochs, and what each covers during the window.
 #ifndef RTSTDB_BUILD_PHASE_INSTANCES_GLSL
 #define RTSTDB_BUILD_PHASE_INSTANCES_GLSL
 #include "build/scratch.glsl"
@@ -11,13 +11,7 @@ layout(set = 0, binding = 14, scalar) writeonly buffer InstancesBuffer { vec4 in
 
 const uint no_geometry = 0xFFFFFFFFu;
 
-// An instance is known by its place in `live`. Entities without a geometry come after the `visible_count` others: they get
-// an instance (they may carry queries) but no place in the tree.
-Instance write_instance(uint place, uvec2 window_begin) {
-  const EntityRecord row = rows[live[place]];
-  GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u);
-  if (row.geometry != no_geometry) geometry = geometries[row.geometry];
-  const Instance i = instance_of(row, geometry, window_begin);
+void write_instance(uint place, Instance i) {
   const uint base = place * instance_texels;
   instances[base] = vec4(i.p, uintBitsToFloat(i.mask));
   instances[base + 1u] = i.q;
@@ -26,7 +20,17 @@ Instance write_instance(uint place, uvec2 window_begin) {
   instances[base + 4u] = vec4(i.scale, 0.0);
   instances[base + 5u] = vec4(i.box_center, 0.0);
   instances[base + 6u] = vec4(i.box_half, 0.0);
-  return i;
+}
+
+// An instance is known by its place in `live`. Entities without a geometry come after the `visible_count` others: they get
+// instances (they may carry queries) but no place in the tree. Gives the box that the entity stays in.
+Box write_instances(uint place, InstanceArgs times) {
+  const EntityRecord row = rows[live[place]];
+  GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u);
+  if (row.geometry != no_geometry) geometry = geometries[row.geometry];
+  write_instance(place, instance_of(row, geometry, times.epoch));
+  if (times.late_base != 0u) write_instance(times.late_base + place, instance_of(row, geometry, times.late_epoch));
+  return bounds_of(instance_of(row, geometry, times.window_begin), times.window_s);
 }
 
 #endif

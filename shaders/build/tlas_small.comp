@@ -21,13 +21,15 @@ shared vec3 lane_lo[lanes];
 shared vec3 lane_hi[lanes];
 
 void make_instances(uint lane) {
+  const InstanceArgs times = InstanceArgs(args.epoch, args.late_epoch, args.window_begin, args.window_s, args.late_base,
+                                          args.count, args.visible_count);
   vec3 lo = vec3(3e38);
   vec3 hi = vec3(-3e38);
   for (uint i = lane; i < args.count; i += lanes) {
-    const Instance instance = write_instance(i, args.window_begin);
+    const Box box = write_instances(i, times);
     if (i >= args.visible_count) continue;
-    const Box box = bounds_of(instance, args.window_s);
-    bounds[i] = box;
+    bounds[i].lo = box.lo;
+    bounds[i].hi = box.hi;
     lo = min(lo, center_of(box));
     hi = max(hi, center_of(box));
   }

@@ -23,9 +23,10 @@ Box motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 half_extent,
   const float rho = length(abs(center) + half_extent);
   const float phi = length(w) * window_s;
   const float bulge = rho * phi * phi * 0.125;
-  // Rounding of this and of the pose at query time.
-  const float reach = max(max(abs(p.x), abs(p.y)), abs(p.z)) + length(v) * window_s + rho;
-  const float slop = 2e-6 * reach + rho * phi * 2e-6;
+  // Rounding of this and of the pose at query time, which is read from an epoch up to a second before.
+  const float rounded_s = window_s + 1.0;
+  const float reach = max(max(abs(p.x), abs(p.y)), abs(p.z)) + length(v) * rounded_s + rho;
+  const float slop = 2e-6 * (reach + rho * length(w) * rounded_s);
   Box result;
   result.lo = max(min(begin.lo, end.lo) - bulge, min(p, p_end) - rho) - slop;
   result.hi = min(max(begin.hi, end.hi) + bulge, max(p, p_end) + rho) + slop;
@@ -45,11 +46,14 @@ struct Instance {
   vec3 box_half;
 };
 
-Instance instance_of(EntityRecord row, GeometryRecord geometry, uvec2 window_begin) {
-  const float age_s = seconds_between(row.valid_from, window_begin);
+Instance instance_of(EntityRecord row, GeometryRecord geometry, uvec2 instant) {
+  const double age_s = seconds_between(row.valid_from, instant);
+  const dvec3 p = dvec3(row.p_world_m) + dvec3(row.p_low_m);
+  const dvec3 v = dvec3(row.v_world_mps) + dvec3(row.v_low_mps);
+  const dvec3 w = dvec3(row.w_world_radps) + dvec3(row.w_low_radps);
   Instance instance;
-  instance.p = row.p_world_m + row.v_world_mps * age_s;
-  instance.q = orientation_at(row.q_world, row.w_world_radps, age_s);
+  instance.p = vec3(p + v * age_s);
+  instance.q = normalize(quat_product(rotation_after_long(w, age_s), row.q_world));
   instance.v = row.v_world_mps;
   instance.w = row.w_world_radps;
   instance.mask = row.mask;

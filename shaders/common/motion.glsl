@@ -1,4 +1,4 @@
-// Motion of an entity as a function of time. Mirrors rtstdb/geometry/motion.cpp in single precision.
+// Motion of an entity as a function of time. Mirrors rtstdb/geometry/entity.cpp.
 #ifndef RTSTDB_COMMON_MOTION_GLSL
 #define RTSTDB_COMMON_MOTION_GLSL
 
@@ -24,10 +24,18 @@ vec4 rotation_after(vec3 w, float t) {
 
 vec4 orientation_at(vec4 q, vec3 w, float t) { return normalize(quat_product(rotation_after(w, t), q)); }
 
+// The same for motions that have held for long: whole turns are taken off in double precision.
+vec4 rotation_after_long(dvec3 w, double t) {
+  const double rate = sqrt(dot(w, w));
+  const double turn = 6.283185307179586476925LF;
+  const double turns = rate * t / turn;
+  const float half_angle = float(0.5LF * turn * (turns - floor(turns + 0.5LF)));
+  return vec4(vec3(w) * (sin(half_angle) / max(float(rate), 1e-30)), cos(half_angle));
+}
+
 // Difference of two int64 nanosecond instants in seconds.
-float seconds_between(uvec2 from, uvec2 to) {
-  const int64_t ns = int64_t(packUint2x32(to)) - int64_t(packUint2x32(from));
-  return float(double(ns) * 1e-9);
+double seconds_between(uvec2 from, uvec2 to) {
+  return double(int64_t(packUint2x32(to)) - int64_t(packUint2x32(from))) * 1e-9LF;
 }
 
 #endif

@@ -4,6 +4,7 @@
 // Region and overlap queries at entity level: down the TLAS by axis-aligned boxes, then the exact test of oriented boxes at
 // the query's own time. Ids are kept in a heap with the largest on top, so that on overflow the lowest remain.
 #include "common/instance.glsl"
+#include "common/loops.glsl"
 #include "shared/node.h"
 #include "shared/query.h"
 
@@ -17,7 +18,6 @@ layout(set = 0, binding = 4, scalar) buffer IdsBuffer { uint ids[]; };
 
 const uint stack_size = 128u;
 const uint stack_limit = stack_size - 8u;
-const uint max_rounds = 60000u;
 
 struct OrientedBox {
   vec3 center;
@@ -56,13 +56,13 @@ bool boxes_touch(OrientedBox a, OrientedBox b) {
   const mat3 r = mat3(rotate(q, vec3(1.0, 0.0, 0.0)), rotate(q, vec3(0.0, 1.0, 0.0)), rotate(q, vec3(0.0, 0.0, 1.0)));
   const mat3 s = mat3(abs(r[0]), abs(r[1]), abs(r[2]));
   bool apart = any(greaterThan(abs(t), a.half_extent + s * b.half_extent));
-  for (int j = 0; j < 3; ++j) {
+  [[unroll]] for (int j = 0; j < 3; ++j) {
     apart = apart || abs(dot(t, r[j])) > dot(a.half_extent, s[j]) + b.half_extent[j];
   }
-  for (int i = 0; i < 3; ++i) {
+  [[unroll]] for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3;
     const int i2 = (i + 2) % 3;
-    for (int j = 0; j < 3; ++j) {
+    [[unroll]] for (int j = 0; j < 3; ++j) {
       const int j1 = (j + 1) % 3;
       const int j2 = (j + 2) % 3;
       const float reach_a = a.half_extent[i1] * s[j][i2] + a.half_extent[i2] * s[j][i1];
@@ -82,7 +82,7 @@ bool sphere_touches(vec3 center, float radius, OrientedBox b) {
 
 bool corners_inside(OrientedBox region, bool is_sphere, OrientedBox b) {
   bool inside = true;
-  for (uint k = 0u; k < 8u; ++k) {
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
     const vec3 corner = b.half_extent * vec3((k & 1u) != 0u ? 1.0 : -1.0, (k & 2u) != 0u ? 1.0 : -1.0, (k & 4u) != 0u ? 1.0 : -1.0);
     const vec3 p = rotate(conjugate(region.q), b.center + rotate(b.q, corner) - region.center);
     inside = inside && (is_sphere ? dot(p, p) <= region.half_extent.x * region.half_extent.x
@@ -92,13 +92,14 @@ bool corners_inside(OrientedBox region, bool is_sphere, OrientedBox b) {
 }
 
 void main() {
-  const uint index = gl_GlobalInvocationID.x;
-  if (index >= args.count) return;
+  const bool alone = args.alone != 0u;
+  const uint index = alone ? gl_WorkGroupID.x : gl_GlobalInvocationID.x;
+  if (index >= args.count || (alone && gl_LocalInvocationID.x != 0u)) return;
   const RegionRecord record = regions[index];
   const bool is_sphere = (record.flags & region_is_sphere) != 0u;
   OrientedBox region = OrientedBox(record.center_m, record.q, record.half_extent_m);
   if (record.carrier != no_entity) {
-    const Instance i = fetch_instance(instances, record.carrier);
+    const Instance i = fetch_instance(instances, record.carrier + record.instance_base);
     const vec4 q = orientation_at(i.q, i.w, record.t_s);
     region.center = i.p + i.v * record.t_s + rotate(q, record.center_m);
     region.q = normalize(quat_product(q, record.q));
@@ -148,8 +149,9 @@ void main() {
       current = stack[--depth];
     }
     if (current == ref_none) break;
-    Instance i = fetch_instance(instances, current & ref_instance_mask);
-    fetch_instance_box(instances, current & ref_instance_mask, i);
+    const uint place = (current & ref_instance_mask) + record.instance_base;
+    Instance i = fetch_instance(instances, place);
+    fetch_instance_box(instances, place, i);
     const vec4 q = orientation_at(i.q, i.w, record.t_s);
     const OrientedBox bounds = OrientedBox(i.p + i.v * record.t_s + rotate(q, i.box_center * i.scale), q, i.box_half * i.scale);
     const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
@@ -160,7 +162,8 @@ void main() {
       keep_lowest(index * args.capacity, found, i.entity);
       ++found;
     }
-    rounds += 1u + findMSB(args.capacity + 1u);
+    // This loop, the one over nodes, and the two of the heap.
+    rounds += 4u + findMSB(args.capacity + 1u);
     current = ref_none;
     if (rounds > max_rounds) {
       cut_short = true;
@@ -168,5 +171,6 @@ void main() {
     }
     if (depth > 0u) current = stack[--depth];
   }
+  cut_short = cut_short || !loops_still_turn(args.two);
   counts[index] = RegionCount(found, cut_short ? 1u : 0u);
 }

@@ -5,6 +5,7 @@
 #ifndef RTSTDB_QUERY_TRAVERSE_GLSL
 #define RTSTDB_QUERY_TRAVERSE_GLSL
 #include "common/instance.glsl"
+#include "common/loops.glsl"
 #include "shared/node.h"
 #include "shared/query.h"
 
@@ -15,14 +16,15 @@ layout(set = 0, binding = 2) uniform samplerBuffer instances;
 const uint stack_size = 128u;
 // Every inner node pushes at most 7 references.
 const uint stack_limit = stack_size - 8u;
-// Lavapipe stops all loops of an invocation after 65,535 rounds without a word; a search that comes near says so itself.
-const uint max_rounds = 60000u;
 
 // A ray in the frame of what is being traversed.
 struct Segment {
   vec3 o;
   vec3 d;
   vec3 inverse_d;
+  // For triangles: the axis along which the ray runs most, and what makes it the z axis (see test_triangle).
+  uint axis;
+  vec3 shear;
 };
 
 vec3 inverse_direction(vec3 d) {
@@ -31,7 +33,18 @@ vec3 inverse_direction(vec3 d) {
   return 1.0 / safe;
 }
 
-Segment make_segment(vec3 o, vec3 d) { return Segment(o, d, inverse_direction(d)); }
+// Axes in turn, so that `axis` comes last.
+vec3 axis_last(vec3 p, uint axis) {
+  const vec3 turned = axis == 0u ? p.yzx : p.zxy;
+  return axis == 2u ? p : turned;
+}
+
+Segment make_segment(vec3 o, vec3 d) {
+  const vec3 size = abs(d);
+  const uint axis = size.x > size.y ? (size.x > size.z ? 0u : 2u) : (size.y > size.z ? 1u : 2u);
+  const vec3 along = axis_last(d, axis);
+  return Segment(o, d, inverse_direction(d), axis, vec3(along.xy, 1.0) / along.z);
+}
 
 struct Found {
   uint status;
@@ -53,44 +66,50 @@ Segment enter_instance(Segment world, Instance i, float t_s) {
   return make_segment(rotate(q, world.o - p) / i.scale, rotate(q, world.d) / i.scale);
 }
 
-// Edge functions of Woop, Benthin and Wald 2013 in the Plücker form: the products of a shared edge are the same numbers for
-// both its triangles (`precise` keeps the compiler from fusing them), so no ray slips between two triangles. Edges belong
-// to both.
+// Twice the area that the origin, p and q span; swapping p and q turns the sign and changes nothing else.
+float edge_function(vec2 p, vec2 q) {
+  precise float area = p.x * q.y - p.y * q.x;
+  return area;
+}
+
+// Watertight (Woop, Benthin and Wald 2013): the corners are sheared so that the ray becomes the z axis, each by itself, hence
+// to the same point in every triangle that shares it; then the products of a shared edge are the same numbers for both its
+// triangles (`precise` keeps the compiler from fusing them), and no ray slips between. Edges belong to both. Corners are seen
+// from the ray's origin with an error that grows with their distance alone, however small the triangle.
 void test_triangle(Segment ray, uint slot, float lambda_min, uint instance, uint entity, inout Found best) {
   const int base = int(slot * triangle_texels);
   const vec4 t0 = texelFetch(triangles, base);
   const uint triangle = floatBitsToUint(t0.w);
-  const vec3 a = t0.xyz - ray.o;
-  const vec3 b = texelFetch(triangles, base + 1).xyz - ray.o;
-  const vec3 c = texelFetch(triangles, base + 2).xyz - ray.o;
-  precise vec3 cb = c.yzx * b.zxy - c.zxy * b.yzx;
-  precise vec3 ac = a.yzx * c.zxy - a.zxy * c.yzx;
-  precise vec3 ba = b.yzx * a.zxy - b.zxy * a.yzx;
-  precise float wa = ray.d.x * cb.x + ray.d.y * cb.y + ray.d.z * cb.z;
-  precise float wb = ray.d.x * ac.x + ray.d.y * ac.y + ray.d.z * ac.z;
-  precise float wc = ray.d.x * ba.x + ray.d.y * ba.y + ray.d.z * ba.z;
+  const vec3 a = axis_last(t0.xyz - ray.o, ray.axis);
+  const vec3 b = axis_last(texelFetch(triangles, base + 1).xyz - ray.o, ray.axis);
+  const vec3 c = axis_last(texelFetch(triangles, base + 2).xyz - ray.o, ray.axis);
+  precise vec2 a2 = a.xy - ray.shear.xy * a.z;
+  precise vec2 b2 = b.xy - ray.shear.xy * b.z;
+  precise vec2 c2 = c.xy - ray.shear.xy * c.z;
+  const float wa = edge_function(c2, b2);
+  const float wb = edge_function(a2, c2);
+  const float wc = edge_function(b2, a2);
   const bool inside = (wa >= 0.0 && wb >= 0.0 && wc >= 0.0) || (wa <= 0.0 && wb <= 0.0 && wc <= 0.0);
-  const float determinant = wa + wb + wc;
-  const vec3 n = cross(b - a, c - a);
-  const float along = dot(ray.d, n);
-  const float lambda = dot(a, n) / along;
-  const bool in_range = inside && determinant != 0.0 && along != 0.0 && lambda >= lambda_min && lambda <= best.lambda;
+  const float sum = wa + wb + wc;
+  const float lambda = (wa * a.z + wb * b.z + wc * c.z) / sum * ray.shear.z;
+  const bool in_range = inside && sum != 0.0 && lambda >= lambda_min && lambda <= best.lambda;
   const bool nearer = lambda < best.lambda || best.status == status_miss || entity < best.entity ||
                       (entity == best.entity && triangle < best.triangle);
   if (in_range && nearer) {
     best.status = status_hit;
     best.lambda = lambda;
-    best.u = wb / determinant;
-    best.v = wc / determinant;
+    best.u = wb / sum;
+    best.v = wc / sum;
     best.instance = instance;
     best.entity = entity;
     best.triangle = triangle;
     best.slot = slot;
-    best.front = along < 0.0;
+    best.front = sum * ray.shear.z > 0.0;
   }
 }
 
-Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float motion_t_s, uint mask, uint root) {
+// `t_s`: since the epoch of the instances that stand from `instance_base` on. `two`: see loops_still_turn.
+Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint instance_base, uint mask, uint root, uint two) {
   Found best;
   best.status = status_miss;
   best.lambda = lambda_max;
@@ -110,9 +129,10 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float 
   Segment ray = world;
 
   while (current != ref_none) {
+    rounds += 5u;  // this loop's, and one for each of the four inside
     // Down through nodes until a leaf, the end of an instance, or the end.
     while ((current & ref_leaf_bit) == 0u) {
-      ++rounds;
+      rounds += 2u;
       const int base = int(current * node_texels);
       const uvec4 head = texelFetch(nodes, base);
       const uvec4 ex = texelFetch(nodes, base + 1);
@@ -131,6 +151,8 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float 
       const uvec2 far_y = backwards.y ? ey.xy : ey.zw;
       const uvec2 near_z = backwards.z ? ez.zw : ez.xy;
       const uvec2 far_z = backwards.z ? ez.xy : ez.zw;
+      // A relative 1e-6 covers the rounding of slope, offset and their sum, and keeps ties in reach.
+      const float limit = best.lambda + abs(best.lambda) * 1e-6;
       uint nearest = ref_none;
       float nearest_lambda = 3.4e38;
       [[unroll]] for (uint k = 0u; k < 8u; ++k) {
@@ -143,8 +165,7 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float 
                                   float(far_y[word] >> bit & 0xFFu) * slope.y + offset.y),
                               float(far_z[word] >> bit & 0xFFu) * slope.z + offset.z);
         const uint ref = k < 4u ? refs_low[k] : refs_high[k - 4u];
-        // A relative 1e-6 covers the rounding of slope, offset and their sum.
-        const bool entered = begin <= min(end + abs(end) * 1e-6, best.lambda) && ref != ref_none;
+        const bool entered = begin <= min(end + abs(end) * 1e-6, limit) && ref != ref_none;
         // The nearest stays in hand; the one it displaces, or this one, goes to the stack.
         const bool closer = entered && begin < nearest_lambda;
         stack_ref[depth] = closer ? nearest : ref;
@@ -163,7 +184,7 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float 
       while (current == ref_none && depth > 0u) {
         ++rounds;
         --depth;
-        current = stack_lambda[depth] <= best.lambda ? stack_ref[depth] : ref_none;
+        current = stack_lambda[depth] <= limit ? stack_ref[depth] : ref_none;
       }
       if (current == ref_none) break;
     }
@@ -172,14 +193,15 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float 
     if (current == ref_leave_instance) {
       ray = world;
     } else if ((current & ref_instance_bit) != 0u) {
-      const Instance candidate = fetch_instance(instances, current & ref_instance_mask);
+      const uint place = (current & ref_instance_mask) + instance_base;
+      const Instance candidate = fetch_instance(instances, place);
       if ((candidate.mask & mask) != 0u) {
         stack_ref[depth] = ref_leave_instance;
         stack_lambda[depth] = -3.4e38;
         ++depth;
-        instance = current & ref_instance_mask;
+        instance = place;
         entity = candidate.entity;
-        ray = enter_instance(world, candidate, motion_t_s);
+        ray = enter_instance(world, candidate, t_s);
         current = candidate.blas_root;
         continue;
       }
@@ -195,10 +217,11 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float 
 #endif
     }
     current = ref_none;
+    const float limit = best.lambda + abs(best.lambda) * 1e-6;
     while (current == ref_none && depth > 0u) {
       ++rounds;
       --depth;
-      current = stack_lambda[depth] <= best.lambda ? stack_ref[depth] : ref_none;
+      current = stack_lambda[depth] <= limit ? stack_ref[depth] : ref_none;
     }
     if (rounds > max_rounds) {
       cut_short = true;
@@ -206,10 +229,10 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float 
     }
   }
 #ifdef RAY_ANY
-  if (best.status == status_miss && cut_short) best.status = status_incomplete;
-#else
-  if (cut_short) best.status = status_incomplete;
+  // A hit is one, whatever was not looked at.
+  cut_short = cut_short && best.status == status_miss;
 #endif
+  if (cut_short || !loops_still_turn(two)) best.status = status_incomplete;
   return best;
 }
 

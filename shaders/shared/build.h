@@ -35,8 +35,11 @@ RTSTDB_CONSTANT(state_words, 16)
 RTSTDB_STRUCT(BuildArgs)
 
 #define RTSTDB_FIELDS_SmallBuildArgs(F) \
+  F(uvec2, epoch) /* these six: see InstanceArgs */ \
+  F(uvec2, late_epoch)                  \
   F(uvec2, window_begin)                \
   F(float, window_s)                    \
+  F(uint, late_base)                    \
   F(uint, count)                        \
   F(uint, visible_count)                \
   F(uint, node_base)                    \

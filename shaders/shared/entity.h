@@ -4,6 +4,7 @@
 #include "shared/interop.h"
 
 // One row as the host writes it. `valid_from` is the instant from which the motion holds, int64 nanoseconds, low word first.
+// The low parts are what single precision leaves over: a motion may have held for long.
 #define RTSTDB_FIELDS_EntityRecord(F) \
   F(vec3, p_world_m)                  \
   F(uint, mask)                       \
@@ -14,7 +15,10 @@
   F(uint, index)                      \
   F(vec3, scale)                      \
   F(uint, material)                   \
-  F(uvec2, valid_from)
+  F(uvec2, valid_from)                \
+  F(vec3, p_low_m)                    \
+  F(vec3, v_low_mps)                  \
+  F(vec3, w_low_radps)
 RTSTDB_STRUCT(EntityRecord)
 
 // One geometry: root of its BLAS and its box in the entity frame, unscaled.
@@ -25,7 +29,10 @@ RTSTDB_STRUCT(EntityRecord)
   F(uint, reserved)
 RTSTDB_STRUCT(GeometryRecord)
 
-// An instance is an entity at the begin of a structure's window, 7 texels of vec4:
+// An instance is an entity at an epoch: one of the instants that lie whole seconds after the version's time. A window, never
+// longer than a second, meets at most two of the stretches between them, and each entity has an instance for either: at its
+// place, and at its place + late_base. So what an instant sees does not depend on the window that it came in.
+// 7 texels of vec4:
 //   0 position, mask        1 orientation (xyzw)     2 velocity, BLAS root      3 angular velocity, entity index
 //   4 scale, -              5 box centre, -          6 box half extent, -       (box: entity frame, unscaled)
 RTSTDB_CONSTANT(instance_texels, 7)
@@ -33,10 +40,13 @@ RTSTDB_CONSTANT(instance_texels, 7)
 #define RTSTDB_FIELDS_ApplyRowsArgs(F) F(uint, count)
 RTSTDB_STRUCT(ApplyRowsArgs)
 
-// Instances and their bounds over [window begin, window begin + window_s].
+// Instances, and their bounds over [window begin, window begin + window_s].
 #define RTSTDB_FIELDS_InstanceArgs(F) \
+  F(uvec2, epoch)        /* the last one at or before the window's begin */ \
+  F(uvec2, late_epoch)   /* the next one */ \
   F(uvec2, window_begin)              \
   F(float, window_s)                  \
+  F(uint, late_base)     /* 0: the window ends before the next epoch */ \
   F(uint, count)         /* live entities */ \
   F(uint, visible_count) /* of them with a geometry, standing first */
 RTSTDB_STRUCT(InstanceArgs)

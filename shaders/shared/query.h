@@ -14,10 +14,10 @@ RTSTDB_CONSTANT(status_incomplete, 2)
   F(float, lambda_min)                                    \
   F(vec3, direction)                                      \
   F(float, lambda_max)                                    \
-  F(float, t_s) /* since the begin of the window */       \
+  F(float, t_s) /* since the epoch of the instances that it sees */ \
   F(uint, mask)                                           \
   F(uint, carrier)                                        \
-  F(uint, reserved)
+  F(uint, instance_base) /* 0 or late_base */
 RTSTDB_STRUCT(RayRecord)
 
 #define RTSTDB_FIELDS_HitRecord(F) \
@@ -35,8 +35,8 @@ RTSTDB_STRUCT(HitRecord)
 #define RTSTDB_FIELDS_RayArgs(F)                                         \
   F(uint, root)                                                          \
   F(uint, count)                                                         \
-  F(uint, frozen) /* 1: every body stands still at `frozen_t_s` */       \
-  F(float, frozen_t_s)
+  F(uint, alone)  /* 1: one ray a workgroup */                           \
+  F(uint, two)    /* see loops_still_turn */
 RTSTDB_STRUCT(RayArgs)
 
 RTSTDB_CONSTANT(region_is_sphere, 1)
@@ -51,7 +51,7 @@ RTSTDB_CONSTANT(region_wants_inside, 2)
   F(float, t_s)                       \
   F(uint, carrier)                    \
   F(uint, excluded)                   \
-  F(uint, reserved)
+  F(uint, instance_base)
 RTSTDB_STRUCT(RegionRecord)
 
 // Followed in the id buffer by `capacity` ids of each region.
@@ -63,7 +63,9 @@ RTSTDB_STRUCT(RegionCount)
 #define RTSTDB_FIELDS_RegionArgs(F) \
   F(uint, root)                     \
   F(uint, count)                    \
-  F(uint, capacity)
+  F(uint, capacity)                 \
+  F(uint, alone) /* 1: one region a workgroup */ \
+  F(uint, two)   /* see loops_still_turn */
 RTSTDB_STRUCT(RegionArgs)
 
 #endif

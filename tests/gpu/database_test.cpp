@@ -1,0 +1,250 @@
+#include "tests/gpu/database_test.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <mutex>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <utility>
+
+namespace rtstdb::test {
+namespace {
+
+constexpr std::size_t failures_shown = 10;
+
+std::string in_words(const Ray& ray) {
+  std::ostringstream text;
+  text.precision(9);
+  text << "ray from (" << ray.origin_m.x << ", " << ray.origin_m.y << ", " << ray.origin_m.z << ") along ("
+       << ray.direction.x << ", " << ray.direction.y << ", " << ray.direction.z << "), lambda "
+       << ray.lambda_min << " to " << ray.lambda_max << ", t " << ray.t.time_since_epoch().count()
+       << " ns, mask " << ray.mask << ", carrier " << static_cast<std::int32_t>(ray.carrier.index);
+  return text.str();
+}
+
+/// Looks at elements 0 to count-1 with `look`, which gives a verdict; names the elements that differ.
+Tally judge_all(std::size_t count, const std::function<oracle::Judgement(std::size_t)>& look,
+                const std::function<std::string(std::size_t)>& name) {
+  Tally tally{.asked = count};
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;
+  std::vector<std::string> wrong;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      const oracle::Judgement judgement = look(i);
+      if (judgement.verdict == oracle::Verdict::agrees) continue;
+      const std::lock_guard lock(mutex);
+      if (judgement.verdict == oracle::Verdict::too_close) {
+        ++tally.too_close;
+      } else {
+        wrong.push_back("element " + std::to_string(i) + ": " + judgement.reason + "; " + name(i));
+      }
+    }
+  };
+  std::vector<std::thread> threads;
+  for (unsigned k = 1; k < std::thread::hardware_concurrency(); ++k)
+    threads.emplace_back(work);
+  work();
+  for (std::thread& thread : threads)
+    thread.join();
+  for (std::size_t i = 0; i < std::min(wrong.size(), failures_shown); ++i)
+    ADD_FAILURE() << wrong[i];
+  EXPECT_EQ(wrong.size(), 0u) << "of " << count << " answers";
+  return tally;
+}
+
+template <class Element>
+Tally judge_regions(const oracle::World& world, std::span<const Element> elements,
+                    std::span<const RegionAnswer> answers) {
+  EXPECT_EQ(elements.size(), answers.size());
+  Tally tally = judge_all(
+      answers.size(),
+      [&](std::size_t i) { return oracle::compare(oracle::gaps(world, elements[i]), answers[i]); },
+      [](std::size_t) { return std::string("region"); });
+  for (const RegionAnswer& answer : answers)
+    tally.hits += answer.found > 0 ? 1 : 0;
+  return tally;
+}
+
+}  // namespace
+
+Tally& Tally::operator+=(const Tally& other) {
+  asked += other.asked;
+  hits += other.hits;
+  too_close += other.too_close;
+  return *this;
+}
+
+void DatabaseTest::open(DatabaseOptions options) {
+  closest_.reset();
+  database_.reset();
+  if (const char* select = std::getenv("HIL_TEST_GPU"); select != nullptr) options.gpu = select;
+  options.validation = Validation::on;
+  auto opened = Database::open(options);
+  ASSERT_TRUE(opened.ok()) << opened.error().message;
+  database_ = std::move(opened).value();
+}
+
+void DatabaseTest::TearDown() {
+  if (!database_) return;
+  for (const std::string& message : database_->health().validation_messages)
+    ADD_FAILURE() << "validation layer: " << message;
+  EXPECT_FALSE(database_->health().device_lost);
+}
+
+GeometryId DatabaseTest::add(const TriangleMesh& mesh) {
+  auto added = database_->add_geometry(mesh, "test");
+  if (!added) {
+    ADD_FAILURE() << added.error().message;
+    return {};
+  }
+  return added.value();
+}
+
+Outcome DatabaseTest::execute(const std::function<void(Transaction&)>& declare, WorldTime world_time,
+                              const ReadAt& read_at) {
+  const auto transaction =
+      database_->make_transaction({.max_writes = 8192, .max_queries = 8, .max_reads = 8});
+  transaction->begin(terms_at(world_time, read_at));
+  declare(*transaction);
+  return database_->execute(*transaction);
+}
+
+std::vector<EntityId> DatabaseTest::create(std::span<const EntityRow> rows, WorldTime world_time) {
+  const auto transaction =
+      database_->make_transaction({.max_writes = static_cast<std::uint32_t>(rows.size())});
+  transaction->begin(terms_at(world_time));
+  for (const EntityRow& row : rows)
+    transaction->create(row);
+  const Outcome& outcome = database_->execute(*transaction);
+  EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
+  std::vector<EntityId> ids;
+  for (std::uint32_t i = 0; i < rows.size(); ++i)
+    ids.push_back(transaction->created(i));
+  return ids;
+}
+
+EntityId DatabaseTest::create(const EntityRow& row, WorldTime world_time) {
+  return create(std::span(&row, 1), world_time).front();
+}
+
+void DatabaseTest::update_motion(EntityId entity, const Motion& motion, WorldTime world_time) {
+  const Outcome outcome =
+      execute([&](Transaction& transaction) { transaction.update_motion(entity, motion); }, world_time);
+  ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
+}
+
+void DatabaseTest::remove(EntityId entity, WorldTime world_time) {
+  const Outcome outcome = execute([&](Transaction& transaction) { transaction.remove(entity); }, world_time);
+  ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
+}
+
+std::unique_ptr<RayQuery> DatabaseTest::prepare_rays(RayMode mode, bool ignore_motion,
+                                                     std::uint32_t capacity) {
+  auto query = database_->prepare(
+      RayQueryOptions{.name = "rays", .capacity = capacity, .mode = mode, .ignore_motion = ignore_motion});
+  if (!query) {
+    ADD_FAILURE() << query.error().message;
+    return nullptr;
+  }
+  return std::move(query).value();
+}
+
+std::vector<RayHit> DatabaseTest::trace(RayQuery& query, std::span<const Ray> rays, const ReadAt& read_at) {
+  std::vector<RayHit> hits;
+  const std::size_t capacity = query.rays().size();
+  for (std::size_t first = 0; first < rays.size(); first += capacity) {
+    const auto batch = rays.subspan(first, std::min(capacity, rays.size() - first));
+    std::ranges::copy(batch, query.rays().begin());
+    const Outcome outcome = execute(
+        [&](Transaction& transaction) { transaction.ask(query, static_cast<std::uint32_t>(batch.size())); },
+        {}, read_at);
+    EXPECT_TRUE(outcome.done()) << describe(outcome);
+    hits.insert(hits.end(), query.hits().begin(), query.hits().end());
+  }
+  EXPECT_EQ(hits.size(), rays.size());
+  hits.resize(rays.size());
+  return hits;
+}
+
+std::vector<RayHit> DatabaseTest::trace(std::span<const Ray> rays, const ReadAt& read_at) {
+  if (!closest_) closest_ = prepare_rays();
+  return trace(*closest_, rays, read_at);
+}
+
+RayHit DatabaseTest::trace(const Ray& ray, const ReadAt& read_at) {
+  return trace(std::span(&ray, 1), read_at).front();
+}
+
+oracle::World DatabaseTest::world(const ReadAt& read_at) {
+  auto entities = database_->snapshot(read_at);
+  if (!entities) {
+    ADD_FAILURE() << entities.error().message;
+    return {{}, {}};
+  }
+  WorldTime version_time{};
+  const Outcome outcome = execute([](Transaction&) {}, {}, read_at);
+  EXPECT_EQ(outcome.status, Status::committed);
+  version_time = outcome.version_time;
+  std::vector<TriangleMesh> meshes;
+  for (std::uint32_t i = 0;; ++i) {
+    auto mesh = database_->geometry({i});
+    if (!mesh) break;
+    meshes.push_back(std::move(*mesh));
+  }
+  std::vector<const TriangleMesh*> pointers;
+  for (const TriangleMesh& mesh : meshes)
+    pointers.push_back(&mesh);
+  return {std::move(entities).value(), pointers, version_time};
+}
+
+Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits, RayMode mode,
+            bool ignore_motion) {
+  EXPECT_EQ(rays.size(), hits.size());
+  Tally tally = judge_all(
+      hits.size(),
+      [&](std::size_t i) {
+        const oracle::RayTruth truth = oracle::trace(world, rays[i], mode, ignore_motion);
+        return oracle::compare(world, rays[i], mode, ignore_motion, truth, hits[i]);
+      },
+      [&](std::size_t i) { return in_words(rays[i]); });
+  for (const RayHit& hit : hits)
+    tally.hits += hit.status == HitStatus::hit ? 1 : 0;
+  return tally;
+}
+
+Tally judge(const oracle::World& world, std::span<const Region> regions,
+            std::span<const RegionAnswer> answers) {
+  return judge_regions(world, regions, answers);
+}
+
+Tally judge(const oracle::World& world, std::span<const Overlap> overlaps,
+            std::span<const OverlapAnswer> answers) {
+  return judge_regions(world, overlaps, answers);
+}
+
+Terms terms_at(WorldTime world_time, const ReadAt& read_at) {
+  Terms terms;
+  terms.world_time = world_time;
+  terms.read_at = read_at;
+  return terms;
+}
+
+EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m) {
+  EntityRow row;
+  row.geometry = geometry;
+  row.motion.p_world_m = p_world_m;
+  return row;
+}
+
+Ray ray_from(const glm::vec3& origin_m, const glm::vec3& direction, WorldTime t) {
+  Ray ray;
+  ray.origin_m = origin_m;
+  ray.direction = direction;
+  ray.t = t;
+  return ray;
+}
+
+}  // namespace rtstdb::test

@@ -1,0 +1,127 @@
+#include "tests/gpu/random_scene.hpp"
+
+#include <cmath>
+
+namespace rtstdb::test {
+namespace {
+
+WorldTime random_time(Random& random, WorldTime first, double window_s) {
+  return first + Nanoseconds(static_cast<std::int64_t>(random.uniform(0.0, 1.0) * window_s * 1e9));
+}
+
+/// Triangles about their own places, or all about one centre; one in six has no area.
+TriangleMesh soup(Random& random, std::size_t count, bool one_center) {
+  TriangleMesh mesh;
+  for (std::size_t i = 0; i < count; ++i) {
+    const glm::vec3 center(one_center ? glm::dvec3(0.1, -0.2, 0.05) : 0.5 * random.vector());
+    const glm::vec3 a(0.3 * random.vector());
+    const glm::vec3 b(0.3 * random.vector());
+    const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+    mesh.positions_m.insert(mesh.positions_m.end(), {center + a, center + b, center - a - b});
+    mesh.triangles.emplace_back(first, first + 1, i % 6 == 5 ? first : first + 2);
+  }
+  return mesh;
+}
+
+TriangleMesh single_triangle() {
+  return {{{-0.7f, -0.4f, 0.0f}, {0.7f, -0.4f, 0.1f}, {0.0f, 0.9f, -0.1f}}, {{0, 1, 2}}};
+}
+
+const EntityState& one_of(Random& random, std::span<const EntityState> entities) {
+  return entities[random.below(entities.size())];
+}
+
+glm::dvec3 axis_direction(Random& random) {
+  glm::dvec3 direction(0.0);
+  direction[static_cast<int>(random.below(3))] = random.one_in(2) ? 1.0 : -1.0;
+  return direction;
+}
+
+}  // namespace
+
+glm::dvec3 Random::vector() {
+  std::normal_distribution<double> normal;
+  const double x = normal(engine);
+  const double y = normal(engine);
+  return {x, y, normal(engine)};
+}
+
+std::vector<TriangleMesh> mixed_meshes(Random& random) {
+  return {make_box({1.0, 2.0, 1.5}), make_sphere(1.0, 0), make_sphere(0.8, 3),      make_cylinder(0.5, 2.0),
+          make_rectangle(2.0, 3.0),  single_triangle(),   soup(random, 300, false), soup(random, 100, true)};
+}
+
+EntityRow random_row(Random& random, std::span<const GeometryId> geometries, const SceneOptions& options,
+                     const std::vector<EntityRow>& beside) {
+  EntityRow row;
+  row.geometry = geometries[random.below(geometries.size())];
+  row.scale = {random.magnitude(0.2, 3.0), random.magnitude(0.2, 3.0), random.magnitude(0.2, 3.0)};
+  row.mask = 1u << random.below(4);
+  row.material = static_cast<std::uint32_t>(random.engine());
+  Motion& motion = row.motion;
+  motion.p_world_m = options.radius_m * random.vector();
+  motion.q_world = random.orientation();
+  motion.valid_from = options.version_time;
+  if (!beside.empty() && random.one_in(10)) {
+    motion.p_world_m = pose_at(beside[random.below(beside.size())].motion, options.version_time).p_world_m;
+  }
+  if (options.still || random.one_in(4)) return row;
+  motion.v_world_mps = random.magnitude(0.1, 30.0) * random.direction();
+  motion.w_world_radps = random.magnitude(0.1, 31.0) * random.direction();
+  // Written down long ago: at the version's time it is where it was meant to be.
+  const auto age_ns = static_cast<std::int64_t>(random.uniform(0.0, 60.0) * 1e9);
+  row.motion = rebased(motion, options.version_time - Nanoseconds(age_ns));
+  return row;
+}
+
+Ray random_ray(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
+               WorldTime first, double window_s) {
+  Ray ray;
+  ray.t = random_time(random, first, window_s);
+  const glm::dvec3 from_m = 2.0 * options.radius_m * random.vector();
+  const glm::dvec3 target_m =
+      pose_at(one_of(random, entities).row.motion, ray.t).p_world_m + 0.6 * random.vector();
+  glm::dvec3 direction = target_m - from_m;
+  ray.origin_m = from_m;
+  if (random.one_in(16)) {
+    direction = axis_direction(random);
+    ray.origin_m = target_m - 3.0 * options.radius_m * direction;
+  }
+  ray.direction = random.magnitude(1e-3, 1e3) * direction;
+  if (random.one_in(4)) {
+    const EntityState& carrier = one_of(random, entities);
+    const Pose pose = pose_at(carrier.row.motion, ray.t);
+    ray.carrier = carrier.id;
+    ray.origin_m = 2.0 * random.vector();
+    ray.direction = glm::conjugate(pose.q_world) * (target_m - pose.p_world_m) - glm::dvec3(ray.origin_m);
+  }
+  if (random.one_in(4)) ray.mask = static_cast<std::uint32_t>(random.below(16));
+  const double to_target = glm::length(direction) / glm::length(glm::dvec3(ray.direction));
+  if (random.one_in(4)) ray.lambda_max = static_cast<float>(to_target * random.uniform(0.5, 1.5));
+  if (random.one_in(4)) {
+    ray.lambda_min = std::min(ray.lambda_max, static_cast<float>(to_target * random.uniform(0.0, 1.2)));
+  }
+  return ray;
+}
+
+Region random_region(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
+                     WorldTime first, double window_s) {
+  Region region;
+  region.shape = random.one_in(2) ? RegionShape::sphere : RegionShape::box;
+  region.test = random.one_in(3) ? RegionTest::inside : RegionTest::touching;
+  region.t = random_time(random, first, window_s);
+  const EntityState& one = one_of(random, entities);
+  region.center_m = pose_at(one.row.motion, region.t).p_world_m + random.vector();
+  const double size_m = options.radius_m * random.magnitude(0.01, 1.0);
+  region.half_extent_m = size_m * glm::dvec3(random.magnitude(0.3, 3.0), random.magnitude(0.3, 3.0), 1.0);
+  // Not normalised on purpose.
+  if (random.one_in(2)) region.q = random.magnitude(0.1, 10.0) * random.orientation();
+  if (random.one_in(4)) region.mask = static_cast<std::uint32_t>(random.below(16));
+  if (random.one_in(4)) {
+    region.carrier = one.id;
+    region.center_m = 3.0 * random.vector();
+  }
+  return region;
+}
+
+}  // namespace rtstdb::test
