@@ -2,14 +2,13 @@
 #include <glm/mat3x3.hpp>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include <rtstdb/geometry.hpp>
 
 #include "mesh_files.hpp"
+#include "tests/support/real_data.hpp"
 
 namespace rtstdb {
 namespace {
@@ -136,25 +135,19 @@ TEST(LoadMesh, KeepsFrontsOutsideUnderAMirroringNode) {
                   moved(body(), mirror, glm::vec3(0.0f)));
 }
 
-/// The folder of real files, which is no part of the project: none unless it is named or lies beside the
-/// checkout.
-std::optional<std::filesystem::path> real_meshes() {
-  if (const char* named = std::getenv("HIL_TEST_DATA")) return std::filesystem::path(named) / "meshes";
-  const std::filesystem::path beside = std::filesystem::path(HIL_SOURCE_DIR) / ".." / "shared/data/meshes";
-  if (std::filesystem::is_directory(beside)) return beside;
-  return std::nullopt;
-}
+class RealMeshFiles : public testing::TestWithParam<std::filesystem::path> {};
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RealMeshFiles);
+INSTANTIATE_TEST_SUITE_P(Found, RealMeshFiles, testing::ValuesIn(hil::test::real_mesh_folders()),
+                         [](const auto&) { return "meshes"; });
 
-TEST(LoadMesh, ReadsRealFiles) {
-  const auto folder = real_meshes();
-  if (!folder) GTEST_SKIP() << "no real meshes: set HIL_TEST_DATA to a folder that holds meshes/";
+TEST_P(RealMeshFiles, AreRead) {
   const struct {
     const char* file;
     std::size_t triangles;
   } files[] = {
       {"stanford-bunny.obj", 69451}, {"armadillo.obj", 86482}, {"spot.obj", 5856}, {"fandisk.obj", 12946}};
   for (const auto& real : files) {
-    const Result<TriangleMesh> loaded = load_mesh(*folder / real.file);
+    const Result<TriangleMesh> loaded = load_mesh(GetParam() / real.file);
     ASSERT_TRUE(loaded.ok()) << loaded.error().message;
     EXPECT_EQ(loaded.value().triangles.size(), real.triangles) << real.file;
   }

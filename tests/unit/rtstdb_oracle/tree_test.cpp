@@ -2,11 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
-#include <optional>
 
 #include "scene.hpp"
+#include "tests/support/real_data.hpp"
 
 namespace rtstdb::oracle {
 namespace {
@@ -67,18 +66,13 @@ TEST(MeshTree, HandlesManyTrianglesInOnePlace) {
   EXPECT_EQ(hit.triangle, 1u);
 }
 
-/// Real files are no part of the project: none unless the folder is named or lies beside the checkout.
-std::optional<std::filesystem::path> real_meshes() {
-  if (const char* named = std::getenv("HIL_TEST_DATA")) return std::filesystem::path(named) / "meshes";
-  const std::filesystem::path beside = std::filesystem::path(HIL_SOURCE_DIR) / ".." / "shared/data/meshes";
-  if (std::filesystem::is_directory(beside)) return beside;
-  return std::nullopt;
-}
+class RealMeshTree : public testing::TestWithParam<std::filesystem::path> {};
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RealMeshTree);
+INSTANTIATE_TEST_SUITE_P(Found, RealMeshTree, testing::ValuesIn(hil::test::real_mesh_folders()),
+                         [](const auto&) { return "meshes"; });
 
-TEST(MeshTree, GivesThemInARealMesh) {
-  const auto folder = real_meshes();
-  if (!folder) GTEST_SKIP() << "no real meshes: set HIL_TEST_DATA to a folder that holds meshes/";
-  const Result<TriangleMesh> bunny = load_mesh(*folder / "stanford-bunny.obj");
+TEST_P(RealMeshTree, GivesTheAnswersOfBruteForce) {
+  const Result<TriangleMesh> bunny = load_mesh(GetParam() / "stanford-bunny.obj");
   ASSERT_TRUE(bunny.ok()) << bunny.error().message;
   const Bounds bounds = bounds_of(bunny.value());
   const glm::dvec3 center = 0.5 * (glm::dvec3(bounds.minimum_m) + glm::dvec3(bounds.maximum_m));
