@@ -27,7 +27,10 @@ std::optional<double> meeting_time_s(const ScanPattern& pattern, const SensorMot
     const double middle_s = 0.5 * (low_s + high_s);
     ((ahead_of_beam(middle_s) < 0.0) == rises ? low_s : high_s) = middle_s;
   }
-  return 0.5 * (low_s + high_s);
+  const double meets_s = 0.5 * (low_s + high_s);
+  // Behind the sensor the azimuth jumps by a whole turn: a change of sign too, but no meeting.
+  if (std::abs(ahead_of_beam(meets_s)) > 1e-3) return std::nullopt;
+  return meets_s;
 }
 
 std::optional<double> apparent_length_m(const ScanPattern& pattern, const SensorMotion& sensor,

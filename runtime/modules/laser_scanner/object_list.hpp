@@ -30,7 +30,7 @@ class ObjectList {
  public:
   struct Options {
     std::uint32_t most_open =
-        64;  ///< bodies in sight of the beam at once; further ones are passed over and counted
+        64;  ///< bodies in sight of the beam at once; hits on further ones are passed over and counted
     std::uint32_t most_objects = 4;  ///< the nearest are kept
     std::uint32_t gap_columns = 3;   ///< columns without a hit that close an object
     std::uint32_t least_hits = 3;

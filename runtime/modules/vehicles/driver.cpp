@@ -17,7 +17,7 @@ double idm_acceleration(const DriverModel& driver, double speed_mps, const Ahead
                             (2.0 * std::sqrt(driver.acceleration_mps2 * driver.comfortable_mps2)));
   if (ahead.gap_m <= 0.0) return -hardest_mps2;
   // Nobody there: a car at its desired speed then keeps it exactly.
-  if (ahead.gap_m > out_of_sight_m) return driver.acceleration_mps2 * free_road;
+  if (ahead.gap_m > out_of_sight_m) return std::max(driver.acceleration_mps2 * free_road, -hardest_mps2);
   const double interaction = wanted_gap / ahead.gap_m;
   return std::max(driver.acceleration_mps2 * (free_road - interaction * interaction), -hardest_mps2);
 }

@@ -1,0 +1,120 @@
+// The module types, and what each says of itself before there is a world.
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "runtime/config/parse.hpp"
+#include "runtime/modules/module.hpp"
+
+namespace hil::modules {
+namespace {
+
+std::unique_ptr<Module> create(const std::string& type, const std::string& yaml,
+                               config::Diagnostics& diagnostics) {
+  const ModuleType* found = find_module_type(type);
+  if (found == nullptr) return nullptr;
+  const auto parameters = config::parse_text("test.yaml", yaml, found->parameters, diagnostics);
+  return parameters ? found->create(*parameters, diagnostics) : nullptr;
+}
+
+std::set<std::string> names(const std::vector<Port>& ports) {
+  std::set<std::string> result;
+  for (const Port& port : ports)
+    result.insert(port.name);
+  return result;
+}
+
+const char* const two_vehicles = R"(
+vehicles:
+  ego: {position: [-20 m, -1.75 m], speed: 36 km/h, light: east, stop_line: 10 m, braked_from_outside: true}
+  other: {position: [3 m, 4 m], heading: 90 deg, speed: 5 m/s, light: east, stop_line: 10 m}
+)";
+const char* const scanner = "{carrier: ego, layers: [a], object_layers: [a], max_objects: 2}";
+const char* const detectors =
+    "{layers: [a], loops: {near: {center: [0 m, 0 m, 0 m], size: [1 m, 1 m, 1 m]}, "
+    "far: {center: [9 m, 0 m, 0 m], size: [1 m, 1 m, 1 m]}}}";
+const char* const collision = "{body: ego, against: [a]}";
+
+TEST(Registry, FindsEveryTypeByItsNameAndNoOther) {
+  std::set<std::string> seen;
+  for (const ModuleType& type : module_types()) {
+    EXPECT_TRUE(seen.insert(type.name).second) << type.name << " is there twice";
+    EXPECT_EQ(find_module_type(type.name), &type);
+    EXPECT_FALSE(type.about.empty()) << type.name;
+  }
+  EXPECT_EQ(seen, (std::set<std::string>{"collision", "detectors", "laser_scanner", "vehicles"}));
+  EXPECT_EQ(find_module_type("laser"), nullptr);
+  EXPECT_EQ(find_module_type(""), nullptr);
+}
+
+TEST(Registry, EveryModuleNamesItsPortsOnceAndSaysWhatTheyAre) {
+  const std::pair<const char*, const char*> all[] = {{"vehicles", two_vehicles},
+                                                     {"laser_scanner", scanner},
+                                                     {"detectors", detectors},
+                                                     {"collision", collision}};
+  ASSERT_EQ(std::size(all), module_types().size());
+  for (const auto& [type, yaml] : all) {
+    config::Diagnostics diagnostics;
+    const auto module = create(type, yaml, diagnostics);
+    ASSERT_NE(module, nullptr) << type << "\n" << diagnostics.to_text();
+    EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_text();
+    const Ports& ports = module->ports();
+    EXPECT_EQ(names(ports.inputs).size(), ports.inputs.size()) << type;
+    EXPECT_EQ(names(ports.outputs).size(), ports.outputs.size()) << type;
+    EXPECT_FALSE(ports.outputs.empty()) << type;
+    for (const auto* side : {&ports.inputs, &ports.outputs}) {
+      for (const Port& port : *side)
+        EXPECT_FALSE(port.about.empty()) << type << "." << port.name;
+    }
+  }
+}
+
+TEST(Registry, VehiclesShareALightAndStartWhereTheyAre) {
+  config::Diagnostics diagnostics;
+  const auto module = create("vehicles", two_vehicles, diagnostics);
+  ASSERT_NE(module, nullptr) << diagnostics.to_text();
+  const Ports& ports = module->ports();
+  ASSERT_EQ(ports.inputs.size(), 2U);
+  EXPECT_EQ(ports.inputs[0].name, "light_east");
+  EXPECT_TRUE(ports.inputs[0].required);
+  EXPECT_EQ(ports.inputs[1].name, "ego_brake_request");
+  EXPECT_EQ(ports.inputs[1].unit, "m/s2");
+  EXPECT_FALSE(ports.inputs[1].required);
+  for (const Port& port : ports.outputs) {
+    if (port.name == "ego.x") {
+      EXPECT_DOUBLE_EQ(port.initial, -20.0);
+    }
+    if (port.name == "ego.speed") {
+      EXPECT_DOUBLE_EQ(port.initial, 10.0);
+    }
+  }
+  EXPECT_EQ(names(ports.outputs).count("other.yaw_rate"), 1U);
+}
+
+TEST(Registry, VehiclesThatCanNotBeDrivenAreMistakesWithTheirPlaces) {
+  config::Diagnostics diagnostics;
+  create("vehicles",
+         "vehicles:\n"
+         "  parked: {position: [0 m, 0 m], speed: 0 m/s}\n"
+         "  blind: {position: [9 m, 0 m], speed: 5 m/s, light: east}\n",
+         diagnostics);
+  ASSERT_EQ(diagnostics.count(), 2U) << diagnostics.to_text();
+  EXPECT_EQ(diagnostics.mistakes()[0].place.line, 2U);
+  EXPECT_NE(diagnostics.mistakes()[0].message.find("'parked' stands at the start"), std::string::npos);
+  EXPECT_EQ(diagnostics.mistakes()[1].place.line, 3U);
+  EXPECT_NE(diagnostics.mistakes()[1].message.find("'blind' has a light but no stop_line"),
+            std::string::npos);
+}
+
+TEST(Registry, TheScannerHasSevenOutputsForEachSlot) {
+  config::Diagnostics diagnostics;
+  const auto module = create("laser_scanner", scanner, diagnostics);
+  ASSERT_NE(module, nullptr) << diagnostics.to_text();
+  EXPECT_EQ(module->ports().outputs.size(), 2U * 7U + 4U);
+  EXPECT_EQ(names(module->ports().outputs).count("object1.age"), 1U);
+  EXPECT_EQ(names(module->ports().outputs).count("object2.age"), 0U);
+}
+
+}  // namespace
+}  // namespace hil::modules
