@@ -54,15 +54,21 @@ Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t tla
 
 Result<void> GeometryPool::reserve(gpu::Device& device, std::uint32_t nodes, std::uint32_t triangles,
                                    Submit& submit) {
+  // Both looked at before either grows: a pool that no pass can bind would refuse every geometry after.
+  const std::size_t largest_bytes = device.limits().max_storage_range_bytes;
+  const auto needed_bytes = std::max(nodes * node_bytes, triangles * triangle_bytes);
+  if (needed_bytes > largest_bytes) {
+    return Error{ErrorCode::capacity, "all geometry together would need " + std::to_string(needed_bytes) +
+                                          " bytes in one buffer, and the device binds at most " +
+                                          std::to_string(largest_bytes)};
+  }
   const auto grow = [&](gpu::Buffer& buffer, const char* name, std::uint32_t used, std::uint32_t wanted,
                         std::uint32_t& capacity, std::size_t element_bytes,
                         bool holds_nodes) -> Result<void> {
     if (wanted <= capacity) return {};
     // Half again as much keeps the number of copies low; where the device does not allow it, what is needed.
-    const std::size_t largest = device.limits().max_storage_range_bytes / element_bytes;
-    const std::size_t generous =
-        std::min<std::size_t>(std::max<std::size_t>(wanted, capacity + capacity / 2), largest);
-    const std::uint32_t target = static_cast<std::uint32_t>(std::max<std::size_t>(wanted, generous));
+    const std::size_t generous = std::max<std::size_t>(wanted, std::size_t{capacity} + capacity / 2);
+    const auto target = static_cast<std::uint32_t>(std::min(generous, largest_bytes / element_bytes));
     auto grown = make_pool(device, name, target * element_bytes, holds_nodes);
     if (!grown) return grown.error();
     submit.begin();

@@ -111,8 +111,8 @@ Region random_region(Random& random, std::span<const EntityState> entities, cons
   region.test = random.one_in(3) ? RegionTest::inside : RegionTest::touching;
   region.t = random_time(random, first, window_s);
   const EntityState& one = one_of(random, entities);
-  region.center_m = pose_at(one.row.motion, region.t).p_world_m + random.vector();
   const double size_m = options.radius_m * random.magnitude(0.01, 1.0);
+  region.center_m = pose_at(one.row.motion, region.t).p_world_m + (0.3 + 0.7 * size_m) * random.vector();
   region.half_extent_m = size_m * glm::dvec3(random.magnitude(0.3, 3.0), random.magnitude(0.3, 3.0), 1.0);
   // Not normalised on purpose.
   if (random.one_in(2)) region.q = random.magnitude(0.1, 10.0) * random.orientation();

@@ -19,6 +19,7 @@ struct Random {
   /// Spread evenly over the orders of magnitude.
   double magnitude(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
   std::size_t below(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(engine); }
+  double normal() { return std::normal_distribution<double>()(engine); }
   bool one_in(std::size_t n) { return below(n) == 0; }
   glm::dvec3 vector();  ///< of normally distributed components
   glm::dvec3 direction() { return glm::normalize(vector()); }

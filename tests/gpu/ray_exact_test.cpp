@@ -1,0 +1,260 @@
+// Rays where no rounding may decide: ties, edges and corners, ranges, zero components, extremes.
+
+#include <cmath>
+#include <limits>
+
+#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/random_scene.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+using RayTies = DatabaseTest;
+
+TEST_F(RayTies, CoincidingEntitiesGiveTheLowestIndex) {
+  const GeometryId sphere = add(make_sphere(1.0, 3));
+  EntityRow row = row_of(sphere, {3.0, -1.0, 2.0});
+  row.motion.q_world = {0.8, 0.2, -0.4, 0.1};
+  row.motion.v_world_mps = {4.0, 1.0, 0.0};
+  row.motion.w_world_radps = {0.3, 2.0, 0.1};
+  std::vector<EntityId> ids = create(std::vector<EntityRow>(40, row));
+  Random random(5);
+  const auto expect_lowest = [&](EntityId lowest) {
+    std::vector<Ray> rays;
+    for (int i = 0; i < 2000; ++i) {
+      const WorldTime t = at_s(0.25);
+      const glm::dvec3 target_m = pose_at(row.motion, t).p_world_m + 0.3 * random.vector();
+      const glm::dvec3 from_m = 20.0 * random.direction();
+      rays.push_back(ray_from(from_m, target_m - from_m, t));
+    }
+    std::size_t hits = 0;
+    for (const RayHit& hit : trace(rays)) {
+      if (hit.status != HitStatus::hit) continue;
+      ++hits;
+      ASSERT_EQ(hit.entity, lowest);
+    }
+    EXPECT_GT(hits, 1500u);
+  };
+  expect_lowest(ids[0]);
+  remove(ids[0], {});
+  expect_lowest(ids[1]);
+  const EntityId again = create(row);
+  EXPECT_EQ(again.index, ids[0].index);
+  expect_lowest(again);
+}
+
+TEST_F(RayTies, CoincidingTrianglesGiveTheLowest) {
+  // The same triangle many times over, among others that lie elsewhere.
+  TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}, {6, 5, 5}, {5, 6, 5}}, {}};
+  for (int i = 0; i < 50; ++i)
+    mesh.triangles.emplace_back(i < 7 || i % 3 == 0 ? glm::uvec3(3, 4, 5) : glm::uvec3(0, 1, 2));
+  create(row_of(add(mesh)));
+  const RayHit hit = trace(ray_from({0.2f, 0.3f, 4.0f}, {0, 0, -1}));
+  ASSERT_EQ(hit.status, HitStatus::hit);
+  EXPECT_EQ(hit.triangle, 7u);
+  EXPECT_EQ(hit.lambda, 4.0f);
+}
+
+using Watertight = DatabaseTest;
+
+/// Rays from inside a closed surface, exactly at its corners, edges and faces: none may get out.
+TEST_F(Watertight, NoRayLeavesAClosedMesh) {
+  Random random(6);
+  const TriangleMesh meshes[] = {make_box({2.0, 3.0, 1.0}), make_sphere(1.0, 3), make_cylinder(1.0, 2.0, 64),
+                                 make_sphere(1.0, 0)};
+  for (const TriangleMesh& mesh : meshes) {
+    open({});
+    EntityRow row = row_of(add(mesh));
+    std::vector<Ray> rays;
+    const auto aim = [&](const glm::vec3& target) {
+      rays.push_back(ray_from({}, target));
+      rays.push_back(ray_from(glm::vec3(0.1 * random.vector()), target));
+      rays.back().direction -= rays.back().origin_m;
+    };
+    for (const glm::uvec3& triangle : mesh.triangles) {
+      const glm::vec3 a = mesh.positions_m[triangle.x];
+      const glm::vec3 b = mesh.positions_m[triangle.y];
+      const glm::vec3 c = mesh.positions_m[triangle.z];
+      aim(a);
+      aim(0.5f * (a + b));
+      aim(a + static_cast<float>(random.uniform(0.0, 1.0)) * (c - a));
+      aim((a + b + c) / 3.0f);
+    }
+    create(row);
+    std::size_t leaks = 0;
+    for (const RayHit& hit : trace(rays))
+      leaks += hit.status == HitStatus::hit ? 0 : 1;
+    EXPECT_EQ(leaks, 0u) << "of " << rays.size() << " rays";
+    judge(world(), rays, trace(rays));
+  }
+}
+
+/// The same far from everything, turned, stretched and moving, from outside through the middle.
+TEST_F(Watertight, NoRayPassesThroughAClosedMesh) {
+  Random random(7);
+  const GeometryId sphere = add(make_sphere(1.0, 4));
+  for (const double distance_m : {3.0, 300.0, 30'000.0}) {
+    EntityRow row = row_of(sphere, {0.5 * distance_m, 3.0, -7.0});
+    row.scale = {1.0, 2.0, 0.7};
+    row.motion.q_world = random.orientation();
+    row.motion.w_world_radps = {3.0, -2.0, 1.0};
+    const EntityId entity = create(row);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 20'000; ++i) {
+      const glm::dvec3 from_m = row.motion.p_world_m + distance_m * random.direction();
+      rays.push_back(ray_from(from_m, row.motion.p_world_m - from_m, at_s(0.7)));
+    }
+    std::size_t leaks = 0;
+    for (const RayHit& hit : trace(rays))
+      leaks += hit.status == HitStatus::hit ? 0 : 1;
+    EXPECT_EQ(leaks, 0u) << "from " << distance_m << " m";
+    remove(entity, {});
+  }
+}
+
+/// A plain made of whole metres, looked at from straight above at its corners and edges.
+TEST_F(Watertight, AxisParallelRaysOnTheEdgesOfAGrid) {
+  TriangleMesh mesh;
+  constexpr std::uint32_t side = 33;
+  for (std::uint32_t y = 0; y < side; ++y) {
+    for (std::uint32_t x = 0; x < side; ++x)
+      mesh.positions_m.emplace_back(x, y, (x * 7 + y * 3) % 5);
+  }
+  for (std::uint32_t y = 0; y + 1 < side; ++y) {
+    for (std::uint32_t x = 0; x + 1 < side; ++x) {
+      const std::uint32_t i = y * side + x;
+      mesh.triangles.emplace_back(i, i + 1, i + side);
+      mesh.triangles.emplace_back(i + 1, i + side + 1, i + side);
+    }
+  }
+  create(row_of(add(mesh)));
+  std::vector<Ray> rays;
+  for (std::uint32_t y = 0; y < 4 * (side - 1); ++y) {
+    for (std::uint32_t x = 0; x < 4 * (side - 1); ++x)
+      rays.push_back(
+          ray_from({0.25f * static_cast<float>(x), 0.25f * static_cast<float>(y), 10.0f}, {0, 0, -1}));
+  }
+  const auto hits = trace(rays);
+  judge(world(), rays, hits);
+  std::size_t corners = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    ASSERT_EQ(hits[i].status, HitStatus::hit) << rays[i].origin_m.x << ", " << rays[i].origin_m.y;
+    const glm::vec3& from_m = rays[i].origin_m;
+    if (from_m.x != std::floor(from_m.x) || from_m.y != std::floor(from_m.y)) continue;
+    ++corners;
+    const auto height = static_cast<float>(static_cast<int>(from_m.x * 7 + from_m.y * 3) % 5);
+    EXPECT_FLOAT_EQ(hits[i].lambda, 10.0f - height);
+  }
+  EXPECT_EQ(corners, 32u * 32u);
+}
+
+using RayRange = DatabaseTest;
+
+TEST_F(RayRange, HoldsBothOfItsEnds) {
+  create(row_of(add(make_box({2.0, 2.0, 2.0})), {5.0, 0.0, 0.0}));
+  const auto lambda = [&](float lambda_min, float lambda_max) {
+    Ray ray = ray_from({0.0f, 0.2f, 0.3f}, {1, 0, 0});
+    ray.lambda_min = lambda_min;
+    ray.lambda_max = lambda_max;
+    const RayHit hit = trace(ray);
+    return hit.status == HitStatus::hit ? hit.lambda : -1.0f;
+  };
+  const float beyond_4 = std::nextafter(4.0f, 5.0f);
+  EXPECT_EQ(lambda(0.0f, 1e30f), 4.0f);
+  EXPECT_EQ(lambda(0.0f, std::numeric_limits<float>::infinity()), 4.0f);
+  EXPECT_EQ(lambda(0.0f, 4.0f), 4.0f);
+  EXPECT_EQ(lambda(0.0f, std::nextafter(4.0f, 0.0f)), -1.0f);
+  EXPECT_EQ(lambda(4.0f, 4.0f), 4.0f);
+  EXPECT_EQ(lambda(beyond_4, 1e30f), 6.0f);
+  EXPECT_EQ(lambda(beyond_4, 6.0f), 6.0f);
+  EXPECT_EQ(lambda(std::nextafter(6.0f, 7.0f), 1e30f), -1.0f);
+}
+
+class RayExtremes : public DatabaseTest {
+ protected:
+  /// Rays at and past a body, as the oracle sees them; says how many the GPU saw otherwise.
+  void expect_agreement(const std::vector<Ray>& rays, double hits_from, double too_close_below) {
+    const Tally tally = judge(world(), rays, trace(rays));
+    EXPECT_GT(static_cast<double>(tally.hits), hits_from * static_cast<double>(tally.asked));
+    EXPECT_LT(static_cast<double>(tally.too_close), too_close_below * static_cast<double>(tally.asked));
+  }
+  Random random_{8};
+};
+
+TEST_F(RayExtremes, ZeroComponentsOfEitherSign) {
+  create(row_of(add(make_box({2.0, 4.0, 6.0}))));
+  std::vector<Ray> rays;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float sign : {1.0f, -1.0f}) {
+      for (const float zero : {0.0f, -0.0f}) {
+        // On a grid that holds the faces' planes and edges too.
+        for (int i = 0; i < 81; ++i) {
+          glm::vec3 direction(zero);
+          direction[axis] = sign;
+          glm::vec3 from_m(0.0f);
+          from_m[axis] = -10.0f * sign;
+          from_m[(axis + 1) % 3] = static_cast<float>(i % 9 - 4);
+          from_m[(axis + 2) % 3] = static_cast<float>(i / 9 - 4);
+          rays.push_back(ray_from(from_m, direction));
+        }
+      }
+    }
+  }
+  expect_agreement(rays, 0.2, 0.5);
+}
+
+TEST_F(RayExtremes, DirectionsOfAnyLength) {
+  create(row_of(add(make_sphere(2.0, 3)), {100.0, 50.0, -20.0}));
+  std::vector<Ray> rays;
+  for (int i = 0; i < 4000; ++i) {
+    const glm::dvec3 from_m = 100.0 * random_.vector();
+    const glm::dvec3 to_m = glm::dvec3(100.0, 50.0, -20.0) + 1.2 * random_.vector();
+    rays.push_back(ray_from(from_m, random_.magnitude(1e-12, 1e12) * glm::normalize(to_m - from_m)));
+  }
+  expect_agreement(rays, 0.3, 0.005);
+}
+
+TEST_F(RayExtremes, FarAwayOrigins) {
+  const glm::dvec3 place_m(9e4, -9e4, 5e4);
+  create(row_of(add(make_sphere(300.0, 4)), place_m));
+  std::vector<Ray> rays;
+  for (int i = 0; i < 4000; ++i) {
+    const glm::dvec3 from_m = {random_.uniform(-1e5, 1e5), random_.uniform(-1e5, 1e5), -1e5};
+    rays.push_back(ray_from(from_m, place_m + 200.0 * random_.vector() - from_m));
+  }
+  expect_agreement(rays, 0.3, 0.02);
+}
+
+TEST_F(RayExtremes, TinyMeshesFarFromTheOrigin) {
+  const GeometryId sphere = add(make_sphere(0.5, 4));
+  EntityRow row = row_of(sphere, {65'536.0, -32'768.0, 1024.0});
+  row.scale = glm::dvec3(0.05);
+  create(row);
+  // Origins that single precision holds exactly, a metre or so away: what is near is still seen sharply.
+  std::vector<Ray> rays;
+  for (int i = 0; i < 4000; ++i) {
+    const glm::vec3 offset(glm::ivec3(64.0 * random_.direction()));
+    const glm::vec3 from_m = glm::vec3(row.motion.p_world_m) + offset / 64.0f;
+    rays.push_back(ray_from(from_m, glm::vec3(0.015 * random_.vector()) - offset / 64.0f));
+  }
+  expect_agreement(rays, 0.5, 0.01);
+}
+
+TEST_F(RayExtremes, TinyAndHugeScales) {
+  const GeometryId sphere = add(make_sphere(1.0, 3));
+  for (const double scale : {1e-5, 1e4}) {
+    EntityRow row = row_of(sphere);
+    row.scale = glm::dvec3(scale, 2.0 * scale, 0.5 * scale);
+    const EntityId entity = create(row);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 2000; ++i) {
+      const glm::dvec3 from_m = 5.0 * scale * random_.direction();
+      rays.push_back(ray_from(from_m, 0.7 * scale * random_.vector() - from_m));
+    }
+    expect_agreement(rays, 0.3, 0.005);
+    remove(entity, {});
+  }
+}
+
+}  // namespace
+}  // namespace rtstdb::test

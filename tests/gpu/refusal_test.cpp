@@ -1,0 +1,208 @@
+// Bad input: refused with its place and values, and nothing else disturbed.
+
+#include <cmath>
+#include <limits>
+
+#include <rtstdb/limits.hpp>
+
+#include "tests/gpu/database_test.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+constexpr float nan_f = std::numeric_limits<float>::quiet_NaN();
+constexpr double nan_d = std::numeric_limits<double>::quiet_NaN();
+constexpr float infinity_f = std::numeric_limits<float>::infinity();
+
+class Refusals : public DatabaseTest {
+ protected:
+  void SetUp() override {
+    DatabaseTest::SetUp();
+    box_ = add(make_box({2.0, 2.0, 2.0}));
+    body_ = create(row_of(box_, {11.0, 0.0, 0.0}), at_s(10.0));
+    rays_ = prepare_rays(RayMode::closest, false, 8);
+    regions_ = std::move(
+        database().prepare(RegionQueryOptions{.name = "r", .capacity = 8, .ids_per_region = 8}).value());
+    overlaps_ = std::move(
+        database().prepare(OverlapQueryOptions{.name = "o", .capacity = 8, .ids_per_entity = 8}).value());
+  }
+  void TearDown() override {
+    expect_undisturbed();
+    DatabaseTest::TearDown();
+  }
+  void expect_undisturbed() {
+    EXPECT_EQ(database().latest().version, 1u);
+    const RayHit hit = trace(good_ray());
+    EXPECT_EQ(hit.entity, body_);
+    EXPECT_EQ(hit.lambda, 10.0f);
+  }
+  Ray good_ray() const { return ray_from({}, {1, 0, 0}, at_s(10.0)); }
+
+  /// A transaction that also writes, and asks `good` first and the bad one second.
+  template <class Query>
+  void expect_query_refused(Query& query, BadInputReason reason, const std::vector<double>& values) {
+    const Outcome outcome = execute(
+        [&](Transaction& transaction) {
+          transaction.update(body_, row_of(box_, {500.0, 0.0, 0.0}));
+          transaction.ask(*overlaps_, 0);
+          transaction.ask(query, 3);
+        },
+        at_s(10.0));
+    EXPECT_EQ(outcome.status, Status::bad_input);
+    EXPECT_EQ(outcome.bad_input.reason, reason) << describe(outcome);
+    if (reason == BadInputReason::window_too_long) {
+      EXPECT_EQ(outcome.bad_query, -1) << "a fault of all queries together";
+    } else {
+      EXPECT_EQ(outcome.bad_query, 1);
+      EXPECT_EQ(outcome.bad_input.element, 2u);
+    }
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (std::isnan(values[i])) {
+        EXPECT_TRUE(std::isnan(outcome.bad_input.values[i])) << i;
+      } else {
+        EXPECT_DOUBLE_EQ(outcome.bad_input.values[i], values[i]) << i;
+      }
+    }
+    expect_undisturbed();
+  }
+  void expect_ray_refused(const std::function<void(Ray&)>& spoil, BadInputReason reason,
+                          const std::vector<double>& values = {}) {
+    for (Ray& ray : rays_->rays())
+      ray = good_ray();
+    spoil(rays_->rays()[2]);
+    expect_query_refused(*rays_, reason, values);
+  }
+  void expect_region_refused(const std::function<void(Region&)>& spoil, BadInputReason reason,
+                             const std::vector<double>& values = {}) {
+    for (Region& region : regions_->regions()) {
+      region = {};
+      region.t = at_s(10.0);
+    }
+    spoil(regions_->regions()[2]);
+    expect_query_refused(*regions_, reason, values);
+  }
+
+  GeometryId box_;
+  EntityId body_;
+  std::unique_ptr<RayQuery> rays_;
+  std::unique_ptr<RegionQuery> regions_;
+  std::unique_ptr<OverlapQuery> overlaps_;
+};
+
+TEST_F(Refusals, RaysThatCanNotBeCast) {
+  using enum BadInputReason;
+  expect_ray_refused([](Ray& ray) { ray.origin_m.y = nan_f; }, not_finite, {0.0, nan_d, 0.0});
+  expect_ray_refused([](Ray& ray) { ray.origin_m.z = infinity_f; }, not_finite);
+  expect_ray_refused([](Ray& ray) { ray.origin_m.x = 2e5f; }, out_of_limits, {2e5, 0.0, 0.0});
+  expect_ray_refused([](Ray& ray) { ray.direction = {1.0f, nan_f, 2.0f}; }, not_finite, {1.0, nan_d, 2.0});
+  expect_ray_refused([](Ray& ray) { ray.direction.z = -infinity_f; }, not_finite);
+  expect_ray_refused([](Ray& ray) { ray.direction = {}; }, bad_ray, {0.0, 0.0, 0.0});
+  expect_ray_refused([](Ray& ray) { ray.direction = {0.0f, 1e-20f, 0.0f}; }, bad_ray);
+  expect_ray_refused([](Ray& ray) { ray.direction = {0.0f, 1e20f, 0.0f}; }, bad_ray);
+  expect_ray_refused([](Ray& ray) { ray.lambda_min = -1.0f; }, bad_ray, {-1.0});
+  expect_ray_refused([](Ray& ray) { ray.lambda_min = nan_f; }, bad_ray, {nan_d});
+  expect_ray_refused([](Ray& ray) { ray.lambda_max = nan_f; }, bad_ray);
+  expect_ray_refused([](Ray& ray) { ray.lambda_min = ray.lambda_max = infinity_f; }, bad_ray);
+  expect_ray_refused(
+      [](Ray& ray) {
+        ray.lambda_min = 2.0f;
+        ray.lambda_max = 1.0f;
+      },
+      bad_ray, {2.0, 1.0});
+}
+
+TEST_F(Refusals, TimesThatTheVersionDoesNotCover) {
+  using enum BadInputReason;
+  expect_ray_refused([](Ray& ray) { ray.t = at_s(10.0) - Nanoseconds(1); }, time_not_covered,
+                     {9.999999999, 10.0});
+  expect_ray_refused([](Ray& ray) { ray.t = WorldTime::min(); }, time_not_covered);
+  expect_ray_refused([](Ray& ray) { ray.t = WorldTime::max(); }, time_not_covered);
+  expect_region_refused([](Region& region) { region.t = at_s(9.0); }, time_not_covered, {9.0, 10.0});
+  expect_ray_refused([](Ray& ray) { ray.t = at_s(11.0) + Nanoseconds(1); }, window_too_long,
+                     {10.0, 11.000000001, 1.0});
+  expect_ray_refused([](Ray& ray) { ray.t = world_time_ns(max_world_time_ns); }, window_too_long);
+}
+
+TEST_F(Refusals, TheLatestTimesThereAreCanBeAskedAt) {
+  Ray ray = good_ray();
+  ray.t = world_time_ns(max_world_time_ns);
+  EXPECT_EQ(trace(ray).lambda, 10.0f);
+}
+
+TEST_F(Refusals, CarriersThatAreNotThere) {
+  using enum BadInputReason;
+  const EntityId strangers[] = {{body_.index, body_.generation + 1}, {77, 1}, {4'000'000'000u, 1}};
+  for (const EntityId stranger : strangers) {
+    expect_ray_refused([&](Ray& ray) { ray.carrier = stranger; }, unknown_entity);
+    expect_region_refused([&](Region& region) { region.carrier = stranger; }, unknown_entity);
+    for (Overlap& overlap : overlaps_->overlaps())
+      overlap = {.entity = body_, .t = at_s(10.0)};
+    overlaps_->overlaps()[1].entity = stranger;
+    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*overlaps_, 2); });
+    EXPECT_EQ(outcome.bad_input.reason, unknown_entity);
+    EXPECT_EQ(outcome.bad_input.entity, stranger);
+    EXPECT_EQ(outcome.bad_input.element, 1u);
+  }
+}
+
+TEST_F(Refusals, RegionsThatCanNotBeAsked) {
+  using enum BadInputReason;
+  expect_region_refused([](Region& region) { region.center_m.x = nan_f; }, not_finite, {nan_d, 0.0, 0.0});
+  expect_region_refused([](Region& region) { region.center_m.x = -1e6f; }, out_of_limits, {-1e6});
+  expect_region_refused(
+      [](Region& region) {
+        region.half_extent_m = {1.0f, -1.0f, 2.0f};
+      },
+      bad_region, {1.0, -1.0, 2.0});
+  expect_region_refused([](Region& region) { region.half_extent_m.z = nan_f; }, not_finite);
+  expect_region_refused([](Region& region) { region.q = {0.0f, 0.0f, 0.0f, 0.0f}; }, bad_region);
+  expect_region_refused([](Region& region) { region.q = {nan_f, 0.0f, 0.0f, 0.0f}; }, bad_region, {nan_d});
+  expect_region_refused(
+      [](Region& region) {
+        region.shape = RegionShape::sphere;
+        region.half_extent_m.x = -0.5f;
+      },
+      bad_region, {-0.5});
+}
+
+TEST_F(Refusals, RowsThatCanNotBe) {
+  using enum BadInputReason;
+  const auto expect_refused = [&](const std::function<void(EntityRow&)>& spoil, BadInputReason reason) {
+    EntityRow row = row_of(box_, {3.0, 0.0, 0.0});
+    spoil(row);
+    const Outcome outcome = execute(
+        [&](Transaction& transaction) {
+          transaction.update(body_, row_of(box_, {500.0, 0.0, 0.0}));
+          transaction.create(row);
+        },
+        at_s(10.0));
+    EXPECT_EQ(outcome.status, Status::bad_input);
+    EXPECT_EQ(outcome.bad_input.reason, reason) << describe(outcome);
+    EXPECT_EQ(outcome.bad_input.element, 1u);
+    EXPECT_EQ(outcome.bad_query, -1);
+    expect_undisturbed();
+  };
+  expect_refused([](EntityRow& row) { row.motion.p_world_m.x = nan_d; }, not_finite);
+  expect_refused([](EntityRow& row) { row.motion.q_world = {0.0, 0.0, 0.0, 0.0}; }, zero_quaternion);
+  expect_refused([](EntityRow& row) { row.motion.q_world.x = nan_d; }, not_finite);
+  expect_refused([](EntityRow& row) { row.motion.p_world_m.z = 1.1e5; }, out_of_limits);
+  expect_refused([](EntityRow& row) { row.scale.y = 0.0; }, out_of_limits);
+  expect_refused([](EntityRow& row) { row.scale.y = -1.0; }, out_of_limits);
+  expect_refused([](EntityRow& row) { row.geometry = {1}; }, unknown_geometry);
+}
+
+TEST_F(Refusals, OverlapOfAnEntityWithoutGeometry) {
+  open({});
+  box_ = add(make_box({2.0, 2.0, 2.0}));
+  const auto ids = create(std::vector{row_of(box_, {11.0, 0.0, 0.0}), EntityRow{}}, at_s(10.0));
+  body_ = ids[0];
+  auto overlaps = database().prepare(OverlapQueryOptions{.name = "o", .capacity = 1, .ids_per_entity = 8});
+  ASSERT_TRUE(overlaps.ok());
+  overlaps.value()->overlaps()[0] = {.entity = ids[1], .t = at_s(10.0)};
+  const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*overlaps.value(), 1); });
+  EXPECT_EQ(outcome.bad_input.reason, BadInputReason::unknown_geometry);
+  EXPECT_EQ(outcome.bad_input.entity, ids[1]);
+}
+
+}  // namespace
+}  // namespace rtstdb::test

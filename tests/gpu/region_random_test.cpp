@@ -1,0 +1,197 @@
+// Random worlds, random regions and overlaps: every answer of the GPU against the oracle's.
+
+#include <algorithm>
+#include <ostream>
+#include <string>
+
+#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/random_scene.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+struct Case {
+  const char* name;
+  std::uint64_t seed;
+  std::uint32_t entities;
+  double radius_m;
+  std::size_t questions;
+};
+
+std::ostream& operator<<(std::ostream& out, const Case& one) {
+  return out << one.name;
+}
+
+constexpr Case cases[] = {
+    {"one_entity", 11, 1, 0.5, 10'000},
+    {"forty", 12, 40, 4.0, 10'000},
+    {"six_hundred", 13, 600, 12.0, 4'000},
+    {"large_build", 14, 2500, 20.0, 2'000},
+};
+
+class RandomRegions : public DatabaseTest, public testing::WithParamInterface<Case> {
+ protected:
+  static constexpr std::uint32_t batch = 500;
+  SceneOptions options_{.radius_m = GetParam().radius_m, .version_time = at_s(-3.5)};
+  Random random_{GetParam().seed};
+
+  void SetUp() override {
+    DatabaseTest::SetUp();
+    std::vector<GeometryId> geometries;
+    for (const TriangleMesh& mesh : mixed_meshes(random_))
+      geometries.push_back(add(mesh));
+    std::vector<EntityRow> rows;
+    for (std::uint32_t i = 0; i < GetParam().entities; ++i)
+      rows.push_back(random_row(random_, geometries, options_, rows));
+    create(rows, options_.version_time);
+  }
+
+  /// Asks batch after batch; `fill` makes one batch in the query's own elements.
+  template <class Query, class Fill, class Elements>
+  Tally ask(Query& query, Fill fill, Elements elements) {
+    const oracle::World everything = world();
+    Tally tally;
+    for (std::size_t done = 0; done < GetParam().questions && !HasFailure(); done += batch) {
+      const double window_s = random_.uniform(0.0, 1.0);
+      const WorldTime first = options_.version_time + Nanoseconds(random_.below(2) * 5'300'000'000);
+      const auto batch_elements = elements(query);
+      for (auto& element : batch_elements)
+        element = fill(everything, first, window_s);
+      const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(query, batch); });
+      EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
+      tally += judge(everything, batch_elements, query.answers());
+    }
+    EXPECT_GE(tally.asked, GetParam().questions);
+    EXPECT_TRUE(HasFailure() || (tally.hits > tally.asked / 5 && tally.hits < tally.asked * 19 / 20))
+        << "a world that shows little: " << tally.hits << " of " << tally.asked;
+    EXPECT_LT(tally.too_close, tally.asked / 200);
+    return tally;
+  }
+};
+
+TEST_P(RandomRegions, AgreeWithTheOracle) {
+  auto query =
+      database().prepare(RegionQueryOptions{.name = "regions", .capacity = batch, .ids_per_region = 4096});
+  ASSERT_TRUE(query.ok());
+  const Tally tally = ask(
+      *query.value(),
+      [&](const oracle::World& world, WorldTime first, double window_s) {
+        return random_region(random_, world.entities(), options_, first, window_s);
+      },
+      [](RegionQuery& regions) { return regions.regions(); });
+  EXPECT_LT(tally.hits, tally.asked * 19 / 20) << "a world that shows little";
+}
+
+TEST_P(RandomRegions, OverlapsAgreeWithTheOracle) {
+  auto query =
+      database().prepare(OverlapQueryOptions{.name = "overlaps", .capacity = batch, .ids_per_entity = 4096});
+  ASSERT_TRUE(query.ok());
+  if (GetParam().entities == 1) {
+    query.value()->overlaps()[0] = {.entity = world().entities()[0].id, .t = at_s(0.0)};
+    ASSERT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query.value(), 1); }).status,
+              Status::committed);
+    EXPECT_EQ(query.value()->answers()[0].found, 0u) << "an entity does not overlap itself";
+    return;
+  }
+  ask(
+      *query.value(),
+      [&](const oracle::World& world, WorldTime first, double window_s) {
+        const auto entities = world.entities();
+        Overlap overlap;
+        overlap.entity = entities[random_.below(entities.size())].id;
+        overlap.t = first + Nanoseconds(static_cast<std::int64_t>(random_.uniform(0.0, window_s) * 1e9));
+        if (random_.one_in(3)) overlap.mask = static_cast<std::uint32_t>(random_.below(16));
+        return overlap;
+      },
+      [](OverlapQuery& overlaps) { return overlaps.overlaps(); });
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, RandomRegions, testing::ValuesIn(cases),
+                         [](const auto& one) { return std::string(one.param.name); });
+
+class Regions : public DatabaseTest {
+ protected:
+  std::unique_ptr<RegionQuery> prepare(std::uint32_t ids_per_region, std::uint32_t capacity = 4) {
+    auto query = database().prepare(
+        RegionQueryOptions{.name = "regions", .capacity = capacity, .ids_per_region = ids_per_region});
+    EXPECT_TRUE(query.ok());
+    return std::move(query).value();
+  }
+  std::vector<EntityId> boxes(std::uint32_t count) {
+    const GeometryId box = add(make_box({1.0, 1.0, 1.0}));
+    std::vector<EntityRow> rows;
+    for (std::uint32_t i = 0; i < count; ++i)
+      rows.push_back(row_of(box, {2.0 * i, 0.0, 0.0}));
+    return create(rows);
+  }
+  static Region everywhere() {
+    Region region;
+    region.half_extent_m = glm::vec3(1e4f);
+    return region;
+  }
+};
+
+TEST_F(Regions, OverflowKeepsTheLowestAndTheTrueCount) {
+  for (const std::uint32_t count : {100u, 2500u}) {
+    open({});
+    const auto ids = boxes(count);
+    for (const std::uint32_t room : {1u, 2u, 17u, 64u, 99u}) {
+      const auto query = prepare(room);
+      query->regions()[0] = everywhere();
+      const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*query, 1); });
+      EXPECT_EQ(outcome.status, Status::truncated);
+      const RegionAnswer& answer = query->answers()[0];
+      EXPECT_TRUE(answer.overflow);
+      EXPECT_FALSE(answer.incomplete);
+      EXPECT_EQ(answer.found, count);
+      EXPECT_TRUE(std::ranges::equal(answer.entities, std::span(ids).first(room)));
+    }
+  }
+}
+
+TEST_F(Regions, ExactlyFullIsNotOverflow) {
+  const auto ids = boxes(64);
+  const auto query = prepare(64);
+  query->regions()[0] = everywhere();
+  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query, 1); }).status, Status::committed);
+  EXPECT_FALSE(query->answers()[0].overflow);
+  EXPECT_TRUE(std::ranges::equal(query->answers()[0].entities, ids));
+}
+
+TEST_F(Regions, TouchingAndInsideAtTheBorder) {
+  const auto ids = boxes(1);
+  const auto query = prepare(4, 6);
+  const auto regions = query->regions();
+  // The box reaches from -0.5 to 0.5.
+  const auto region = [](RegionShape shape, RegionTest test, float center_x, float half) {
+    Region made;
+    made.shape = shape;
+    made.test = test;
+    made.center_m.x = center_x;
+    made.half_extent_m = glm::vec3(half);
+    return made;
+  };
+  regions[0] = region(RegionShape::box, RegionTest::touching, 1.5f, 1.0f);
+  regions[1] = region(RegionShape::box, RegionTest::touching, 1.501f, 1.0f);
+  regions[2] = region(RegionShape::sphere, RegionTest::touching, 1.5f, 1.0f);
+  regions[3] = region(RegionShape::sphere, RegionTest::touching, 1.501f, 1.0f);
+  regions[4] = region(RegionShape::box, RegionTest::inside, 0.0f, 0.5f);
+  regions[5] = region(RegionShape::box, RegionTest::inside, 0.0f, 0.4999f);
+  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query, 6); }).status, Status::committed);
+  const std::uint32_t wanted[] = {1, 0, 1, 0, 1, 0};
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_EQ(query->answers()[i].found, wanted[i]) << i;
+}
+
+TEST_F(Regions, AnEmptyBatchHasNoAnswers) {
+  boxes(3);
+  const auto query = prepare(4);
+  query->regions()[0] = everywhere();
+  execute([&](Transaction& transaction) { transaction.ask(*query, 1); });
+  EXPECT_EQ(query->answers().size(), 1u);
+  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query, 0); }).status, Status::committed);
+  EXPECT_TRUE(query->answers().empty());
+}
+
+}  // namespace
+}  // namespace rtstdb::test

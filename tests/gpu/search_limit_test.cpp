@@ -1,0 +1,173 @@
+// Searches that pass the limits of the device or of the shader: incomplete, never wrong; and up to there,
+// right.
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/random_scene.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+/// The same triangle `count` times: every ray that meets it has to look at all of them.
+TriangleMesh pile(std::uint32_t count) {
+  return {{{-1, -1, 0}, {1, -1, 0}, {0, 2, 0}}, std::vector<glm::uvec3>(count, {0, 1, 2})};
+}
+
+class SearchLimits : public DatabaseTest {
+ protected:
+  Outcome ask(RayQuery& query, std::span<const Ray> rays) {
+    std::ranges::copy(rays, query.rays().begin());
+    return execute(
+        [&](Transaction& transaction) { transaction.ask(query, static_cast<std::uint32_t>(rays.size())); });
+  }
+};
+
+TEST_F(SearchLimits, APileOfTrianglesIsSearchedWholeOrNotAnswered) {
+  const auto query = prepare_rays();
+  const auto any = prepare_rays(RayMode::any);
+  bool whole = false;
+  bool cut_short = false;
+  EntityId before;
+  for (const std::uint32_t count : {100u, 1'000u, 5'000u, 10'000u, 15'000u, 20'000u, 40'000u, 100'000u}) {
+    if (before.valid()) remove(before, {});
+    before = create(row_of(add(pile(count)), {0.0, 0.0, 5.0}));
+    const Ray through[] = {ray_from({}, {0, 0, 1}), ray_from({}, {0, 0, -1})};
+    const Outcome outcome = ask(*query, through);
+    const RayHit& hit = query->hits()[0];
+    if (hit.status == HitStatus::hit) {
+      whole = true;
+      EXPECT_EQ(outcome.status, Status::committed);
+      EXPECT_EQ(hit.triangle, 0u);
+      EXPECT_EQ(hit.lambda, 5.0f);
+    } else {
+      cut_short = true;
+      EXPECT_EQ(hit.status, HitStatus::incomplete) << count << " triangles";
+      EXPECT_EQ(outcome.status, Status::truncated);
+      EXPECT_FALSE(hit.entity.valid());
+    }
+    EXPECT_EQ(query->hits()[1].status, HitStatus::miss)
+        << "a ray that meets nothing, beside one that meets all";
+    EXPECT_EQ(ask(*any, through).status, Status::committed);
+    EXPECT_EQ(any->hits()[0].status, HitStatus::hit) << "one is enough";
+    EXPECT_EQ(any->hits()[1].status, HitStatus::miss);
+  }
+  EXPECT_TRUE(whole);
+  EXPECT_TRUE(cut_short) << "no search came to the limit";
+}
+
+/// Neighbours in the batch share the device's allowance; whether a ray is answered must not depend on them.
+TEST_F(SearchLimits, ABatchOfLongSearchesIsAnsweredAsEachAlone) {
+  Random random(21);
+  std::vector<Ray> rays;
+  for (std::uint32_t k = 0; k < 8; ++k) {
+    // Different piles keep the lanes of a group from going in step.
+    TriangleMesh mesh = pile(4'000 + 700 * k);
+    for (std::uint32_t i = 0; i < 500; ++i) {
+      const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+      for (int corner = 0; corner < 3; ++corner)
+        mesh.positions_m.emplace_back(random.vector());
+      mesh.triangles.emplace_back(first, first + 1, first + 2);
+    }
+    const glm::dvec3 place_m = 50.0 * random.direction();
+    create(row_of(add(mesh), place_m));
+    for (int i = 0; i < 16; ++i) {
+      const glm::dvec3 from_m = place_m + glm::dvec3(0.2 * random.normal(), 0.2 * random.normal(), -9.0);
+      rays.push_back(ray_from(from_m, place_m - from_m));
+    }
+  }
+  std::ranges::shuffle(rays, random.engine);
+  const auto query = prepare_rays();
+  const Outcome outcome = ask(*query, rays);
+  EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
+  const std::vector<RayHit> together(query->hits().begin(), query->hits().end());
+  judge(world(), rays, together);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    ask(*query, std::span(rays).subspan(i, 1));
+    EXPECT_EQ(query->hits()[0].status, together[i].status) << i;
+    EXPECT_EQ(query->hits()[0].triangle, together[i].triangle) << i;
+    EXPECT_EQ(query->hits()[0].lambda, together[i].lambda) << i;
+  }
+}
+
+TEST_F(SearchLimits, AHeapOfEntitiesIsSearchedWholeOrNotAnswered) {
+  const GeometryId sphere = add(make_sphere(1.0, 1));
+  std::vector<EntityId> all;
+  bool cut_short = false;
+  for (const std::uint32_t count : {200u, 800u, 3000u, 4096u}) {
+    const std::vector<EntityRow> rows(count - all.size(), row_of(sphere, {0.0, 0.0, 9.0}));
+    const auto ids = create(rows);
+    all.insert(all.end(), ids.begin(), ids.end());
+    const RayHit hit = trace(ray_from({0.1f, 0.2f, 0.0f}, {0, 0, 1}));
+    cut_short = cut_short || hit.status == HitStatus::incomplete;
+    if (hit.status == HitStatus::incomplete) continue;
+    ASSERT_EQ(hit.status, HitStatus::hit);
+    EXPECT_EQ(hit.entity, all[0]);
+    EXPECT_FALSE(cut_short) << "a larger heap was searched, a smaller one was not";
+  }
+  EXPECT_EQ(trace(ray_from({5.0f, 0.0f, 0.0f}, {0, 0, 1})).status, HitStatus::miss);
+}
+
+TEST_F(SearchLimits, ARegionFindsAllOrSaysThatItDidNot) {
+  open({.max_entities = 40'000});
+  const GeometryId box = add(make_box({1.0, 1.0, 1.0}));
+  auto query = database().prepare(RegionQueryOptions{.name = "all", .capacity = 70, .ids_per_region = 64});
+  ASSERT_TRUE(query.ok());
+  for (Region& region : query.value()->regions())
+    region.half_extent_m = glm::vec3(1e4f);
+  // A small one among the large.
+  query.value()->regions()[33].half_extent_m = glm::vec3(0.1f);
+  std::vector<EntityId> all;
+  bool cut_short = false;
+  for (const std::uint32_t count : {1'000u, 4'000u, 38'000u}) {
+    std::vector<EntityRow> rows;
+    for (auto i = static_cast<std::uint32_t>(all.size()); i < count; ++i)
+      rows.push_back(row_of(box, {2.0 * (i % 200), 2.0 * (i / 200), 0.0}));
+    const auto ids = create(rows);
+    all.insert(all.end(), ids.begin(), ids.end());
+    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*query.value(), 70); });
+    EXPECT_EQ(outcome.status, Status::truncated);
+    for (std::uint32_t i = 0; i < 70; ++i) {
+      const RegionAnswer& answer = query.value()->answers()[i];
+      if (i == 33) {
+        EXPECT_FALSE(answer.incomplete);
+        EXPECT_EQ(answer.found, 1u);
+        continue;
+      }
+      cut_short = cut_short || answer.incomplete;
+      if (count <= 4'000) {
+        EXPECT_FALSE(answer.incomplete) << count << " entities";
+      }
+      if (answer.incomplete) continue;
+      EXPECT_EQ(answer.found, count);
+      EXPECT_TRUE(std::ranges::equal(answer.entities, std::span(all).first(64)));
+    }
+  }
+  EXPECT_TRUE(cut_short) << "no search came to the limit";
+}
+
+/// Sizes and places such that each level of the tree holds one more heap and all that is left, and a ray that
+/// has to remember a heap's seven parts at each level.
+TEST_F(SearchLimits, AStackThatIsFullIsNoAnswer) {
+  TriangleMesh mesh;
+  constexpr int levels = 21;
+  for (int level = 0; level < levels; ++level) {
+    const auto x = static_cast<float>(1.0 - std::exp2(-level));
+    const float size = 20.0f - 0.8f * static_cast<float>(level);
+    const float height = 0.1f + 0.005f * static_cast<float>(level);
+    const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+    mesh.positions_m.insert(mesh.positions_m.end(),
+                            {{x - size, -size, -height}, {x + size, -size, height}, {x, size, 0.0f}});
+    mesh.triangles.insert(mesh.triangles.end(), 64, {first, first + 1, first + 2});
+  }
+  create(row_of(add(mesh)));
+  const auto query = prepare_rays();
+  const Ray rays[] = {ray_from({0.5f, 0.1f, -5.0f}, {0, 0, 1}), ray_from({500.0f, 0.1f, -5.0f}, {0, 0, 1})};
+  EXPECT_EQ(ask(*query, rays).status, Status::truncated);
+  EXPECT_EQ(query->hits()[0].status, HitStatus::incomplete);
+  EXPECT_EQ(query->hits()[1].status, HitStatus::miss);
+}
+
+}  // namespace
+}  // namespace rtstdb::test

@@ -1,0 +1,238 @@
+// What a query sees: its own transaction's writes, a pinned version, never anything that came to nothing.
+
+#include <algorithm>
+#include <atomic>
+#include <numeric>
+#include <random>
+
+#include "tests/gpu/database_test.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+class Versions : public DatabaseTest {
+ protected:
+  void SetUp() override {
+    DatabaseTest::SetUp();
+    box_ = add(make_box({2.0, 2.0, 2.0}));
+  }
+  EntityRow box_at(double x_m) const { return row_of(box_, {x_m, 0.0, 0.0}); }
+  static Ray along_x(WorldTime t = {}) { return ray_from({}, {1, 0, 0}, t); }
+  /// Where the ray along x hits; -1: nowhere.
+  float lambda(const ReadAt& read_at = {}, WorldTime t = {}) {
+    const RayHit hit = trace(along_x(t), read_at);
+    return hit.status == HitStatus::hit ? hit.lambda : -1.0f;
+  }
+  GeometryId box_;
+};
+
+TEST_F(Versions, AnEmptyWorldIsMissed) {
+  EXPECT_EQ(lambda(), -1.0f);
+  EXPECT_EQ(trace(*prepare_rays(RayMode::any), std::vector<Ray>(100, along_x()))[99].status, HitStatus::miss);
+  const EntityId only = create(box_at(5.0));
+  EXPECT_EQ(lambda(), 4.0f);
+  remove(only, {});
+  EXPECT_EQ(lambda(), -1.0f);
+}
+
+TEST_F(Versions, PinnedOnesStayWhileNewOnesAreMade) {
+  const EntityId body = create(box_at(1.0 + 10.0));
+  const Version first = database().latest().version;
+  std::mt19937 random(9);
+  for (std::uint32_t k = 1; k < 60; ++k) {
+    update_motion(body, box_at(10.0 * (k + 1) + 1.0).motion, at_s(0.01 * k));
+    for (int i = 0; i < 3; ++i) {
+      const auto old = static_cast<std::uint32_t>(random() % (k + 1));
+      const WorldTime t = at_s(0.01 * old + 0.005);
+      EXPECT_EQ(lambda(ReadAt::pinned(first + old), t), 10.0f * static_cast<float>(old + 1));
+      EXPECT_EQ(lambda(ReadAt::as_of(t), t), 10.0f * static_cast<float>(old + 1));
+    }
+    EXPECT_EQ(lambda({}, at_s(0.01 * k)), 10.0f * static_cast<float>(k + 1));
+  }
+}
+
+TEST_F(Versions, AnIndexIsUsedAgainAndItsGenerationIsNot) {
+  const EntityId first = create(box_at(11.0), at_s(0.0));
+  const Version with_first = database().latest().version;
+  remove(first, at_s(0.1));
+  const Version with_none = database().latest().version;
+  EntityRow row = box_at(21.0);
+  row.material = 9;
+  const EntityId second = create(row, at_s(0.2));
+  ASSERT_EQ(second.index, first.index);
+  ASSERT_NE(second.generation, first.generation);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(trace(along_x(at_s(0.2))).entity, second);
+    EXPECT_EQ(trace(along_x(at_s(0.2))).material, 9u);
+    EXPECT_EQ(trace(along_x(), ReadAt::pinned(with_first)).entity, first);
+    EXPECT_EQ(lambda(ReadAt::pinned(with_none), at_s(0.1)), -1.0f);
+  }
+}
+
+TEST_F(Versions, QueriesSeeTheirOwnTransactionsWrites) {
+  const auto ids = create(std::vector{box_at(31.0), box_at(41.0)});
+  const auto query = prepare_rays();
+  query->rays()[0] = along_x(at_s(1.0));
+  query->rays()[1] = ray_from({}, {-1, 0, 0}, at_s(1.0));
+  EntityId nearest;
+  const auto transaction = database().make_transaction({.max_writes = 4, .max_queries = 1, .max_reads = 3});
+  transaction->begin(terms_at(at_s(1.0)));
+  transaction->remove(ids[0]);
+  transaction->update(ids[1], box_at(-11.0));
+  const auto made = transaction->create(box_at(21.0));
+  transaction->ask(*query, 2);
+  const auto removed = transaction->read(ids[0]);
+  const auto moved = transaction->read(ids[1]);
+  ASSERT_EQ(database().execute(*transaction).status, Status::committed);
+  nearest = transaction->created(made);
+  EXPECT_EQ(query->hits()[0].entity, nearest);
+  EXPECT_EQ(query->hits()[0].lambda, 20.0f);
+  EXPECT_EQ(query->hits()[1].entity, ids[1]);
+  EXPECT_EQ(query->hits()[1].lambda, 10.0f);
+  EXPECT_EQ(transaction->state(removed), nullptr);
+  ASSERT_NE(transaction->state(moved), nullptr);
+  EXPECT_EQ(transaction->state(moved)->row.motion.p_world_m.x, -11.0);
+}
+
+TEST_F(Versions, AGeometryMayComeAfterTheQueries) {
+  create(box_at(51.0));
+  const auto query = prepare_rays();
+  auto regions = database().prepare(RegionQueryOptions{.name = "region", .capacity = 1, .ids_per_region = 8});
+  ASSERT_TRUE(regions.ok());
+  regions.value()->regions()[0].half_extent_m = glm::vec3(100.0f);
+  EXPECT_EQ(trace(*query, std::vector{along_x()})[0].lambda, 50.0f);
+  // Large enough that the pools are made anew, more than once.
+  for (std::uint32_t subdivisions = 3; subdivisions <= 6; ++subdivisions) {
+    const GeometryId sphere = add(make_sphere(1.0, subdivisions));
+    EXPECT_EQ(trace(*query, std::vector{along_x()})[0].status, HitStatus::hit);
+    const double x_m = 45.0 - 5.0 * subdivisions;
+    const EntityId newest = create(row_of(sphere, {x_m, 0.0, 0.0}));
+    const RayHit hit = trace(*query, std::vector{along_x()})[0];
+    EXPECT_EQ(hit.entity, newest);
+    EXPECT_NEAR(hit.lambda, x_m - 1.0, 0.01);
+    ASSERT_EQ(execute([&](Transaction& transaction) { transaction.ask(*regions.value(), 1); }).status,
+              Status::committed);
+    EXPECT_EQ(regions.value()->answers()[0].found, subdivisions - 1);
+  }
+}
+
+TEST_F(Versions, ARefusedGeometryLeavesTheWorldAsItWas) {
+  create(box_at(11.0));
+  ASSERT_EQ(lambda(), 10.0f);
+  // More triangles than lavapipe can bind as one buffer.
+  TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
+  mesh.triangles.reserve(3'000'000);
+  while (mesh.triangles.size() < 3'000'000)
+    mesh.triangles.push_back(mesh.triangles[mesh.triangles.size() % 12]);
+  const auto added = database().add_geometry(mesh, "huge");
+  if (database().device().software) {
+    ASSERT_FALSE(added.ok());
+    EXPECT_EQ(added.error().code, ErrorCode::capacity);
+    EXPECT_NE(added.error().message.find("huge"), std::string::npos) << added.error().message;
+  }
+  EXPECT_EQ(lambda(), 10.0f);
+  const EntityId nearer = create(box_at(6.0));
+  EXPECT_EQ(trace(along_x()).entity, nearer);
+  EXPECT_TRUE(add(make_sphere(1.0, 4)).valid());
+  EXPECT_EQ(lambda(), 5.0f);
+}
+
+TEST_F(Versions, AnEntityWithoutGeometryIsNotSeenButMayCarry) {
+  EntityRow row;
+  row.motion.p_world_m = {0.0, 50.0, 0.0};
+  const EntityId carrier = create(row);
+  EXPECT_EQ(lambda(), -1.0f) << "nothing but a body that nobody sees";
+  create(box_at(11.0));
+  create(row_of(box_, {21.0, 50.0, 0.0}));
+  Ray ray = along_x();
+  ray.carrier = carrier;
+  EXPECT_EQ(trace(ray).lambda, 20.0f);
+  EXPECT_EQ(lambda(), 10.0f);
+  auto regions = database().prepare(RegionQueryOptions{.name = "region", .capacity = 2, .ids_per_region = 8});
+  ASSERT_TRUE(regions.ok());
+  regions.value()->regions()[0].half_extent_m = glm::vec3(1000.0f);
+  regions.value()->regions()[1].half_extent_m = glm::vec3(25.0f);
+  regions.value()->regions()[1].carrier = carrier;
+  ASSERT_EQ(execute([&](Transaction& transaction) { transaction.ask(*regions.value(), 2); }).status,
+            Status::committed);
+  EXPECT_EQ(regions.value()->answers()[0].found, 2u);
+  EXPECT_EQ(regions.value()->answers()[1].found, 1u);
+  // Seen from the moment it is given a geometry, and no longer once that is taken away.
+  row.geometry = box_;
+  row.motion.p_world_m = {5.0, 0.0, 0.0};
+  for (const bool visible : {true, false, true}) {
+    row.geometry = visible ? box_ : GeometryId{};
+    ASSERT_EQ(execute([&](Transaction& transaction) { transaction.update(carrier, row); }).status,
+              Status::committed);
+    EXPECT_EQ(lambda(), visible ? 4.0f : 10.0f);
+  }
+}
+
+TEST_F(Versions, AWorldOfTenThousandIsReadBackAndForth) {
+  open({.max_entities = 12'000});
+  box_ = add(make_box({1.0, 1.0, 1.0}));
+  std::vector<EntityRow> rows;
+  for (int i = 0; i < 10'000; ++i)
+    rows.push_back(row_of(box_, {10.0 + 3.0 * i, 0.0, 0.0}));
+  const auto ids = create(rows);
+  const Version full = database().latest().version;
+  EXPECT_EQ(trace(along_x()).entity, ids[0]);
+  const Outcome outcome = execute([&](Transaction& transaction) {
+    for (int i = 0; i < 8000; ++i)
+      transaction.remove(ids[static_cast<std::size_t>(i)]);
+  });
+  ASSERT_EQ(outcome.status, Status::committed);
+  EXPECT_EQ(trace(along_x()).entity, ids[8000]) << "down to the size that one workgroup builds";
+  EXPECT_EQ(trace(along_x(), ReadAt::pinned(full)).entity, ids[0]);
+  EXPECT_EQ(trace(along_x()).entity, ids[8000]);
+}
+
+/// Moves a second further at each reading.
+class SteppingClock final : public Clock {
+ public:
+  ClockTime now() const noexcept override { return clock_time_ns(1'000'000'000 * ++readings_); }
+  bool is_virtual() const noexcept override { return true; }
+  ClockTime after_readings(std::int64_t count) const {
+    return clock_time_ns(1'000'000'000 * (readings_ + count) + 500'000'000);
+  }
+
+ private:
+  mutable std::atomic<std::int64_t> readings_{0};
+};
+
+TEST_F(Versions, NothingOfAMissedTransactionStaysOnTheDevice) {
+  const SteppingClock clock;
+  open({.clock = &clock});
+  box_ = add(make_box({2.0, 2.0, 2.0}));
+  const EntityId body = create(box_at(11.0));
+  const EntityId other = create(box_at(101.0));
+  const auto query = prepare_rays();
+  query->rays()[0] = along_x();
+  int computed_in_vain = 0;
+  for (std::int64_t readings = 1; readings <= 8; ++readings) {
+    const auto transaction = database().make_transaction({.max_writes = 3, .max_queries = 1});
+    Terms terms;
+    terms.deadline_class = DeadlineClass::firm;
+    terms.deadline = clock.after_readings(readings);
+    transaction->begin(terms);
+    transaction->update(body, box_at(501.0));
+    transaction->remove(other);
+    transaction->create(box_at(5.0));
+    transaction->ask(*query, 1);
+    const Outcome& outcome = database().execute(*transaction);
+    if (outcome.status != Status::missed) {
+      EXPECT_EQ(outcome.status, Status::committed);
+      EXPECT_EQ(lambda(), 4.0f);
+      break;
+    }
+    computed_in_vain += outcome.computed != ClockTime{} ? 1 : 0;
+    EXPECT_EQ(lambda(), 10.0f) << "after the deadline of " << readings << " readings";
+    EXPECT_EQ(trace(along_x()).entity, body);
+    update_motion(body, box_at(11.0).motion, {});
+    EXPECT_EQ(lambda(), 10.0f);
+  }
+  EXPECT_GT(computed_in_vain, 0) << "no transaction was carried out and then given up";
+}
+
+}  // namespace
+}  // namespace rtstdb::test

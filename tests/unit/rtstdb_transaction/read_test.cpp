@@ -1,0 +1,140 @@
+// Rows read in a transaction.
+
+#include <gtest/gtest.h>
+
+#include "simulated.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+class Reads : public testing::Test {
+ protected:
+  std::unique_ptr<Transaction> make(std::uint32_t max_reads = 4) {
+    TransactionOptions options = room_for(4, 2, 2);
+    options.max_reads = max_reads;
+    return world_.engine.make_transaction(options);
+  }
+  World world_;
+  EntityId first_ = world_.create(10);
+  EntityId second_ = world_.create(20);
+};
+
+TEST_F(Reads, FindTheLatestRows) {
+  const auto transaction = make();
+  transaction->begin({});
+  EXPECT_EQ(transaction->read(second_), 0u);
+  EXPECT_EQ(transaction->read(first_), 1u);
+  EXPECT_EQ(transaction->read(second_), 2u) << "twice is allowed";
+  ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
+  ASSERT_NE(transaction->state(0), nullptr);
+  EXPECT_EQ(transaction->state(0)->id, second_);
+  EXPECT_EQ(transaction->state(0)->row.material, 20u);
+  EXPECT_EQ(transaction->state(0)->written_by, 2u);
+  EXPECT_EQ(transaction->state(1)->row.material, 10u);
+  EXPECT_EQ(transaction->state(1)->written_by, 1u);
+  EXPECT_EQ(transaction->state(2)->id, second_);
+}
+
+TEST_F(Reads, SeeTheTransactionsOwnWrites) {
+  const auto transaction = make();
+  transaction->begin({});
+  const auto of_removed = transaction->read(first_);
+  transaction->update(second_, row_of(21));
+  transaction->remove(first_);
+  const auto of_updated = transaction->read(second_);
+  ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
+  EXPECT_EQ(transaction->state(of_removed), nullptr)
+      << "reads come after all writes, wherever they were declared";
+  ASSERT_NE(transaction->state(of_updated), nullptr);
+  EXPECT_EQ(transaction->state(of_updated)->row.material, 21u);
+  EXPECT_EQ(transaction->state(of_updated)->written_by, transaction->outcome().version);
+}
+
+TEST_F(Reads, StayInThePinnedVersion) {
+  const auto writer = make();
+  writer->begin({});
+  writer->update(first_, row_of(11));
+  ASSERT_EQ(world_.execute(*writer).status, Status::committed);
+  Terms pinned;
+  pinned.read_at = ReadAt::pinned(1);
+  const auto transaction = make();
+  transaction->begin(pinned);
+  const auto of_first = transaction->read(first_);
+  const auto of_second = transaction->read(second_);
+  ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
+  ASSERT_NE(transaction->state(of_first), nullptr);
+  EXPECT_EQ(transaction->state(of_first)->row.material, 10u);
+  EXPECT_EQ(transaction->state(of_second), nullptr) << "it was made later";
+}
+
+TEST_F(Reads, AreCopiesThatLaterWritesDoNotChange) {
+  const auto transaction = make();
+  transaction->begin({});
+  transaction->read(first_);
+  world_.execute(*transaction);
+  const EntityState* state = transaction->state(0);
+  const auto writer = make();
+  writer->begin({});
+  writer->update(first_, row_of(99));
+  world_.execute(*writer);
+  EXPECT_EQ(state->row.material, 10u);
+  EXPECT_EQ(transaction->state(0), state);
+}
+
+TEST_F(Reads, OfStrangersFindNothing) {
+  const auto transaction = make();
+  transaction->begin({});
+  transaction->read({first_.index, first_.generation + 1});
+  transaction->read({4'000'000'000u, 1});
+  transaction->read({});
+  ASSERT_EQ(world_.execute(*transaction).status, Status::committed) << "a read is a question, not a demand";
+  for (std::uint32_t i = 0; i < 3; ++i)
+    EXPECT_EQ(transaction->state(i), nullptr) << i;
+}
+
+TEST_F(Reads, OfATransactionThatCameToNothingFindNothing) {
+  const auto transaction = make();
+  transaction->begin({});
+  transaction->read(first_);
+  transaction->expect_written_by(second_, 77);
+  ASSERT_EQ(world_.execute(*transaction).status, Status::conflict);
+  EXPECT_EQ(transaction->state(0), nullptr);
+
+  world_.executor.work = [](const auto&, const auto&, const auto&) {
+    return query::RunReport{query::RunStatus::device_lost, 0};
+  };
+  SimulatedQuery query(1);
+  transaction->begin({});
+  transaction->update(first_, row_of(50));
+  transaction->read(first_);
+  transaction->ask(query, 1);
+  ASSERT_EQ(world_.execute(*transaction).status, Status::device_lost);
+  EXPECT_EQ(transaction->state(0), nullptr) << "the row that was read was never published";
+}
+
+TEST_F(Reads, BeginAnewEachTime) {
+  const auto transaction = make(1);
+  for (const EntityId entity : {first_, second_, first_}) {
+    transaction->begin({});
+    EXPECT_EQ(transaction->read(entity), 0u);
+    ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
+    EXPECT_EQ(transaction->state(0)->id, entity);
+  }
+}
+
+TEST(ReadsDeathTest, MisuseAborts) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  World world;
+  TransactionOptions options = room_for(1, 1, 1);
+  options.max_reads = 1;
+  const auto transaction = world.engine.make_transaction(options);
+  transaction->begin({});
+  transaction->read({0, 1});
+  EXPECT_DEATH(transaction->read({0, 1}), "max_reads");
+  EXPECT_DEATH(static_cast<void>(transaction->state(0)), "status");
+  world.execute(*transaction);
+  EXPECT_DEATH(static_cast<void>(transaction->state(1)), "ordinal");
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test
