@@ -82,7 +82,7 @@ class LaserScanner final : public Module {
 
  private:
   void check_period(const TaskFacts& task) const;
-  void fill_rays(const StepContext& context) noexcept;
+  void fill_rays() noexcept;
   void begin_sweep(const StepContext& context) noexcept;
   void take_hits(StepContext& context, const rtstdb::Motion& carrier) noexcept;
   void write_outputs(StepContext& context, const rtstdb::Motion& carrier) noexcept;
@@ -106,6 +106,8 @@ class LaserScanner final : public Module {
   std::uint64_t first_beam_ = 0, end_beam_ = 0;
   rtstdb::Version sweep_version_ = 0;
   std::uint64_t sweeps_ = 0;
+  bool begun_ = false;  // a slice of this sweep has been answered
+  bool whole_ = false;  // all its slices so far have been
   Digest digest_;
 
   std::uint64_t view_every_ = 1;
@@ -135,7 +137,7 @@ LaserScanner::LaserScanner(const config::Value& parameters)
   ports_.outputs.push_back({.name = "scan_index", .unit = "", .about = "Sweeps begun before this one"});
   ports_.outputs.push_back({.name = "hits", .unit = "", .about = "Beams of the last step that hit"});
   ports_.outputs.push_back({.name = "digest", .unit = "", .about = "Of every answer so far"});
-  view_every_ = std::max<std::uint64_t>(1, pattern_.beams() / most_view_points);
+  view_every_ = (pattern_.beams() + most_view_points - 1) / most_view_points;
 }
 
 void LaserScanner::check_period(const TaskFacts& task) const {
@@ -193,7 +195,7 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts
   last_view_.reserve(most_view_points + 1);
 }
 
-void LaserScanner::fill_rays(const StepContext& context) noexcept {
+void LaserScanner::fill_rays() noexcept {
   const auto fill = [&](rtstdb::RayQuery& query) {
     const auto rays = query.rays();
     for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
@@ -209,10 +211,9 @@ void LaserScanner::fill_rays(const StepContext& context) noexcept {
   };
   fill(*moving_);
   if (still_) fill(*still_);
-  (void)context;
 }
 
-/// The first slice of a sweep: what everything stands still at, and how it moves.
+/// The first slice of a sweep that is answered: how the bodies move from here on.
 void LaserScanner::begin_sweep(const StepContext& context) noexcept {
   view_.swap(last_view_);
   view_.clear();
@@ -283,20 +284,25 @@ void LaserScanner::take_hits(StepContext& context, const rtstdb::Motion& carrier
 
 void LaserScanner::step(StepContext& context) noexcept {
   const std::int64_t offset_ns = context.time_ns % options_.pattern.period_ns;
-  sweep_begin_ns_ = context.time_ns - offset_ns;
   first_beam_ = pattern_.first_beam_at(offset_ns);
-  end_beam_ = pattern_.first_beam_at(offset_ns + context.period_ns);
-  if (offset_ns == 0) {
+  if (sweeps_ == 0 || context.time_ns - offset_ns != sweep_begin_ns_) {
+    sweep_begin_ns_ = context.time_ns - offset_ns;
     sweep_version_ = context.version;
     ++sweeps_;
+    begun_ = false;
+    whole_ = offset_ns == 0;
+  } else if (first_beam_ != end_beam_) {
+    whole_ = false;  // releases were skipped
   }
+  end_beam_ = pattern_.first_beam_at(offset_ns + context.period_ns);
   const auto count = static_cast<std::uint32_t>(end_beam_ - first_beam_);
-  fill_rays(context);
-  rtstdb::Terms terms{.deadline_class = rtstdb::DeadlineClass::soft,
-                      .deadline = context.deadline,
-                      .importance = 1,
-                      .world_time = {},
-                      .read_at = rtstdb::ReadAt::pinned(context.version)};
+  fill_rays();
+  rtstdb::Terms terms{
+      .deadline_class = rtstdb::DeadlineClass::soft,
+      .deadline = context.deadline,
+      .importance = 1,
+      .world_time = {},
+      .read_at = rtstdb::ReadAt::pinned(options_.ignore_motion ? sweep_version_ : context.version)};
   transaction_->begin(terms);
   transaction_->read(carrier_);
   if (comparison_) {
@@ -304,23 +310,30 @@ void LaserScanner::step(StepContext& context) noexcept {
       transaction_->read(body.entity);
   }
   transaction_->ask(*moving_, count);
-  if (!context.execute(*database_, *transaction_).done() || transaction_->state(0) == nullptr) return;
+  if (!context.execute(*database_, *transaction_).done() || transaction_->state(0) == nullptr) {
+    whole_ = false;
+    return;
+  }
   if (still_) {
     terms.read_at = rtstdb::ReadAt::pinned(sweep_version_);
     still_transaction_->begin(terms);
     still_transaction_->ask(*still_, count);
-    context.execute(*database_, *still_transaction_);
+    if (!context.execute(*database_, *still_transaction_).done()) whole_ = false;
   }
-  if (offset_ns == 0) begin_sweep(context);
   last_carrier_ = transaction_->state(0)->row.motion;
-  take_hits(context, last_carrier_);
-
   const std::int64_t end_ns = context.time_ns + context.period_ns;
   const glm::dvec3 near_m = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(end_ns)).p_world_m;
+  if (!begun_) {
+    objects_.end_sweep(context.time_ns, near_m);  // of a sweep whose end was skipped
+    begin_sweep(context);
+    begun_ = true;
+  }
+  take_hits(context, last_carrier_);
+
   if (count > 0) objects_.advance(pattern_.column_of(end_beam_ - 1), end_ns, near_m);
   if (end_beam_ == pattern_.beams()) {
     objects_.end_sweep(end_ns, near_m);
-    if (comparison_) comparison_->end_sweep();
+    if (comparison_ && whole_) comparison_->end_sweep();
   }
   objects_.forget(end_ns);
   write_outputs(context, last_carrier_);
@@ -401,7 +414,7 @@ config::Schema parameters() {
       Field::with_default("keep_objects", Schema::quantity(Quantity::duration_s, 0.0, 60.0), "1 s",
                           "How long an object stands in the list without being seen again."),
       Field::with_default("ignore_motion", Schema::boolean(), "false",
-                          "Whether bodies stand still during a step, whatever the beams' times."),
+                          "Whether bodies stand still during a sweep, whatever the beams' times."),
       Field::with_default("compare", Schema::list(Schema::text(), 0, 8), "[]",
                           "Bodies whose apparent length the report compares with the closed form; the sweep "
                           "is then also shot "

@@ -3,7 +3,7 @@
 // one that shoots every beam at the sweep's first instant, beside its true length and the closed form
 // (apparent_length.hpp). For each body the first sweep is kept that has its whole side in view.
 //
-// Threads: add_return, end_sweep in the scanner's step, without allocation; pictures after the run.
+// Threads: begin_sweep, add_hit, end_sweep in the scanner's step, without allocation; pictures after the run.
 
 #include <cstdint>
 #include <optional>
@@ -44,7 +44,6 @@ class SweepComparison {
     Measured moving, still;
     double closed_form_m = 0.0;
     double tolerance_m = 0.0;  ///< 1 % and one beam pitch
-    bool moves_with_beam = false;
     std::vector<report::ScanPoint> moving_points, still_points;
   };
 

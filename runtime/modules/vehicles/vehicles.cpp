@@ -47,8 +47,6 @@ struct Vehicle {
   std::vector<report::TrackPoint> track;
 
   glm::dvec2 center_m() const { return start_m + direction * travelled_m; }
-  double front_m() const { return travelled_m; }
-  double rear_m() const { return travelled_m - size_m.x; }
 };
 
 class Vehicles final : public Module {
@@ -302,7 +300,10 @@ void Vehicles::write_rows(StepContext& context) noexcept {
     v.written_speed_mps = v.speed_mps;
     any = true;
   }
-  if (any) context.execute(*database_, *transaction_);
+  if (!any || context.execute(*database_, *transaction_).done()) return;
+  // Nothing is in: what the world has is old even for a vehicle that keeps its speed from here on.
+  for (Vehicle& v : vehicles_)
+    v.written_speed_mps = -1.0;
 }
 
 void Vehicles::write_outputs(StepContext& context) noexcept {

@@ -6,8 +6,7 @@
 //
 // Inputs   light_<group>  state of a traffic light: 0 red, 1 red-yellow, 2 green, 3 yellow
 //          <vehicle>_brake_request  m/s2, at least 0; for vehicles with `braked_from_outside`
-// Outputs  <vehicle>.x, .y (centre, m), .speed (m/s), .acceleration (m/s2), and for braked ones .braking
-// (m/s2 asked for)
+// Outputs  <vehicle>.x, .y (centre, m), .speed (m/s), .acceleration (m/s2), .yaw_rate (rad/s)
 //
 // A vehicle's row in the world is written only when its motion changes: between two writes it is a function
 // of time.
