@@ -94,9 +94,8 @@ class Once final : public Judge {
 
   report::Expectation result(std::int64_t end_ns) const override {
     const std::string claim = "eventually " + watched_.text();
-    const std::int64_t limit_ns = by_ns_.value_or(end_ns);
-    if (!met_ns_)
-      return {name_, false, claim + ": not in " + seconds_text(std::min(limit_ns, end_ns)), limit_ns};
+    const std::int64_t limit_ns = std::min(by_ns_.value_or(end_ns), end_ns);
+    if (!met_ns_) return {name_, false, claim + ": not in " + seconds_text(limit_ns), limit_ns};
     if (by_ns_ && *met_ns_ > *by_ns_) {
       return {name_, false,
               claim + ": only at " + seconds_text(*met_ns_) + ", wanted by " + seconds_text(*by_ns_),
@@ -122,7 +121,8 @@ class Responses final : public Judge {
         request_(*table.find(claim.request.text)),
         reply_(*table.find(claim.reply.text)),
         within_ns_(claim.within_ns),
-        at_least_(claim.at_least) {
+        at_least_(claim.at_least),
+        pending_(std::clamp<std::uint64_t>(most_samples, 1, most_pending)) {
     samples_ns_.reserve(most_samples);
   }
 
@@ -164,39 +164,43 @@ class Responses final : public Judge {
     double value = 0.0;
     std::int64_t time_ns = 0;
   };
-  static constexpr std::size_t most_pending = 256;
+  static constexpr std::uint64_t most_pending = 65536;
+
+  /// The i-th oldest that waits.
+  const Request& waiting(std::size_t i) const noexcept { return pending_[(first_ + i) % pending_.size()]; }
 
   void add_request(Request request) noexcept {
-    if (pending_count_ == most_pending) {  // the oldest has waited for 255 others
-      note_failure(pending_[0].time_ns + within_ns_);
-      ++lost_;
-      drop_first(1);
-    }
-    pending_[pending_count_++] = request;
+    if (pending_count_ == pending_.size()) give_up_first(1);
+    pending_[(first_ + pending_count_++) % pending_.size()] = request;
   }
 
   void take_reply(double value, std::int64_t time_ns) noexcept {
     for (std::size_t i = 0; i < pending_count_; ++i) {
-      if (pending_[i].value != value) continue;
-      const std::int64_t took_ns = time_ns - pending_[i].time_ns;
-      // An answer passes over older requests: those stay unanswered.
-      for (std::size_t k = 0; k < i; ++k)
-        note_failure(pending_[k].time_ns + within_ns_);
-      lost_ += i;
+      // What came before a request is no answer to it.
+      if (waiting(i).value != value || waiting(i).time_ns > time_ns) continue;
+      const std::int64_t took_ns = time_ns - waiting(i).time_ns;
+      give_up_first(i);  // an answer passes over older requests: those stay unanswered
       ++answered_;
       slowest_ns_ = std::max(slowest_ns_, took_ns);
       if (took_ns > within_ns_) {
         ++late_;
-        note_failure(pending_[i].time_ns + within_ns_);
+        note_failure(waiting(0).time_ns + within_ns_);
       }
       if (samples_ns_.size() < samples_ns_.capacity()) samples_ns_.push_back(took_ns);
-      drop_first(i + 1);
+      drop_first(1);
       return;
     }
   }
 
+  void give_up_first(std::size_t count) noexcept {
+    for (std::size_t i = 0; i < count; ++i)
+      note_failure(waiting(i).time_ns + within_ns_);
+    lost_ += count;
+    drop_first(count);
+  }
+
   void drop_first(std::size_t count) noexcept {
-    std::copy(pending_ + count, pending_ + pending_count_, pending_);
+    first_ = (first_ + count) % pending_.size();
     pending_count_ -= count;
   }
 
@@ -207,14 +211,14 @@ class Responses final : public Judge {
   std::uint64_t unanswered_by(std::int64_t end_ns) const {
     std::uint64_t count = lost_;
     for (std::size_t i = 0; i < pending_count_; ++i)
-      count += pending_[i].time_ns + within_ns_ <= end_ns ? 1 : 0;
+      count += waiting(i).time_ns + within_ns_ <= end_ns ? 1 : 0;
     return count;
   }
 
   std::optional<std::int64_t> first_failure(std::int64_t end_ns) const {
     std::optional<std::int64_t> first = first_failure_ns_;
     for (std::size_t i = 0; i < pending_count_; ++i) {
-      const std::int64_t due_ns = pending_[i].time_ns + within_ns_;
+      const std::int64_t due_ns = waiting(i).time_ns + within_ns_;
       if (due_ns <= end_ns && (!first || due_ns < *first)) first = due_ns;
     }
     return first;
@@ -226,8 +230,8 @@ class Responses final : public Judge {
   const std::uint64_t at_least_;
   std::int64_t last_request_ns_ = std::numeric_limits<std::int64_t>::min();
   std::int64_t last_reply_ns_ = std::numeric_limits<std::int64_t>::min();
-  Request pending_[most_pending];
-  std::size_t pending_count_ = 0;
+  std::vector<Request> pending_;  // a ring
+  std::size_t first_ = 0, pending_count_ = 0;
   std::uint64_t answered_ = 0, late_ = 0, lost_ = 0;
   std::int64_t slowest_ns_ = 0;
   std::optional<std::int64_t> first_failure_ns_;

@@ -4,8 +4,9 @@
 // never / always  judged after every tick.
 // eventually      met by the first tick that fulfils it, not later than its time.
 // response        every change of the request signal is one request, known by its value and time; it is
-// answered by the first
-//                 change of the reply signal to the same value. Requests that the run's end leaves less than
+//                 answered by the first change of the reply signal to the same value that does not come
+//                 before it. A reply passes over older requests: they stay unanswered. At most 65536 wait at
+//                 once; beyond, the oldest counts as unanswered. Requests that the run's end leaves less than
 //                 the limit for are not judged.
 //
 // Threads: the base thread judges; results are read after the run.
@@ -33,7 +34,8 @@ class Judge {
   }
 };
 
-/// `find` resolves a signal's name; every name has been found when the scenario was wired.
+/// Every name has been found in `table` when the scenario was wired. `most_samples`: looks at most, so many
+/// response times are kept.
 std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const signals::SignalTable& table,
                                   std::uint64_t most_samples);
 

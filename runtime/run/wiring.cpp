@@ -27,16 +27,28 @@ void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Pla
   ids.push_back(table.add(std::move(info)));
 }
 
-signals::SignalId find_signal(const signals::SignalTable& table, const Word& word, Diagnostics& diagnostics) {
-  if (const auto found = table.find(word.text)) return *found;
-  diagnostics.add(word.place,
-                  "there is no signal '" + word.text + "'" + did_you_mean(table.nearest_name(word.text)));
+/// The signals there are, and the parts that could not be declared: "can.car.". Whoever asks for a signal of
+/// theirs is not to blame that it is missing.
+struct Known {
+  const signals::SignalTable& table;
+  std::vector<std::string> undeclared;
+};
+
+signals::SignalId find_signal(const Known& known, const Word& word, Diagnostics& diagnostics) {
+  if (const auto found = known.table.find(word.text)) return *found;
+  const auto& undeclared = known.undeclared;
+  if (std::any_of(undeclared.begin(), undeclared.end(),
+                  [&](const auto& p) { return word.text.starts_with(p); }))
+    return {};
+  diagnostics.add(word.place, "there is no signal '" + word.text + "'" +
+                                  did_you_mean(known.table.nearest_name(word.text)));
   return {};
 }
 
-/// A value passes from a signal to a channel as it is, so both have to mean the same unit. Either may leave
-/// it open.
-void check_unit(const signals::SignalTable& table, signals::SignalId signal, const io::ChannelInfo& channel,
+/// A value passes from a signal to its reader (a channel of a device, an input of a module) as it is, so both
+/// have to mean the same unit. Either may leave it open.
+template <class Reader>
+void check_unit(const signals::SignalTable& table, signals::SignalId signal, const Reader& reader,
                 const Place& place, Diagnostics& diagnostics) {
   if (!signal.valid()) return;
   const auto spelled = [](std::string unit) {
@@ -44,17 +56,19 @@ void check_unit(const signals::SignalTable& table, signals::SignalId signal, con
     return unit;
   };
   const std::string& unit = table.info(signal).unit;
-  if (unit.empty() || channel.unit.empty() || spelled(unit) == spelled(channel.unit)) return;
-  diagnostics.add(place, "'" + table.info(signal).name + "' is in " + unit + ", but '" + channel.name +
-                             "' is in " + channel.unit);
+  if (unit.empty() || reader.unit.empty() || spelled(unit) == spelled(reader.unit)) return;
+  diagnostics.add(place, "'" + table.info(signal).name + "' is in " + unit + ", but '" + reader.name +
+                             "' is in " + reader.unit);
 }
 
-void declare_modules(Wiring& wiring, Diagnostics& diagnostics) {
+void declare_modules(Wiring& wiring, std::vector<std::string>& undeclared, Diagnostics& diagnostics) {
   for (const config::TaskSection& section : wiring.scenario->tasks) {
     const modules::ModuleType* type = modules::find_module_type(section.type.text);
     WiredModule wired{
         .section = &section, .module = type->create(section.parameters, diagnostics), .links = {}};
-    if (wired.module != nullptr) {
+    if (wired.module == nullptr) {
+      undeclared.push_back(section.module.text + ".");
+    } else {
       for (const modules::Port& port : wired.module->ports().outputs) {
         add_signal(wiring.signals,
                    {.name = section.module.text + "." + port.name,
@@ -68,7 +82,7 @@ void declare_modules(Wiring& wiring, Diagnostics& diagnostics) {
   }
 }
 
-void connect_module(WiredModule& wired, const signals::SignalTable& table, Diagnostics& diagnostics) {
+void connect_module(WiredModule& wired, const Known& known, Diagnostics& diagnostics) {
   if (wired.module == nullptr) return;
   const std::vector<modules::Port>& ports = wired.module->ports().inputs;
   wired.links.inputs.resize(ports.size());
@@ -77,14 +91,15 @@ void connect_module(WiredModule& wired, const signals::SignalTable& table, Diagn
         std::find_if(ports.begin(), ports.end(), [&](const auto& p) { return p.name == link.port.text; });
     if (port == ports.end()) {
       std::vector<std::string> names;
-      for (const modules::Port& known : ports)
-        names.push_back(known.name);
+      for (const modules::Port& other : ports)
+        names.push_back(other.name);
       diagnostics.add(link.port.place, "module " + wired.section->module.text + " has no input '" +
                                            link.port.text + "'" +
                                            did_you_mean(config::nearest(link.port.text, names)));
     } else {
-      wired.links.inputs[static_cast<std::size_t>(port - ports.begin())] =
-          find_signal(table, link.signal, diagnostics);
+      const signals::SignalId signal = find_signal(known, link.signal, diagnostics);
+      wired.links.inputs[static_cast<std::size_t>(port - ports.begin())] = signal;
+      check_unit(known.table, signal, *port, link.signal.place, diagnostics);
     }
   }
   for (const modules::Port& port : ports) {
@@ -219,11 +234,15 @@ struct CanProbe {
   WiredCan wired;
 };
 
-std::vector<CanProbe> declare_can(Wiring& wiring, Diagnostics& diagnostics) {
+std::vector<CanProbe> declare_can(Wiring& wiring, std::vector<std::string>& undeclared,
+                                  Diagnostics& diagnostics) {
   std::vector<CanProbe> probes;
   for (const config::CanSection& section : wiring.scenario->can) {
     auto config = describe_device(section, diagnostics);
-    if (!config) continue;
+    if (!config) {
+      undeclared.push_back("can." + section.bus.text + ".");
+      continue;
+    }
     CanProbe probe{.device = std::make_unique<io::can::CanDevice>(
                        *config, std::make_unique<io::can::SocketCanBus>(
                                     io::can::SocketCanConfig{.interface = section.bus.text})),
@@ -236,7 +255,7 @@ std::vector<CanProbe> declare_can(Wiring& wiring, Diagnostics& diagnostics) {
   return probes;
 }
 
-void connect_can(CanProbe& probe, const signals::SignalTable& table, Diagnostics& diagnostics) {
+void connect_can(CanProbe& probe, const Known& known, Diagnostics& diagnostics) {
   for (const config::SentMessage& sent : probe.wired.section->send) {
     for (const config::SignalSource& source : sent.signals) {
       const std::size_t index = output_index(*probe.device, sent.message.text + "." + source.dbc_signal.text);
@@ -251,8 +270,8 @@ void connect_can(CanProbe& probe, const signals::SignalTable& table, Diagnostics
         target.constant = *constant;
       } else {
         const Word& word = std::get<Word>(source.source);
-        target.signal = find_signal(table, word, diagnostics);
-        check_unit(table, target.signal, probe.device->outputs()[index], word.place, diagnostics);
+        target.signal = find_signal(known, word, diagnostics);
+        check_unit(known.table, target.signal, probe.device->outputs()[index], word.place, diagnostics);
       }
     }
   }
@@ -265,7 +284,7 @@ std::unique_ptr<io::Device> modbus_probe(const config::ModbusSection& section) {
   return std::make_unique<io::modbus::ServerDevice>(server_settings(section, {}), section.registers);
 }
 
-void connect_modbus(const io::Device& device, WiredModbus& wired, const signals::SignalTable& table,
+void connect_modbus(const io::Device& device, WiredModbus& wired, const Known& known,
                     Diagnostics& diagnostics) {
   for (const config::RegisterWrite& write : wired.section->write) {
     const std::size_t index = output_index(device, write.entry.text);
@@ -273,25 +292,25 @@ void connect_modbus(const io::Device& device, WiredModbus& wired, const signals:
       diagnostics.add(write.entry.place, "'" + write.entry.text + "' is filled by the device itself");
       continue;
     }
-    wired.links.outputs[index].signal = find_signal(table, write.signal, diagnostics);
-    check_unit(table, wired.links.outputs[index].signal, device.outputs()[index], write.signal.place,
+    wired.links.outputs[index].signal = find_signal(known, write.signal, diagnostics);
+    check_unit(known.table, wired.links.outputs[index].signal, device.outputs()[index], write.signal.place,
                diagnostics);
   }
 }
 
-void check_expectations(const Wiring& wiring, Diagnostics& diagnostics) {
+void check_expectations(const config::Scenario& scenario, const Known& known, Diagnostics& diagnostics) {
   const auto check = [&](const config::Condition& condition) {
     for (const Word& mention : condition.mentions())
-      find_signal(wiring.signals, mention, diagnostics);
+      find_signal(known, mention, diagnostics);
   };
-  for (const config::Expectation& expectation : wiring.scenario->expectations) {
+  for (const config::Expectation& expectation : scenario.expectations) {
     if (const auto* never = std::get_if<config::Never>(&expectation.claim)) check(never->condition);
     if (const auto* always = std::get_if<config::Always>(&expectation.claim)) check(always->condition);
     if (const auto* eventually = std::get_if<config::Eventually>(&expectation.claim))
       check(eventually->condition);
     if (const auto* response = std::get_if<config::Response>(&expectation.claim)) {
-      find_signal(wiring.signals, response->request, diagnostics);
-      find_signal(wiring.signals, response->reply, diagnostics);
+      find_signal(known, response->request, diagnostics);
+      find_signal(known, response->reply, diagnostics);
     }
   }
 }
@@ -339,8 +358,9 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   Wiring wiring;
   wiring.scenario = &scenario;
   const std::size_t before = diagnostics.mistakes().size();
-  declare_modules(wiring, diagnostics);
-  std::vector<CanProbe> can = declare_can(wiring, diagnostics);
+  Known known{.table = wiring.signals, .undeclared = {}};
+  declare_modules(wiring, known.undeclared, diagnostics);
+  std::vector<CanProbe> can = declare_can(wiring, known.undeclared, diagnostics);
   std::vector<std::unique_ptr<io::Device>> modbus;
   for (const config::ModbusSection& section : scenario.modbus) {
     modbus.push_back(modbus_probe(section));
@@ -349,18 +369,16 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
                    wired.links, diagnostics);
     start_with_safe_values(*modbus.back(), wired.links);
   }
-  // A part that could not be declared leaves its signals out: asking for them now would blame the innocent.
-  if (diagnostics.mistakes().size() != before) return std::nullopt;
 
   for (WiredModule& wired : wiring.modules)
-    connect_module(wired, wiring.signals, diagnostics);
+    connect_module(wired, known, diagnostics);
   for (CanProbe& probe : can) {
-    connect_can(probe, wiring.signals, diagnostics);
+    connect_can(probe, known, diagnostics);
     wiring.can.push_back(std::move(probe.wired));
   }
   for (std::size_t i = 0; i < modbus.size(); ++i)
-    connect_modbus(*modbus[i], wiring.modbus[i], wiring.signals, diagnostics);
-  check_expectations(wiring, diagnostics);
+    connect_modbus(*modbus[i], wiring.modbus[i], known, diagnostics);
+  check_expectations(scenario, known, diagnostics);
   if (diagnostics.mistakes().size() != before) return std::nullopt;
   return wiring;
 }
