@@ -1,0 +1,283 @@
+#include "runtime/run/expectations.hpp"
+
+#include <gtest/gtest.h>
+
+#include "runtime/config/parse.hpp"
+#include "tests/support/allocation_guard.hpp"
+
+namespace hil::run {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+config::Condition condition(const std::string& text) {
+  config::Diagnostics diagnostics;
+  const auto value = config::parse_text("test", '"' + text + '"', config::Schema::text(), diagnostics);
+  auto parsed = config::Condition::parse(value.value(), diagnostics);
+  if (!parsed) throw std::runtime_error(diagnostics.to_text());
+  return std::move(*parsed);
+}
+
+class Expectations : public ::testing::Test {
+ protected:
+  signals::SignalTable table_;
+  const signals::SignalId speed_ = table_.add({.name = "ego.speed", .unit = "m/s", .writer = "ego"});
+  const signals::SignalId request_ = table_.add({.name = "bus.Header.Counter", .unit = "", .writer = "bus"});
+  const signals::SignalId reply_ = table_.add({.name = "bus.Command.AnswerTo", .unit = "", .writer = "bus"});
+
+  std::unique_ptr<Judge> judge(decltype(config::Expectation::claim) claim,
+                               std::uint64_t most_samples = 1000) {
+    return make_judge({.name = "claim", .place = {}, .claim = std::move(claim)}, table_, most_samples);
+  }
+  std::unique_ptr<Judge> responses(std::int64_t within_ns, std::uint64_t at_least = 1,
+                                   std::uint64_t most_samples = 1000) {
+    return judge(config::Response{.request = {"bus.Header.Counter", {}},
+                                  .reply = {"bus.Command.AnswerTo", {}},
+                                  .within_ns = within_ns,
+                                  .at_least = at_least},
+                 most_samples);
+  }
+  void look(Judge& judge, double speed, std::int64_t time_ns) {
+    table_.write(speed_, speed, time_ns);
+    judge.look(table_, time_ns);
+  }
+  void ask(Judge& judge, double value, std::int64_t time_ns) {
+    table_.write(request_, value, time_ns);
+    judge.look(table_, time_ns);
+  }
+  void answer(Judge& judge, double value, std::int64_t time_ns) {
+    table_.write(reply_, value, time_ns);
+    judge.look(table_, time_ns);
+  }
+};
+
+TEST_F(Expectations, NeverHoldsUntilTheFirstTickThatBreaksIt) {
+  const auto never = judge(config::Never{condition("ego.speed > 14")});
+  look(*never, 14.0, 0);
+  look(*never, 3.0, ms);
+  EXPECT_TRUE(never->result(2 * ms).passed);
+  EXPECT_EQ(never->result(2 * ms).detail, "never ego.speed > 14: held for 2 ticks");
+  EXPECT_FALSE(never->result(2 * ms).first_failure_ns);
+  look(*never, 14.5, 2 * ms);
+  look(*never, 0.0, 3 * ms);
+  look(*never, 20.0, 4 * ms);
+  const auto result = never->result(5 * ms);
+  EXPECT_FALSE(result.passed);
+  EXPECT_EQ(result.name, "claim");
+  EXPECT_EQ(result.first_failure_ns, 2 * ms);
+  EXPECT_EQ(result.detail, "never ego.speed > 14: broken at 0.002 s");
+  EXPECT_FALSE(never->response_times(5 * ms));
+}
+
+TEST_F(Expectations, AlwaysIsTheOtherWayRound) {
+  const auto always = judge(config::Always{condition("ego.speed >= 0")});
+  look(*always, 0.0, 0);
+  EXPECT_TRUE(always->result(ms).passed);
+  look(*always, -0.001, ms);
+  EXPECT_FALSE(always->result(2 * ms).passed);
+  EXPECT_EQ(always->result(2 * ms).first_failure_ns, ms);
+}
+
+TEST_F(Expectations, ARunWithoutATickProvesNothing) {
+  EXPECT_FALSE(judge(config::Never{condition("ego.speed > 14")})->result(0).passed);
+  EXPECT_FALSE(judge(config::Always{condition("ego.speed >= 0")})->result(0).passed);
+  EXPECT_FALSE(judge(config::Eventually{condition("ego.speed == 0"), std::nullopt})->result(0).passed);
+  EXPECT_FALSE(responses(50 * ms)->result(0).passed);
+}
+
+TEST_F(Expectations, EventuallyIsMetOnce) {
+  const auto eventually = judge(config::Eventually{condition("ego.speed == 0"), std::nullopt});
+  look(*eventually, 5.0, 0);
+  EXPECT_FALSE(eventually->result(ms).passed);
+  look(*eventually, 0.0, 7 * ms);
+  look(*eventually, 5.0, 8 * ms);
+  EXPECT_TRUE(eventually->result(9 * ms).passed);
+  EXPECT_EQ(eventually->result(9 * ms).detail, "eventually ego.speed == 0: at 0.007 s");
+}
+
+TEST_F(Expectations, EventuallyKeepsItsTimeLimit) {
+  const auto in_time = judge(config::Eventually{condition("ego.speed == 0"), 5 * ms});
+  look(*in_time, 0.0, 5 * ms);
+  EXPECT_TRUE(in_time->result(9 * ms).passed);
+  const auto late = judge(config::Eventually{condition("ego.speed == 0"), 5 * ms});
+  look(*late, 0.0, 6 * ms);
+  const auto result = late->result(9 * ms);
+  EXPECT_FALSE(result.passed);
+  EXPECT_EQ(result.first_failure_ns, 5 * ms);
+  EXPECT_NE(result.detail.find("only at 0.006 s, wanted by 0.005 s"), std::string::npos) << result.detail;
+}
+
+TEST_F(Expectations, EventuallyFailsWithinTheRunEvenWhenItWasCutShort) {
+  const auto eventually = judge(config::Eventually{condition("ego.speed == 0"), 9'000 * ms});
+  look(*eventually, 5.0, 0);
+  const auto result = eventually->result(3'000 * ms);
+  EXPECT_FALSE(result.passed);
+  EXPECT_EQ(result.first_failure_ns, 3'000 * ms);
+  EXPECT_EQ(result.detail, "eventually ego.speed == 0: not in 3.000 s");
+}
+
+TEST_F(Expectations, AConditionSeesTheValuesOfItsOwnSignals) {
+  const auto never = judge(config::Never{condition("ego.speed > 14 and bus.Header.Counter == 2")});
+  table_.write(reply_, 2.0, 0);
+  look(*never, 20.0, 0);
+  EXPECT_TRUE(never->result(ms).passed);
+  table_.write(request_, 2.0, ms);
+  look(*never, 20.0, ms);
+  EXPECT_FALSE(never->result(2 * ms).passed);
+}
+
+TEST_F(Expectations, ResponsesAreMeasuredFromTheValuesOwnTimes) {
+  const auto judge = responses(50 * ms, 3);
+  for (int i = 1; i <= 3; ++i) {
+    ask(*judge, i, i * 100 * ms);
+    judge->look(table_, i * 100 * ms + ms);  // the same value looked at again is no second request
+    answer(*judge, i, i * 100 * ms + i * 10 * ms);
+    judge->look(table_, i * 100 * ms + 60 * ms);
+  }
+  const auto result = judge->result(1'000 * ms);
+  EXPECT_TRUE(result.passed) << result.detail;
+  EXPECT_NE(result.detail.find("3 requests, 0 unanswered, 0 late, slowest 30.00 ms"), std::string::npos)
+      << result.detail;
+  const auto times = judge->response_times(1'000 * ms);
+  ASSERT_TRUE(times);
+  EXPECT_EQ(times->samples_ns, (std::vector<std::int64_t>{10 * ms, 20 * ms, 30 * ms}));
+  EXPECT_EQ(times->limit_ns, 50 * ms);
+  EXPECT_EQ(times->unanswered, 0U);
+}
+
+TEST_F(Expectations, AnAnswerAtTheLimitIsInTimeAndOneAfterItIsLate) {
+  const auto judge = responses(50 * ms);
+  ask(*judge, 1, 0);
+  answer(*judge, 1, 50 * ms);
+  EXPECT_TRUE(judge->result(1'000 * ms).passed);
+  ask(*judge, 2, 100 * ms);
+  answer(*judge, 2, 150 * ms + 1);
+  const auto result = judge->result(1'000 * ms);
+  EXPECT_FALSE(result.passed);
+  EXPECT_EQ(result.first_failure_ns, 150 * ms);
+  EXPECT_NE(result.detail.find("2 requests, 0 unanswered, 1 late"), std::string::npos) << result.detail;
+}
+
+TEST_F(Expectations, AnUnansweredRequestFailsWhenItsTimeIsOver) {
+  const auto judge = responses(50 * ms);
+  ask(*judge, 1, 0);
+  answer(*judge, 1, 10 * ms);
+  ask(*judge, 2, 100 * ms);
+  EXPECT_TRUE(judge->result(149 * ms).passed) << "the end leaves it less than its time";
+  const auto result = judge->result(150 * ms);
+  EXPECT_FALSE(result.passed);
+  EXPECT_EQ(result.first_failure_ns, 150 * ms);
+  EXPECT_EQ(judge->response_times(150 * ms)->unanswered, 1U);
+  EXPECT_EQ(judge->response_times(149 * ms)->unanswered, 0U);
+}
+
+TEST_F(Expectations, AnAnswerToTheWrongValueIsNone) {
+  const auto judge = responses(50 * ms);
+  ask(*judge, 1, 0);
+  answer(*judge, 7, 10 * ms);
+  EXPECT_FALSE(judge->result(1'000 * ms).passed);
+  EXPECT_TRUE(judge->response_times(1'000 * ms)->samples_ns.empty());
+}
+
+TEST_F(Expectations, AnAnswerPassesOverOlderRequests) {
+  const auto judge = responses(50 * ms);
+  ask(*judge, 1, 0);
+  ask(*judge, 2, 10 * ms);
+  ask(*judge, 3, 20 * ms);
+  answer(*judge, 3, 25 * ms);
+  answer(*judge, 1, 26 * ms);  // out of order: too late for it to count
+  answer(*judge, 2, 27 * ms);
+  const auto result = judge->result(1'000 * ms);
+  EXPECT_FALSE(result.passed);
+  EXPECT_NE(result.detail.find("3 requests, 2 unanswered"), std::string::npos) << result.detail;
+  EXPECT_EQ(result.first_failure_ns, 50 * ms);
+  EXPECT_EQ(judge->response_times(1'000 * ms)->samples_ns, (std::vector<std::int64_t>{5 * ms}));
+}
+
+TEST_F(Expectations, ACounterThatComesRoundIsANewRequest) {
+  const auto judge = responses(50 * ms);
+  for (int i = 0; i < 100; ++i) {
+    ask(*judge, i % 16, i * 10 * ms);
+    answer(*judge, i % 16, i * 10 * ms + 2 * ms);
+  }
+  const auto result = judge->result(2'000 * ms);
+  EXPECT_TRUE(result.passed) << result.detail;
+  EXPECT_NE(result.detail.find("100 requests, 0 unanswered, 0 late, slowest 2.00 ms"), std::string::npos);
+}
+
+TEST_F(Expectations, OfTwoRequestsWithOneValueTheOlderIsAnsweredFirst) {
+  const auto judge = responses(50 * ms);
+  ask(*judge, 3, 0);
+  ask(*judge, 3, 10 * ms);  // written again: a new time makes it a new request
+  answer(*judge, 3, 12 * ms);
+  answer(*judge, 3, 15 * ms);
+  EXPECT_EQ(judge->response_times(1'000 * ms)->samples_ns, (std::vector<std::int64_t>{12 * ms, 5 * ms}));
+}
+
+/// Both are latched in one tick: a repeated answer to an old request, and a new request of the same value.
+TEST_F(Expectations, WhatCameBeforeARequestIsNoAnswerToIt) {
+  const auto judge = responses(50 * ms);
+  table_.write(request_, 3.0, 100 * ms);
+  table_.write(reply_, 3.0, 99 * ms);
+  judge->look(table_, 101 * ms);
+  EXPECT_TRUE(judge->response_times(120 * ms)->samples_ns.empty());
+  answer(*judge, 3, 110 * ms);
+  EXPECT_EQ(judge->response_times(1'000 * ms)->samples_ns, (std::vector<std::int64_t>{10 * ms}));
+}
+
+TEST_F(Expectations, TooFewRequestsFailHoweverWellTheyWereAnswered) {
+  const auto judge = responses(50 * ms, 3);
+  for (int i = 1; i <= 2; ++i) {
+    ask(*judge, i, i * 100 * ms);
+    answer(*judge, i, i * 100 * ms + ms);
+  }
+  const auto result = judge->result(1'000 * ms);
+  EXPECT_FALSE(result.passed);
+  EXPECT_NE(result.detail.find("only 2 requests"), std::string::npos) << result.detail;
+  EXPECT_NE(result.detail.find("at least 3"), std::string::npos) << result.detail;
+}
+
+TEST_F(Expectations, ValuesThatAreNotFreshAreNoRequestsAndNoAnswers) {
+  const auto judge = responses(50 * ms);
+  table_.write(request_, {.value = 1.0, .time_ns = 0, .fresh = false});
+  judge->look(table_, 0);
+  ask(*judge, 2, 100 * ms);
+  table_.write(reply_, {.value = 2.0, .time_ns = 110 * ms, .fresh = false});
+  judge->look(table_, 110 * ms);
+  const auto result = judge->result(1'000 * ms);
+  EXPECT_FALSE(result.passed);
+  EXPECT_NE(result.detail.find("1 requests, 1 unanswered"), std::string::npos) << result.detail;
+}
+
+/// A limit that lets many requests wait at once.
+TEST_F(Expectations, ManyRequestsMayWaitAtOnce) {
+  const auto judge = responses(10'000 * ms, 1, 2'000);
+  for (int i = 0; i < 600; ++i)
+    ask(*judge, i, i * 10 * ms);
+  for (int i = 0; i < 600; ++i)
+    answer(*judge, i, 6'000 * ms + i * ms);
+  const auto result = judge->result(60'000 * ms);
+  EXPECT_TRUE(result.passed) << result.detail;
+  EXPECT_EQ(judge->response_times(60'000 * ms)->samples_ns.size(), 600U);
+}
+
+TEST_F(Expectations, LookingDoesNotAllocate) {
+  const auto never = judge(config::Never{condition("ego.speed > 14 or bus.Header.Counter < 0")});
+  const auto eventually = judge(config::Eventually{condition("ego.speed > 14"), std::nullopt});
+  const auto answers = responses(50 * ms, 1, 300);
+  allocation_guard::reset();
+  allocation_guard::enter_tick();
+  for (int i = 0; i < 1'000; ++i) {
+    look(*never, i % 20, i * ms);
+    look(*eventually, i % 20, i * ms);
+    ask(*answers, i, i * ms);
+    if (i % 3 != 0) answer(*answers, i - 1, i * ms);
+  }
+  allocation_guard::leave_tick();
+  EXPECT_EQ(allocation_guard::seen().total(), 0U);
+  EXPECT_FALSE(never->result(2'000 * ms).passed);
+  EXPECT_TRUE(eventually->result(2'000 * ms).passed);
+}
+
+}  // namespace
+}  // namespace hil::run

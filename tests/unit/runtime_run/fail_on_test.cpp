@@ -1,0 +1,91 @@
+#include "runtime/run/fail_on.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hil::run {
+namespace {
+
+bool broken(const std::string& text, const executive::RunResult& result,
+            const report::Transactions& transactions = {}) {
+  config::Diagnostics diagnostics;
+  const auto condition = parse_fail_on(text, diagnostics);
+  if (!condition) throw std::runtime_error(diagnostics.to_text());
+  return timing_broken(*condition, result, transactions);
+}
+
+executive::RunResult two_tasks() {
+  executive::RunResult result;
+  result.tasks.resize(2);
+  return result;
+}
+
+TEST(FailOn, EveryCountIsReadFromItsPlaceAndFromNoOther) {
+  const executive::RunResult clean = two_tasks();
+  struct Case {
+    const char* count;
+    void (*spoil)(executive::RunResult&, report::Transactions&);
+  };
+  const Case cases[] = {
+      {"misses", [](auto& r, auto&) { r.tasks[1].deadline_misses = 3; }},
+      {"overruns", [](auto& r, auto&) { r.tasks[1].overruns = 3; }},
+      {"skipped", [](auto& r, auto&) { r.tasks[1].skipped = 3; }},
+      {"aborted", [](auto& r, auto&) { r.tasks[1].aborted = 3; }},
+      {"over_budget", [](auto& r, auto&) { r.tasks[1].over_budget = 3; }},
+      {"skipped_ticks", [](auto& r, auto&) { r.base.skipped_ticks = 3; }},
+      {"lost_records", [](auto& r, auto&) { r.lost_records = 3; }},
+      {"hard_misses", [](auto&, auto& t) { t.hard_misses = 3; }},
+  };
+  for (const Case& spoiled : cases) {
+    executive::RunResult result = two_tasks();
+    report::Transactions transactions;
+    spoiled.spoil(result, transactions);
+    for (const Case& asked : cases) {
+      const std::string condition = std::string(asked.count) + " == 3";
+      EXPECT_EQ(broken(condition, result, transactions), asked.count == spoiled.count)
+          << asked.count << " with " << spoiled.count;
+      EXPECT_FALSE(broken(condition, clean));
+    }
+  }
+}
+
+TEST(FailOn, TasksAddUp) {
+  executive::RunResult result = two_tasks();
+  result.tasks[0].deadline_misses = 2;
+  result.tasks[1].deadline_misses = 5;
+  EXPECT_TRUE(broken("misses == 7", result));
+  EXPECT_FALSE(broken("misses > 7", result));
+}
+
+TEST(FailOn, ConditionsMayBeJoined) {
+  executive::RunResult result = two_tasks();
+  result.tasks[0].overruns = 1;
+  EXPECT_TRUE(broken("misses > 0 or overruns > 0", result));
+  EXPECT_FALSE(broken("misses > 0 and overruns > 0", result));
+}
+
+TEST(FailOn, AnUnknownCountIsAMistakeWithItsColumnAndTheNearest) {
+  config::Diagnostics diagnostics;
+  EXPECT_FALSE(parse_fail_on("misses > 0 or overuns > 0", diagnostics));
+  ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
+  EXPECT_EQ(diagnostics.mistakes()[0].message, "'overuns' is not counted; did you mean 'overruns'?");
+  EXPECT_EQ(diagnostics.mistakes()[0].place.file, "--fail-on");
+}
+
+TEST(FailOn, AllUnknownCountsAtOnce) {
+  config::Diagnostics diagnostics;
+  EXPECT_FALSE(parse_fail_on("zebra > 0 or giraffe > 0", diagnostics));
+  EXPECT_EQ(diagnostics.count(), 2U) << diagnostics.to_text();
+}
+
+TEST(FailOn, HostileTextIsRefusedWithoutFalling) {
+  for (const char* text : {"", " ", ">", "misses >", "misses > > 0", "\"", "misses > 0 \"", "{a: b}",
+                           "# misses > 0", "misses \x01> 0", "\xff\xfe", "5 > 3", "misses"}) {
+    config::Diagnostics diagnostics;
+    const auto condition = parse_fail_on(text, diagnostics);
+    EXPECT_FALSE(condition) << text;
+    EXPECT_FALSE(diagnostics.empty()) << text;
+  }
+}
+
+}  // namespace
+}  // namespace hil::run

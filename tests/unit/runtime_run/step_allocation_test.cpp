@@ -1,0 +1,129 @@
+// No heap traffic in the steps of the crossing's modules, in real time, with the real database: every module
+// of configs/crossing.yaml is stepped by the executive as in a session, and what its task does on the tick's
+// threads is counted after the warm-up.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "runtime/executive/executive.hpp"
+#include "runtime/run/clocks.hpp"
+#include "runtime/run/scenery.hpp"
+#include "runtime/run/wiring.hpp"
+#include "tests/support/allocation_guard.hpp"
+
+namespace hil::run {
+namespace {
+
+/// Counts the heap traffic of the task within.
+class Guarded final : public executive::Task {
+ public:
+  Guarded(executive::Task& task, std::uint64_t warmup_runs) : task_(task), warmup_runs_(warmup_runs) {}
+
+  void latch(const executive::TickInfo& tick) noexcept override {
+    guarded(tick, [&] { task_.latch(tick); });
+  }
+  void step(const executive::TickInfo& tick) noexcept override {
+    guarded(tick, [&] { task_.step(tick); });
+    if (tick.run >= warmup_runs_) guarded_runs_.fetch_add(1);
+  }
+  void publish(const executive::TickInfo& tick) noexcept override {
+    guarded(tick, [&] { task_.publish(tick); });
+  }
+  std::uint64_t guarded_runs() const noexcept { return guarded_runs_.load(); }
+
+ private:
+  template <typename Action>
+  void guarded(const executive::TickInfo& tick, Action action) noexcept {
+    if (tick.run < warmup_runs_) return action();
+    allocation_guard::enter_tick();
+    action();
+    allocation_guard::leave_tick();
+  }
+
+  executive::Task& task_;
+  const std::uint64_t warmup_runs_;
+  std::atomic<std::uint64_t> guarded_runs_{0};
+};
+
+TEST(StepAllocation, NoModuleOfTheCrossingTouchesTheHeapInRealTime) {
+  config::Diagnostics diagnostics;
+  const auto scenario = config::load_scenario(
+      std::string(HIL_SOURCE_DIR) + "/configs/crossing.yaml",
+      std::vector<std::string>{"tasks.scanner.parameters.columns=240", "tasks.scanner.parameters.rows=60",
+                               "realtime.scheduler=other"},
+      module_schemas(), diagnostics);
+  ASSERT_TRUE(scenario) << diagnostics.to_text();
+  auto wiring = wire(*scenario, diagnostics);
+  ASSERT_TRUE(wiring) << diagnostics.to_text();
+
+  executive::MonotonicClock clock;
+  const DatabaseClock database_clock(clock);
+  DeviceClock run_clock(clock);
+  rtstdb::DatabaseOptions options;
+  options.clock = &database_clock;
+  options.max_entities = scenario->world.max_entities;
+  options.max_geometries = scenario->world.max_geometries;
+  options.retained_changes = scenario->world.retained_changes;
+  options.queue_capacity = scenario->world.queue_capacity;
+  auto opened = rtstdb::Database::open(options);
+  ASSERT_TRUE(opened) << opened.error().message;
+  const auto database = std::move(opened).value();
+  modules::World world(*database, scenario->world.layers.names());
+  create_scenery(*scenario, world);
+  modules::EventLog events;
+
+  struct Origin final : executive::TickHooks {
+    explicit Origin(DeviceClock& run_clock) : clock(run_clock) {}
+    void before_first_tick(std::int64_t start_ns) noexcept override { clock.set_origin(start_ns); }
+    DeviceClock& clock;
+  } origin(run_clock);
+  executive::ExecutiveOptions run_options;
+  run_options.base_period_ns = scenario->base_period_ns;
+  run_options.duration_ticks = 2'500;  // two sweeps and a half
+  run_options.clock = &clock;
+  run_options.hooks = &origin;
+  run_options.realtime.scheduler = executive::Scheduler::other;
+  run_options.realtime.lock_memory = false;
+  executive::Executive executive(run_options);
+  std::vector<std::unique_ptr<ModuleTask>> tasks;
+  std::vector<std::unique_ptr<Guarded>> guarded;
+  for (WiredModule& wired : wiring->modules) {
+    const config::TaskSection& section = *wired.section;
+    const std::int64_t period_ns = scenario->base_period_ns * section.every_ticks;
+    const std::int64_t deadline_ns = section.deadline_ns == 0 ? period_ns : section.deadline_ns;
+    wired.module->configure(world, events,
+                            {.instance = section.module.text,
+                             .period_ns = period_ns,
+                             .deadline_ns = deadline_ns,
+                             .seed = 1,
+                             .own_thread = !section.thread.empty()});
+    tasks.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, deadline_ns, wiring->signals,
+                                                 *database, run_clock, events));
+    guarded.push_back(std::make_unique<Guarded>(*tasks.back(), 5));
+    executive.add_task({.name = section.module.text,
+                        .every_ticks = section.every_ticks,
+                        .deadline_ns = section.deadline_ns,
+                        .warmup_runs = 5,
+                        .thread = section.thread},
+                       *guarded.back());
+  }
+
+  allocation_guard::reset();
+  const std::atomic<bool> never{false};
+  executive.run(never);
+  EXPECT_EQ(allocation_guard::seen().allocations, 0U);
+  EXPECT_EQ(allocation_guard::seen().frees, 0U);
+  // It has counted something: each module ran, the world was written and asked.
+  ASSERT_EQ(guarded.size(), 4U);
+  for (const auto& task : guarded)
+    EXPECT_GT(task->guarded_runs(), 20U);
+  const rtstdb::TransactionCounts counts = database->counts();
+  EXPECT_GT(counts.committed + counts.late, 200U);
+  const auto hits = wiring->signals.find("scanner.hits");
+  ASSERT_TRUE(hits);
+  EXPECT_GT(wiring->signals.value(*hits), 0.0) << "the scanner saw nothing";
+}
+
+}  // namespace
+}  // namespace hil::run

@@ -1,0 +1,272 @@
+// Modules and devices as tasks of the executive, with fakes on both sides.
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "runtime/run/device_link.hpp"
+#include "runtime/run/module_task.hpp"
+#include "tests/support/allocation_guard.hpp"
+
+namespace hil::run {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+/// Has a latest version and nothing else.
+class VersionOnly final : public rtstdb::Database {
+ public:
+  rtstdb::Version version = 0;
+
+  const rtstdb::DeviceInfo& device() const noexcept override { return device_; }
+  rtstdb::Result<rtstdb::GeometryId> add_geometry(const rtstdb::TriangleMesh& /*mesh*/,
+                                                  std::string_view /*name*/) override {
+    return refused();
+  }
+  rtstdb::Result<std::unique_ptr<rtstdb::RayQuery>> prepare(
+      const rtstdb::RayQueryOptions& /*options*/) override {
+    return refused();
+  }
+  rtstdb::Result<std::unique_ptr<rtstdb::RegionQuery>> prepare(
+      const rtstdb::RegionQueryOptions& /*options*/) override {
+    return refused();
+  }
+  rtstdb::Result<std::unique_ptr<rtstdb::OverlapQuery>> prepare(
+      const rtstdb::OverlapQueryOptions& /*options*/) override {
+    return refused();
+  }
+  std::unique_ptr<rtstdb::Transaction> make_transaction(
+      const rtstdb::TransactionOptions& /*options*/) override {
+    return nullptr;
+  }
+  void submit(rtstdb::Transaction& /*transaction*/) noexcept override {}
+  const rtstdb::Outcome& wait(rtstdb::Transaction& /*transaction*/) noexcept override { return outcome_; }
+  rtstdb::VersionInfo latest() const noexcept override { return {.version = version}; }
+  rtstdb::Result<std::vector<rtstdb::EntityState>> snapshot(
+      const rtstdb::ReadAt& /*read_at*/) const override {
+    return refused();
+  }
+  std::optional<rtstdb::TriangleMesh> geometry(rtstdb::GeometryId /*id*/) const override {
+    return std::nullopt;
+  }
+  rtstdb::TransactionCounts counts() const noexcept override { return {}; }
+  rtstdb::Health health() const override { return {}; }
+
+ private:
+  static rtstdb::Error refused() { return {.code = rtstdb::ErrorCode::no_device, .message = "a fake"}; }
+  rtstdb::DeviceInfo device_;
+  rtstdb::Outcome outcome_;
+};
+
+/// Keeps what it was given; its output is its first input plus one.
+class Recorder final : public modules::Module {
+ public:
+  Recorder() {
+    ports_.inputs = {{.name = "in", .unit = "", .about = "x"},
+                     {.name = "open", .unit = "", .about = "x", .initial = 7.5}};
+    ports_.outputs = {{.name = "out", .unit = "", .about = "x", .initial = 3.0},
+                      {.name = "untouched", .unit = "", .about = "x", .initial = 4.0}};
+  }
+  const modules::Ports& ports() const noexcept override { return ports_; }
+  void configure(modules::World& /*world*/, modules::EventLog& /*events*/,
+                 const modules::TaskFacts& /*task*/) override {}
+  void step(modules::StepContext& context) noexcept override {
+    seen = context;
+    in = context.inputs[0];
+    open = context.inputs[1];
+    out_before = context.outputs[0];
+    context.outputs[0] = in.value + 1.0;
+    context.blocked_ns += 11;
+    context.gpu_ns += 5;
+  }
+
+  modules::StepContext seen;
+  signals::SignalValue in, open;
+  double out_before = 0.0;
+
+ private:
+  modules::Ports ports_;
+};
+
+class ModuleTasks : public ::testing::Test {
+ protected:
+  signals::SignalTable table_;
+  const signals::SignalId source_ = table_.add({.name = "source", .unit = "", .writer = "test"});
+  const signals::SignalId out_ = table_.add({.name = "m.out", .unit = "", .writer = "m", .initial = 3.0});
+  const signals::SignalId untouched_ =
+      table_.add({.name = "m.untouched", .unit = "", .writer = "m", .initial = 4.0});
+  VersionOnly database_;
+  executive::VirtualClock executive_clock_;
+  DeviceClock clock_{executive_clock_};
+  modules::EventLog events_;
+  Recorder module_;
+  ModuleTask task_{
+      module_, {.inputs = {source_, {}}, .outputs = {out_, untouched_}}, 5 * ms, table_, database_, clock_,
+      events_};
+};
+
+TEST_F(ModuleTasks, GiveTheStepItsTimesAndTheWorldsVersion) {
+  clock_.set_origin(1'000 * ms);
+  database_.version = 42;
+  const executive::TickInfo tick{.tick = 20, .time_ns = 20 * ms, .period_ns = 10 * ms, .run = 2};
+  task_.latch(tick);
+  database_.version = 43;  // others write while it waits for its thread
+  task_.step(tick);
+  EXPECT_EQ(module_.seen.run, 2U);
+  EXPECT_EQ(module_.seen.time_ns, 20 * ms);
+  EXPECT_EQ(module_.seen.period_ns, 10 * ms);
+  EXPECT_EQ(module_.seen.deadline, rtstdb::clock_time_ns(1'025 * ms));
+  EXPECT_EQ(module_.seen.version, 42U);
+  EXPECT_EQ(module_.seen.events, &events_);
+  EXPECT_EQ(module_.seen.world_time(), rtstdb::world_time_ns(20 * ms));
+}
+
+TEST_F(ModuleTasks, WorkOnCopiesBetweenLatchAndPublish) {
+  const executive::TickInfo tick{.tick = 0, .time_ns = 0, .period_ns = ms, .run = 0};
+  table_.write(source_, 10.0, 0);
+  task_.latch(tick);
+  table_.write(source_, 99.0, ms);
+  task_.step(tick);
+  EXPECT_DOUBLE_EQ(module_.in.value, 10.0);
+  EXPECT_TRUE(module_.in.fresh);
+  EXPECT_DOUBLE_EQ(table_.value(out_), 3.0) << "seen before it was published";
+  task_.publish(tick);
+  EXPECT_DOUBLE_EQ(table_.value(out_), 11.0);
+  EXPECT_TRUE(table_.read(out_).fresh);
+  EXPECT_EQ(table_.read(out_).time_ns, 0);
+  EXPECT_DOUBLE_EQ(table_.value(untouched_), 4.0);
+}
+
+TEST_F(ModuleTasks, UnconnectedInputsReadTheirInitialValueAndAreNotFresh) {
+  task_.latch({});
+  task_.step({});
+  EXPECT_DOUBLE_EQ(module_.open.value, 7.5);
+  EXPECT_FALSE(module_.open.fresh);
+  EXPECT_FALSE(module_.in.fresh) << "connected, but never written";
+}
+
+TEST_F(ModuleTasks, OutputsHoldTheValuesOfTheLastRun) {
+  task_.latch({});
+  task_.step({});
+  EXPECT_DOUBLE_EQ(module_.out_before, 3.0);
+  table_.write(source_, 10.0, 0);
+  task_.latch({});
+  task_.step({});
+  EXPECT_DOUBLE_EQ(module_.out_before, 1.0);
+}
+
+TEST_F(ModuleTasks, CountTheTimeOfEachRunApart) {
+  task_.step({});
+  task_.step({});
+  EXPECT_EQ(task_.last_blocked_ns(), 11);
+  EXPECT_EQ(task_.last_gpu_ns(), 5);
+}
+
+/// Two inputs and two outputs; remembers the calls.
+class FakeDevice final : public io::Device {
+ public:
+  const std::string& name() const noexcept override { return name_; }
+  std::span<const io::ChannelInfo> inputs() const noexcept override { return channels_; }
+  std::span<const io::ChannelInfo> outputs() const noexcept override { return channels_; }
+  void start(const io::RunClock& /*clock*/, io::Pacing /*pacing*/) override {}
+  void latch_inputs(std::span<io::Sample> samples) noexcept override {
+    samples[0] = first;
+    samples[1] = second;
+  }
+  void release_outputs(std::span<const double> values, io::RunTimeNs tick_ns) noexcept override {
+    released[0] = values[0];
+    released[1] = values[1];
+    released_at_ns = tick_ns;
+    ++releases;
+  }
+  bool exchange(io::RunTimeNs tick_ns) override {
+    exchanged_at_ns = tick_ns;
+    released_before_exchange = releases;
+    ++exchanges;
+    return answers;
+  }
+  void enter_safe_state() noexcept override {}
+  void stop() noexcept override {}
+  io::DeviceHealth health() const override { return {}; }
+
+  io::Sample first, second;
+  double released[2] = {-1.0, -1.0};
+  std::int64_t released_at_ns = -1, exchanged_at_ns = -1;
+  int releases = 0, exchanges = 0, released_before_exchange = 0;
+  bool answers = true;
+
+ private:
+  std::string name_ = "fake";
+  std::vector<io::ChannelInfo> channels_{{.name = "a", .unit = ""}, {.name = "b", .unit = ""}};
+};
+
+class DeviceLinks : public ::testing::Test {
+ protected:
+  signals::SignalTable table_;
+  const signals::SignalId source_ =
+      table_.add({.name = "source", .unit = "", .writer = "test", .initial = 6.0});
+  const signals::SignalId a_ = table_.add({.name = "fake.a", .unit = "", .writer = "fake"});
+  const signals::SignalId b_ = table_.add({.name = "fake.b", .unit = "", .writer = "fake"});
+  FakeDevice device_;
+  DeviceLink::Links links_{.inputs = {b_, a_},
+                           .outputs = {{.signal = {}, .constant = 4.0}, {.signal = source_}}};
+};
+
+TEST_F(DeviceLinks, InputsBecomeSignalsWithTheirTimes) {
+  DeviceLink link(device_, links_, table_, io::Pacing::realtime);
+  device_.first = {.value = 5.0, .time_ns = 1'234, .fresh = true};
+  device_.second = {.value = -2.0, .time_ns = 99, .fresh = false};
+  link.latch_inputs();
+  EXPECT_DOUBLE_EQ(table_.value(b_), 5.0);
+  EXPECT_EQ(table_.read(b_).time_ns, 1'234);
+  EXPECT_TRUE(table_.read(b_).fresh);
+  EXPECT_DOUBLE_EQ(table_.value(a_), -2.0);
+  EXPECT_EQ(table_.read(a_).time_ns, 99);
+  EXPECT_FALSE(table_.read(a_).fresh);
+}
+
+TEST_F(DeviceLinks, OutputsComeFromSignalsAndConstants) {
+  DeviceLink link(device_, links_, table_, io::Pacing::realtime);
+  link.step({.tick = 3, .time_ns = 3 * ms, .period_ns = ms, .run = 3});
+  EXPECT_DOUBLE_EQ(device_.released[0], 4.0);
+  EXPECT_DOUBLE_EQ(device_.released[1], 6.0);
+  EXPECT_EQ(device_.released_at_ns, 3 * ms);
+  table_.write(source_, 8.0, 4 * ms);
+  link.step({.tick = 4, .time_ns = 4 * ms, .period_ns = ms, .run = 4});
+  EXPECT_DOUBLE_EQ(device_.released[1], 8.0);
+  EXPECT_EQ(device_.exchanges, 0) << "nobody waits in real time";
+  EXPECT_TRUE(link.in_step());
+}
+
+TEST_F(DeviceLinks, InLockStepTheyExchangeAfterTheRelease) {
+  DeviceLink link(device_, links_, table_, io::Pacing::lockstep);
+  link.step({.tick = 5, .time_ns = 5 * ms, .period_ns = ms, .run = 5});
+  EXPECT_EQ(device_.exchanges, 1);
+  EXPECT_EQ(device_.exchanged_at_ns, 5 * ms);
+  EXPECT_EQ(device_.released_before_exchange, 1);
+  EXPECT_TRUE(link.in_step());
+}
+
+TEST_F(DeviceLinks, ADeviceThatDoesNotAnswerIsNotWaitedForAgain) {
+  DeviceLink link(device_, links_, table_, io::Pacing::lockstep);
+  device_.answers = false;
+  link.step({});
+  EXPECT_FALSE(link.in_step());
+  device_.answers = true;
+  link.step({});
+  EXPECT_FALSE(link.in_step());
+  EXPECT_EQ(device_.exchanges, 1);
+}
+
+TEST_F(DeviceLinks, DoNotAllocateInTheTick) {
+  DeviceLink link(device_, links_, table_, io::Pacing::realtime);
+  allocation_guard::reset();
+  allocation_guard::enter_tick();
+  link.latch_inputs();
+  link.step({});
+  allocation_guard::leave_tick();
+  EXPECT_EQ(allocation_guard::seen().total(), 0U);
+}
+
+}  // namespace
+}  // namespace hil::run
