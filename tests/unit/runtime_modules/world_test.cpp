@@ -1,0 +1,86 @@
+#include "runtime/modules/world.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "runtime/modules/module.hpp"
+
+namespace hil::modules {
+namespace {
+
+class WorldOf : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = rtstdb::Database::open({});
+    ASSERT_TRUE(opened) << opened.error().message;
+    database_ = std::move(opened).value();
+    world_ = std::make_unique<World>(*database_, std::vector<std::string>{"ground", "structure", "vehicle"});
+  }
+
+  /// The words of the SetupError that it throws.
+  template <typename Action>
+  static std::string refusal(Action action) {
+    try {
+      action();
+    } catch (const SetupError& error) {
+      return error.what();
+    }
+    return "no SetupError";
+  }
+
+  std::unique_ptr<rtstdb::Database> database_;
+  std::unique_ptr<World> world_;
+};
+
+TEST_F(WorldOf, LayersAreTheBitsOfAMaskInTheirOrder) {
+  EXPECT_EQ(world_->layer_bit("ground"), 1U);
+  EXPECT_EQ(world_->layer_bit("vehicle"), 4U);
+  EXPECT_FALSE(world_->layer_bit("pole"));
+  EXPECT_EQ(world_->mask_of({"vehicle", "ground", "vehicle"}, "module x"), 5U);
+  EXPECT_EQ(world_->mask_of({}, "module x"), 0U);
+}
+
+TEST_F(WorldOf, AnUnknownLayerIsRefusedWithTheNearest) {
+  EXPECT_EQ(refusal([&] {
+              world_->mask_of({"ground", "vehicel"}, "module loops");
+            }),
+            "module loops: the scenario has no layer 'vehicel'; did you mean 'vehicle'?");
+  EXPECT_EQ(refusal([&] { world_->mask_of({"zebra"}, "module loops"); }),
+            "module loops: the scenario has no layer 'zebra'");
+}
+
+TEST_F(WorldOf, EntitiesAreFoundByTheirNamesAndKeepTheirBounds) {
+  rtstdb::EntityRow row;
+  row.geometry = world_->add_geometry(rtstdb::make_box({2.0, 4.0, 6.0}), "box");
+  const rtstdb::EntityId first = world_->create("house", row);
+  row.geometry = world_->add_geometry(rtstdb::make_box({1.0, 1.0, 1.0}), "cube");
+  const rtstdb::EntityId second = world_->create("traffic.ego", row);
+  EXPECT_EQ(world_->find("house"), first);
+  EXPECT_EQ(world_->find("traffic.ego"), second);
+  EXPECT_FALSE(world_->find("traffic"));
+  EXPECT_EQ(world_->name_of(second), "traffic.ego");
+  EXPECT_EQ(world_->name_of({}), "");
+  EXPECT_FLOAT_EQ(world_->bounds_of(first).maximum_m.y, 2.0F);
+  EXPECT_FLOAT_EQ(world_->bounds_of(second).maximum_m.y, 0.5F);
+}
+
+TEST_F(WorldOf, TwoEntitiesOfOneNameAreRefused) {
+  rtstdb::EntityRow row;
+  row.geometry = world_->add_geometry(rtstdb::make_box({2.0, 4.0, 6.0}), "box");
+  const rtstdb::EntityId first = world_->create("house", row);
+  EXPECT_EQ(refusal([&] { world_->create("house", row); }), "two entities are called 'house'");
+  EXPECT_EQ(world_->find("house"), first);
+}
+
+TEST_F(WorldOf, WhatTheDatabaseRefusesIsRefusedWithItsWordsAndTheName) {
+  EXPECT_EQ(refusal([&] { world_->add_geometry({}, "empty"); }).rfind("empty: ", 0), 0U);
+  rtstdb::EntityRow row;
+  row.geometry = world_->add_geometry(rtstdb::make_box({1.0, 1.0, 1.0}), "box");
+  row.motion.p_world_m.x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refusal([&] { world_->create("ghost", row); }).rfind("entity 'ghost': ", 0), 0U);
+  EXPECT_FALSE(world_->find("ghost"));
+}
+
+}  // namespace
+}  // namespace hil::modules
