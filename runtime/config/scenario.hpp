@@ -30,7 +30,8 @@ struct Realtime {
   Scheduler scheduler = Scheduler::fifo;
   int priority = 0;  ///< 1..98
   bool lock_memory = true;
-  std::vector<int> cpus;  ///< empty: no affinity
+  std::vector<int> cpus;         ///< empty: no affinity
+  std::int64_t watchdog_ns = 0;  ///< 0: the executive's own choice
 };
 
 /// Sizes are full extents in metres.

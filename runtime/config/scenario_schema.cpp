@@ -49,6 +49,9 @@ Schema realtime_schema() {
       Field::with_default("lock_memory", Schema::boolean(), "true", "Keep all memory of the program in RAM."),
       Field::with_default("cpus", Schema::list(Schema::integer(0, 1023), 0, 1024), "[]",
                           "The processors the base thread may run on; none listed: any."),
+      Field::optional("watchdog", duration(1e-3),
+                      "A base thread that makes no tick for so long ends the run, outputs in their safe "
+                      "state; left out: the longer of 100 ms and 50 base periods."),
   });
 }
 

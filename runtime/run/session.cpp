@@ -101,7 +101,8 @@ class Session final : public executive::TickHooks {
   }
   ~Session() override { close_devices(); }
 
-  void open() {
+  void open(const std::atomic<bool>& stop_requested) {
+    outer_stop_ = &stop_requested;
     open_world();
     open_buses();
     choose_ports();
@@ -127,7 +128,7 @@ class Session final : public executive::TickHooks {
     bool in_step = true;
     for (const auto& link : links_)
       in_step = in_step && link->in_step();
-    if (!in_step || (outer_stop_ != nullptr && outer_stop_->load(std::memory_order_relaxed))) {
+    if (!in_step || outer_stop_->load(std::memory_order_relaxed)) {
       stop_.store(true, std::memory_order_relaxed);
     }
   }
@@ -337,6 +338,7 @@ void Session::wait_for_stations() {
   const auto until = std::chrono::steady_clock::now() + std::chrono::nanoseconds(limit_ns);
   for (const Bus& bus : buses_) {
     while (bus.hub != nullptr && bus.hub->station_count() < bus.stations) {
+      if (outer_stop_->load()) return;  // the run then ends with its first tick
       if (const std::string dead = processes_->first_dead(); !dead.empty()) {
         throw io::DeviceError("process " + dead + " before the run began; its output is in " +
                               options_.directory.string());
@@ -438,7 +440,6 @@ void Session::close_devices() noexcept {
 }
 
 SessionResult Session::run(const std::atomic<bool>& stop_requested) {
-  outer_stop_ = &stop_requested;
   executive::ExecutiveOptions options;
   options.base_period_ns = scenario_.base_period_ns;
   options.duration_ticks = scenario_.duration_ticks;
@@ -450,6 +451,7 @@ SessionResult Session::run(const std::atomic<bool>& stop_requested) {
                       .priority = scenario_.realtime.priority,
                       .lock_memory = scenario_.realtime.lock_memory,
                       .cpus = scenario_.realtime.cpus};
+  options.watchdog.timeout_ns = scenario_.realtime.watchdog_ns;
   options.watchdog.safe_state = [this] {
     for (const auto& link : links_)
       link->device().enter_safe_state();
@@ -604,7 +606,7 @@ void Session::decide(const executive::RunResult& result, bool interrupted, repor
 SessionResult run_session(Wiring wiring, const SessionOptions& options,
                           const std::atomic<bool>& stop_requested) {
   Session session(std::move(wiring), options);
-  session.open();
+  session.open(stop_requested);
   return session.run(stop_requested);
 }
 

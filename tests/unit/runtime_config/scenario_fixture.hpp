@@ -20,7 +20,7 @@ duration: 10 s
 clock: virtual
 seed: 7
 
-realtime: {scheduler: other, priority: 42, lock_memory: false, cpus: [0, 1]}
+realtime: {scheduler: other, priority: 42, lock_memory: false, cpus: [0, 1], watchdog: 250 ms}
 
 world:
   gpu: llvmpipe

@@ -37,6 +37,7 @@ TEST_F(ScenarioTest, General) {
   EXPECT_EQ(scenario().realtime.priority, 42);
   EXPECT_FALSE(scenario().realtime.lock_memory);
   EXPECT_EQ(scenario().realtime.cpus, (std::vector<int>{0, 1}));
+  EXPECT_EQ(scenario().realtime.watchdog_ns, 250'000'000);
 }
 
 TEST_F(ScenarioTest, World) {
