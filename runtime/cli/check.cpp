@@ -5,6 +5,23 @@
 #include "runtime/run/session.hpp"
 
 namespace hil::cli {
+namespace {
+
+/// "1 CAN bus", "2 CAN buses".
+std::string counted(std::size_t count, const char* one, const char* more) {
+  return std::to_string(count) + " " + (count == 1 ? one : more);
+}
+
+std::string contents(const Loaded& loaded) {
+  const run::Wiring& wiring = loaded.wiring;
+  return counted(wiring.modules.size(), "task", "tasks") + ", " +
+         counted(wiring.can.size(), "CAN bus", "CAN buses") + ", " +
+         counted(wiring.modbus.size(), "Modbus unit", "Modbus units") + ", " +
+         counted(wiring.signals.size(), "signal", "signals") + ", " +
+         counted(loaded.scenario->expectations.size(), "expectation", "expectations");
+}
+
+}  // namespace
 
 void add_check(CLI::App& app, int& exit_code) {
   struct Arguments {
@@ -20,10 +37,7 @@ void add_check(CLI::App& app, int& exit_code) {
     const auto loaded = load(arguments->scenario, arguments->overrides);
     exit_code = loaded ? run::exit_passed : run::exit_bad_config;
     if (!loaded) return;
-    std::printf(
-        "%s: %zu tasks, %zu CAN buses, %zu Modbus units, %zu signals, %zu expectations; no mistakes\n",
-        arguments->scenario.c_str(), loaded->wiring.modules.size(), loaded->wiring.can.size(),
-        loaded->wiring.modbus.size(), loaded->wiring.signals.size(), loaded->scenario->expectations.size());
+    std::printf("%s: %s; no mistakes\n", arguments->scenario.c_str(), contents(*loaded).c_str());
   });
 }
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
+#include <optional>
 
 #include "runtime/cli/load.hpp"
 #include "runtime/cli/subcommands.hpp"
@@ -39,7 +40,8 @@ void catch_signals() {
 struct Arguments {
   std::string scenario;
   std::vector<std::string> overrides;
-  std::string duration, clock, directory, fail_on;
+  std::string duration, clock, directory;
+  std::optional<std::string> fail_on;
   std::uint64_t seed = 0;
 };
 
@@ -88,9 +90,9 @@ std::size_t terminal_columns() {
 int run(const Arguments& arguments, bool seed_given) {
   const std::vector<std::string> overrides = all_overrides(arguments, seed_given);
   run::SessionOptions options;
-  if (!arguments.fail_on.empty()) {
+  if (arguments.fail_on) {
     config::Diagnostics diagnostics;
-    options.fail_on = run::parse_fail_on(arguments.fail_on, diagnostics);
+    options.fail_on = run::parse_fail_on(*arguments.fail_on, diagnostics);
     if (!options.fail_on) {
       std::fputs(diagnostics.to_text().c_str(), stderr);
       return run::exit_bad_config;

@@ -17,9 +17,13 @@ std::uint32_t index_of(const std::string& name) {
   return static_cast<std::uint32_t>(std::find(counts.begin(), counts.end(), name) - counts.begin());
 }
 
-}  // namespace
+/// Without the quotation mark that stands before the text there.
+config::Place as_written(config::Place place) {
+  if (place.column > 1) --place.column;
+  return place;
+}
 
-std::optional<config::Condition> parse_fail_on(const std::string& text, config::Diagnostics& diagnostics) {
+std::optional<config::Condition> parse_quoted(const std::string& text, config::Diagnostics& diagnostics) {
   // A JSON string is a YAML string: the way for text of the command line to become a value with a place.
   const std::string quoted =
       nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
@@ -27,15 +31,23 @@ std::optional<config::Condition> parse_fail_on(const std::string& text, config::
   if (!value) return std::nullopt;
   auto condition = config::Condition::parse(*value, diagnostics);
   if (!condition) return std::nullopt;
-  bool known = true;
   for (const config::Word& mention : condition->mentions()) {
     if (index_of(mention.text) < counts.size()) continue;
-    known = false;
     const std::string near = config::nearest(mention.text, {counts.begin(), counts.end()});
     diagnostics.add(mention.place, "'" + mention.text + "' is not counted" +
                                        (near.empty() ? "" : "; did you mean '" + near + "'?"));
   }
-  return known ? std::move(condition) : std::nullopt;
+  return condition;
+}
+
+}  // namespace
+
+std::optional<config::Condition> parse_fail_on(const std::string& text, config::Diagnostics& diagnostics) {
+  config::Diagnostics quoted;
+  auto condition = parse_quoted(text, quoted);
+  for (const config::Mistake& mistake : quoted.mistakes())
+    diagnostics.add(as_written(mistake.place), mistake.message);
+  return quoted.mistakes().empty() ? std::move(condition) : std::nullopt;
 }
 
 bool timing_broken(const config::Condition& condition, const executive::RunResult& result,
