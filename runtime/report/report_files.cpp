@@ -68,8 +68,10 @@ void write_pictures(const RunRecord& record, const fs::path& directory) {
 
 void write_report(const RunRecord& record, const fs::path& directory) {
   make_directory(directory);
-  write_text(directory / "report.json", report_json(record));
-  remake_report(record, directory);
+  const std::string json = report_json(record);
+  write_text(directory / "report.json", json);
+  // From what the file tells: it rounds, and the pages made again from it have to be these to the byte.
+  remake_report(parse_report(json), directory);
 }
 
 void remake_report(const RunRecord& record, const fs::path& directory) {
