@@ -22,15 +22,15 @@ function(hil_room name)
 endfunction()
 
 # One test program per folder of tests.
-#   LABEL    what it needs: unit nothing, gpu a Vulkan device, vcan a real AF_CAN, realtime a machine that keeps time (runs
-#            alone), torture much time (only with tools/test --long)
+#   LABEL    what it needs: unit nothing, gpu a Vulkan device, scenario that and the built programs, vcan a real AF_CAN,
+#            realtime a machine that keeps time (runs alone), torture much time (only with tools/test --long)
 #   THREADS  it has threads of its own: the thread sanitizer takes it, and no other
 #   RUNNER   a program that sets the stage: the whole of it then runs as one test, RUNNER PROGRAM
 # The target hil_tests_<label> builds all programs of a label; what sanitizers take is told in tools/test.
 function(hil_test name)
   cmake_parse_arguments(TEST "THREADS" "LABEL;TIMEOUT;RUNNER" "SOURCES;USES;LIBS" ${ARGN})
-  if(NOT TEST_LABEL MATCHES "^(unit|gpu|vcan|realtime|torture)$")
-    message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, vcan, realtime or torture, not '${TEST_LABEL}'")
+  if(NOT TEST_LABEL MATCHES "^(unit|gpu|scenario|vcan|realtime|torture)$")
+    message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, scenario, vcan, realtime or torture, not '${TEST_LABEL}'")
   endif()
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 120)
@@ -53,7 +53,7 @@ function(hil_test name)
   set(properties LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
   if(TEST_LABEL STREQUAL "realtime")
     list(APPEND properties RUN_SERIAL ON)
-  elseif(TEST_LABEL STREQUAL "gpu")
+  elseif(TEST_LABEL MATCHES "^(gpu|scenario)$")
     # lavapipe computes on all processors: two at once fill the pauses of one another, more only wait.
     cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
     math(EXPR half "(${processors} + 1) / 2")

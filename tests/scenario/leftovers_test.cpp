@@ -1,0 +1,129 @@
+// What a run leaves, and the commands that need no run.
+
+#include <gtest/gtest.h>
+
+#include <regex>
+#include <set>
+
+#include "tests/scenario/hil.hpp"
+#include "tests/scenario/run_files.hpp"
+
+namespace hil::scenario_test {
+namespace {
+
+void run_shortly(const Folder& folder) {
+  const Ended run =
+      run_hil(joined({{"run", crossing(), "--clock", "virtual", "--out", folder / "out"}, few_beams()}));
+  ASSERT_EQ(run.code, 0) << run.output << run.errors;
+}
+
+TEST(Leftovers, TheReportIsMadeAgainTheSameToTheByte) {
+  const Folder folder;
+  run_shortly(folder);
+  const std::vector<std::string> files{"report.html", "junit.xml", "report.json"};
+  std::vector<std::string> first;
+  for (const std::string& file : files)
+    first.push_back(read_text(folder / ("out/" + file)));
+  std::filesystem::remove(folder / "out/report.html");
+  std::filesystem::remove(folder / "out/junit.xml");
+  const Ended again = run_hil({"report", folder / "out"});
+  EXPECT_EQ(again.code, 0) << again.errors;
+  EXPECT_NE(again.output.find("Passed"), std::string::npos) << again.output;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    EXPECT_TRUE(read_text(folder / ("out/" + files[i])) == first[i]) << files[i] << " differs";
+}
+
+TEST(Leftovers, AFolderWithoutARunIsRefused) {
+  const Folder folder;
+  const Ended ended = run_hil({"report", folder.path().string()});
+  EXPECT_EQ(ended.code, 4);
+  EXPECT_NE(ended.errors.find("report.json"), std::string::npos) << ended.errors;
+}
+
+TEST(Leftovers, ThePageIsWellFormedAndNeedsNothingElse) {
+  const Folder folder;
+  run_shortly(folder);
+  const std::string page = read_text(folder / "out/report.html");
+  EXPECT_GT(page.size(), 10000U);
+  EXPECT_NE(page.find("<svg"), std::string::npos) << "the pictures are inside";
+  static const std::regex reference(R"((?:src|href)\s*=\s*["']([^"'#][^"']*))");
+  for (std::sregex_iterator it(page.begin(), page.end(), reference), end; it != end; ++it)
+    EXPECT_TRUE((*it)[1].str().starts_with("data:")) << "the page refers to " << (*it)[1];
+  EXPECT_EQ(page.find("@import"), std::string::npos);
+  for (std::size_t at = page.find("url("); at != std::string::npos; at = page.find("url(", at + 1))
+    EXPECT_EQ(page.substr(at, 5), "url(#") << "the page refers to " << page.substr(at, 60);
+  const Ended parsed = Program({"python3", std::string(HIL_SOURCE_DIR) + "/tests/scenario/well_formed.py",
+                                folder / "out/report.html"})
+                           .wait();
+  EXPECT_EQ(parsed.code, 0) << parsed.output << parsed.errors;
+}
+
+TEST(Leftovers, TheTraceHoldsEveryTasksRuns) {
+  const Folder folder;
+  run_shortly(folder);
+  const auto trace = nlohmann::json::parse(read_text(folder / "out/trace.json"), nullptr, false);
+  ASSERT_FALSE(trace.is_discarded());
+  std::set<std::string> tracks;
+  std::size_t spans = 0;
+  for (const auto& event : trace["traceEvents"]) {
+    if (event["ph"] == "M" && event["name"] == "thread_name")
+      tracks.insert(event["args"]["name"].get<std::string>());
+    if (event["ph"] == "X") ++spans;
+  }
+  for (const char* task : {"traffic", "scanner", "detectors", "collision", "can.car", "modbus.plc"})
+    EXPECT_EQ(tracks.count(task), 1U) << task;
+  EXPECT_GT(spans, 1000U);
+}
+
+TEST(Leftovers, TheCanLogHoldsWhatTheReportCounts) {
+  const Folder folder;
+  run_shortly(folder);
+  const auto frames = read_can_log(folder / "out/can-car.log");
+  const auto report = read_report(folder / "out");
+  const auto& bus = report["can"][0];
+  EXPECT_EQ(frames.size(), bus["rx"].get<std::size_t>() + bus["tx"].get<std::size_t>());
+  std::int64_t before_ns = 0;
+  for (const auto& frame : frames) {
+    EXPECT_EQ(frame.interface, "car");
+    ASSERT_GE(frame.frame.wall_ns, before_ns);
+    before_ns = frame.frame.wall_ns;
+  }
+}
+
+TEST(Commands, CheckSaysWhatIsThere) {
+  const Ended ended = run_hil({"check", crossing()});
+  EXPECT_EQ(ended.code, 0) << ended.errors;
+  for (const char* words : {"4 tasks", "1 CAN bus", "1 Modbus unit", "2 expectations", "no mistakes"})
+    EXPECT_NE(ended.output.find(words), std::string::npos) << words << " is not in: " << ended.output;
+}
+
+TEST(Commands, CheckFindsEveryMistakeAndRunsNothing) {
+  const ScenarioCopy copy;
+  const Ended ended = run_hil({"check", copy.file(), "--set", "duration=10 m", "--set", "seeed=3"});
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_NE(ended.errors.find("--set duration:1:10"), std::string::npos) << ended.errors;
+  EXPECT_NE(ended.errors.find("did you mean 'seed'"), std::string::npos) << ended.errors;
+}
+
+TEST(Commands, KeysKnowsEveryModuleTypeAndTheKeysOfEveryPart) {
+  const Ended ended = run_hil({"keys"});
+  EXPECT_EQ(ended.code, 0);
+  for (const char* type : {"vehicles", "laser_scanner", "detectors", "collision"}) {
+    EXPECT_NE(ended.output.find(std::string("module type `").append(type).append("`")), std::string::npos)
+        << type;
+  }
+  for (const char* word : {"base_rate", "watchdog", "scan_rate", "columns", "counter", "checksum",
+                           "heartbeat", "run_time", "stop_line", "start_timeout", "within"}) {
+    EXPECT_NE(ended.output.find(std::string("`").append(word).append("`")), std::string::npos) << word;
+  }
+}
+
+TEST(Commands, AnUnknownCommandOrOptionIsExitCode2) {
+  EXPECT_EQ(run_hil({"rum", crossing()}).code, 2);
+  EXPECT_EQ(run_hil({"run", crossing(), "--speed", "3"}).code, 2);
+  EXPECT_EQ(run_hil({}).code, 2);
+  EXPECT_EQ(run_hil({"--version"}).code, 0);
+}
+
+}  // namespace
+}  // namespace hil::scenario_test

@@ -1,0 +1,67 @@
+#pragma once
+// Programs as a user or a CI job meets them: a command line, two streams, signals, an exit code.
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace hil::scenario_test {
+
+using Environment = std::vector<std::pair<std::string, std::string>>;
+
+/// How a program ended.
+struct Ended {
+  int code =
+      -1;  ///< of its exit; 128 and the signal's number when a signal ended it; -1: not within the limit
+  std::string output;
+  std::string errors;
+  std::chrono::duration<double> took{};  ///< from its start, or from the wait that collected it
+};
+
+/// A running program. Its end is waited for; what still runs when this object goes is killed.
+class Program {
+ public:
+  explicit Program(const std::vector<std::string>& command, const Environment& environment = {});
+  ~Program();
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  pid_t pid() const noexcept { return pid_; }
+  bool running();
+  void signal(int number) const;
+  /// A child of it, by its program's name; waits until there is one. Empty: none came.
+  std::optional<pid_t> child(const std::string& name);
+  /// Fails the test when it does not end within the limit (it is killed then).
+  Ended wait(std::chrono::seconds limit = std::chrono::seconds(150));
+
+ private:
+  bool try_collect();
+
+  pid_t pid_ = -1;
+  std::optional<int> status_;
+  std::filesystem::path output_, errors_;
+  std::chrono::steady_clock::time_point began_;
+};
+
+/// The words of a running program's command line.
+std::vector<std::string> command_line(pid_t pid);
+
+/// Looks every few milliseconds. False: it did not come true within the limit.
+template <typename Condition>
+bool eventually(const Condition& condition, std::chrono::seconds limit = std::chrono::seconds(60)) {
+  const auto end = std::chrono::steady_clock::now() + limit;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+}  // namespace hil::scenario_test
