@@ -91,6 +91,7 @@ void connect_module(WiredModule& wired, const Known& known, Diagnostics& diagnos
         std::find_if(ports.begin(), ports.end(), [&](const auto& p) { return p.name == link.port.text; });
     if (port == ports.end()) {
       std::vector<std::string> names;
+      names.reserve(ports.size());
       for (const modules::Port& other : ports)
         names.push_back(other.name);
       diagnostics.add(link.port.place, "module " + wired.section->module.text + " has no input '" +
