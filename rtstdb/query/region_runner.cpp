@@ -107,7 +107,7 @@ void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place, cons
   const auto entities = std::span(entities_).subspan(std::size_t{region} * ids_per_region_, kept);
   for (std::uint32_t k = 0; k < kept; ++k)
     entities[k] = rows.row(ids[k])->id;
-  std::ranges::sort(entities);
+  std::ranges::sort(entities, {}, &EntityId::index);
   answers_[region] = {.entities = entities,
                       .found = count.found,
                       .overflow = count.found > ids_per_region_,
