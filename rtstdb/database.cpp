@@ -1,7 +1,12 @@
 // The public face put together: a device, the executor that answers queries on it, and the engine that orders
 // transactions.
 
+#include <pthread.h>
+
+#include <algorithm>
 #include <mutex>
+#include <optional>
+#include <thread>
 #include <utility>
 
 #include <rtstdb/database.hpp>
@@ -42,6 +47,22 @@ Result<void> check_options(const DatabaseOptions& options) {
     return refuse("retained_changes", options.retained_changes, max_retained_changes);
   }
   return {};
+}
+
+/// The driver makes its threads while the device opens, and threads inherit scheduling: a software device
+/// then computes with real-time priority, below the database's own thread. Where that is refused the engine
+/// says so.
+Result<std::unique_ptr<gpu::Device>> open_device(const gpu::DeviceOptions& options, int thread_priority) {
+  std::optional<Result<std::unique_ptr<gpu::Device>>> device;
+  std::thread opener([&] {
+    if (thread_priority > 0) {
+      const sched_param parameters{.sched_priority = std::max(thread_priority - 2, 1)};
+      pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+    }
+    device.emplace(gpu::Device::open(options));
+  });
+  opener.join();
+  return std::move(*device);
 }
 
 class DatabaseImpl final : public Database {
@@ -144,7 +165,7 @@ Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options)
   if (auto checked = check_options(options); !checked) return checked.error();
   const bool validation = options.validation == Validation::on ||
                           (options.validation == Validation::build_default && validation_default);
-  auto device = gpu::Device::open({.select = options.gpu, .validation = validation});
+  auto device = open_device({.select = options.gpu, .validation = validation}, options.thread_priority);
   if (!device) return device.error();
   auto executor = query::GpuExecutor::create(*device.value(), options);
   if (!executor) return executor.error();

@@ -30,10 +30,11 @@ bool Submit::run() {
   recorder_.timestamp(end_slot);
   recorder_.end();
   const std::uint64_t number = timeline_.submit(recorder_);
-  if (number == 0 ||
-      timeline_.wait(number, std::numeric_limits<std::int64_t>::max()) != gpu::WaitResult::done) {
-    return false;
-  }
+  if (number == 0) return false;
+  if (meanwhile_ != nullptr) meanwhile_->begin_wait();
+  const gpu::WaitResult waited = timeline_.wait(number, std::numeric_limits<std::int64_t>::max());
+  if (meanwhile_ != nullptr) meanwhile_->end_wait();
+  if (waited != gpu::WaitResult::done) return false;
   gpu_ns_ += timeline_.elapsed_ns(recorder_, begin_slot, end_slot);
   return true;
 }

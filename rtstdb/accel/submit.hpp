@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "rtstdb/gpu/device.hpp"
+#include "rtstdb/query/executor.hpp"
 
 namespace rtstdb::accel {
 
@@ -14,6 +15,8 @@ class Submit {
   /// The recorder, begun.
   gpu::Recorder& recorder() noexcept { return recorder_; }
   void begin();
+  /// From now on run() tells this about its waits; null: nobody.
+  void while_waiting(query::Meanwhile* meanwhile) noexcept { meanwhile_ = meanwhile; }
   /// Ends the recorder, submits it and waits. False: the device is lost.
   bool run();
   /// Time that the device spent on all runs since the last call.
@@ -23,6 +26,7 @@ class Submit {
   gpu::Recorder recorder_;
   gpu::Timeline timeline_;
   std::int64_t gpu_ns_ = 0;
+  query::Meanwhile* meanwhile_ = nullptr;
 };
 
 }  // namespace rtstdb::accel

@@ -98,6 +98,7 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
     slot.node_base = i * nodes_per_slot;
     slot.presence.assign(n, Presence::absent);
     slot.place.assign(n, shared::no_entity);
+    slot.identities.resize(n);
     const std::string name = "slot " + std::to_string(i);
     gpu::BufferOptions instances{.name = name + " instances",
                                  .size_bytes = 2 * 16 * shared::instance_texels * n};
@@ -189,6 +190,7 @@ void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorde
     Presence presence = Presence::absent;
     if (state != nullptr) {
       records[count++] = record_of(*state);
+      slot.identities[entity] = {state->id, state->row.mask, state->row.material};
       presence = state->row.geometry.valid() ? Presence::visible : Presence::hidden;
     }
     list_changed = list_changed || presence != slot.presence[entity];
@@ -257,6 +259,7 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query:
   }
   slot->last_used = ++uses_;
   return TlasView{.slot = static_cast<std::uint32_t>(slot - slots_.data()),
+                  .identities = slot->identities.data(),
                   .root = slot->root(),
                   .epoch = slot->epoch,
                   .late_base = max_entities_};

@@ -32,10 +32,18 @@ struct Moment {
   std::uint32_t instance_base = 0;  ///< where that epoch's instances begin
 };
 
+/// What answers say of an entity besides what the device found.
+struct Identity {
+  EntityId id;
+  std::uint32_t mask = 0;
+  std::uint32_t material = 0;
+};
+
 /// What a query needs to run on a slot.
 struct TlasView {
   std::uint32_t slot = 0;
-  std::uint32_t root = 0;  ///< reference; none when nothing is visible
+  const Identity* identities = nullptr;  ///< by entity index
+  std::uint32_t root = 0;                ///< reference; none when nothing is visible
   WorldTime epoch{};
   std::uint32_t late_base = 0;
   /// For instants in the slot's window.
@@ -73,6 +81,7 @@ class Tlas {
     gpu::Bindings apply_rows, instances_pass, small_build;
     std::vector<Presence> presence;    // by entity index
     std::vector<std::uint32_t> place;  // by entity index
+    std::vector<Identity> identities;  // by entity index: a row of an older version takes long to find
     std::uint32_t live_count = 0, visible_count = 0;
     bool filled = false;
     Version version = 0;

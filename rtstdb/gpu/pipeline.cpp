@@ -32,8 +32,10 @@ vk::raii::Pipeline create_compute_pipeline(const Device::Impl& device, vk::Pipel
   // shaders/common/fence.glsl tells why a software device goes without fences in divergent flow.
   const VkBool32 fence_in_divergent_flow = device.info.software ? VK_FALSE : VK_TRUE;
   const vk::SpecializationMapEntry fence_entry(0, 0, sizeof(fence_in_divergent_flow));
-  const vk::SpecializationInfo constants(1, &fence_entry, sizeof(fence_in_divergent_flow), &fence_in_divergent_flow);
-  const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main", &constants);
+  const vk::SpecializationInfo constants(1, &fence_entry, sizeof(fence_in_divergent_flow),
+                                         &fence_in_divergent_flow);
+  const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main",
+                                                &constants);
   return {device.device, device.pipeline_cache, vk::ComputePipelineCreateInfo({}, stage, layout)};
 }
 

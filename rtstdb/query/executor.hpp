@@ -68,6 +68,15 @@ struct RunReport {
   std::int64_t gpu_ns = 0;
 };
 
+/// Told around an executor's waits for the device, on the thread that called run. Between the two calls
+/// others may commit; rows of the version being asked stay as they are.
+class Meanwhile {
+ public:
+  virtual ~Meanwhile() = default;
+  virtual void begin_wait() noexcept = 0;
+  virtual void end_wait() noexcept = 0;
+};
+
 /// Carries out batches of prepared queries on a version: brings the device's copy of rows and structure to
 /// that version, runs the queries, leaves the answers in their output spans.
 class Executor {
@@ -75,8 +84,9 @@ class Executor {
   virtual ~Executor() = default;
   /// `times` covers every element of every request and spans at most max_query_window_ns. Blocks until the
   /// answers stand.
-  virtual RunReport run(const RowSource& rows, std::span<const Request> requests,
-                        const TimeSpan& times) noexcept = 0;
+  /// `meanwhile` may be null.
+  virtual RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
+                        Meanwhile* meanwhile) noexcept = 0;
 };
 
 }  // namespace rtstdb::query

@@ -62,18 +62,26 @@ Result<void> GpuExecutor::bind(GpuQuery& query) {
   return {};
 }
 
-RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> requests,
-                           const TimeSpan& times) noexcept {
+RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
+                           Meanwhile* meanwhile) noexcept {
   // Every request may be empty.
   if (times.first > times.last) return {};
-  const auto gpu_query = [](const Request& request) { return static_cast<GpuQuery*>(request.query); };
   for (const Request& request : requests) {
-    GpuQuery& query = *gpu_query(request);
+    GpuQuery& query = *static_cast<GpuQuery*>(request.query);
     if (query.bound && query.bound_generation == pool_.generation()) continue;
     if (!query.bind(device_, pool_, tlas_)) return lost;
     query.bound = true;
     query.bound_generation = pool_.generation();
   }
+  submit_.while_waiting(meanwhile);
+  const RunReport report = run_bound(rows, requests, times);
+  submit_.while_waiting(nullptr);
+  return report;
+}
+
+RunReport GpuExecutor::run_bound(const RowSource& rows, std::span<const Request> requests,
+                                 const TimeSpan& times) noexcept {
+  const auto gpu_query = [](const Request& request) { return static_cast<GpuQuery*>(request.query); };
   submit_.begin();
   const auto view = tlas_.prepare(rows, times, submit_);
   if (!view) return lost;
@@ -83,23 +91,22 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   if (!submit_.run()) return lost;
   bool incomplete = false;
   for (const Request& request : requests) {
-    gpu_query(request)->unpack(request.count, rows);
+    gpu_query(request)->unpack(request.count, *view);
     incomplete = incomplete || gpu_query(request)->has_incomplete();
   }
-  if (incomplete && !run_again(rows, requests, *view)) return lost;
+  if (incomplete && !run_again(requests, *view)) return lost;
   const bool truncated =
       std::ranges::any_of(requests, [&](const Request& request) { return gpu_query(request)->truncated(); });
   return {.status = truncated ? RunStatus::truncated : RunStatus::done, .gpu_ns = submit_.take_gpu_ns()};
 }
 
-bool GpuExecutor::run_again(const RowSource& rows, std::span<const Request> requests,
-                            const accel::TlasView& view) noexcept {
+bool GpuExecutor::run_again(std::span<const Request> requests, const accel::TlasView& view) noexcept {
   submit_.begin();
   for (const Request& request : requests)
     static_cast<GpuQuery*>(request.query)->record_again(view, submit_.recorder());
   if (!submit_.run()) return false;
   for (const Request& request : requests)
-    static_cast<GpuQuery*>(request.query)->unpack_again(rows);
+    static_cast<GpuQuery*>(request.query)->unpack_again(view);
   return true;
 }
 

@@ -20,15 +20,16 @@ class GpuExecutor final : public Executor {
   /// Connects a query to the pool and the slots, and has its shader compiled. After a geometry was added, the
   /// query's next run connects it again.
   Result<void> bind(GpuQuery& query);
-  RunReport run(const RowSource& rows, std::span<const Request> requests,
-                const TimeSpan& times) noexcept override;
+  RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
+                Meanwhile* meanwhile) noexcept override;
 
  private:
   explicit GpuExecutor(gpu::Device& device) : device_(device) {}
   Result<void> rebind_structures();
   /// What GpuQuery::record_again is for. False: the device is lost.
-  bool run_again(const RowSource& rows, std::span<const Request> requests,
-                 const accel::TlasView& view) noexcept;
+  RunReport run_bound(const RowSource& rows, std::span<const Request> requests,
+                      const TimeSpan& times) noexcept;
+  bool run_again(std::span<const Request> requests, const accel::TlasView& view) noexcept;
 
   gpu::Device& device_;
   accel::GeometryPool pool_;

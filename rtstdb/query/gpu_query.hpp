@@ -19,7 +19,7 @@ class GpuQuery : public PreparedQuery {
   virtual void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
                       const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
   /// Answers to the caller's span.
-  virtual void unpack(std::uint32_t count, const RowSource& rows) noexcept = 0;
+  virtual void unpack(std::uint32_t count, const accel::TlasView& view) noexcept = 0;
 
   // On lavapipe the elements of a group share one allowance of work, so that whether an element finishes
   // could depend on its neighbours in the batch. Those left incomplete are asked again, each in a group of
@@ -27,7 +27,7 @@ class GpuQuery : public PreparedQuery {
   virtual bool has_incomplete() const noexcept = 0;
   /// Records the dispatch that does it, after unpack.
   virtual void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
-  virtual void unpack_again(const RowSource& rows) noexcept = 0;
+  virtual void unpack_again(const accel::TlasView& view) noexcept = 0;
 
   /// Whether at least one answer of the batch is incomplete or overflowed.
   virtual bool truncated() const noexcept = 0;

@@ -65,6 +65,7 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
 
 std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource& rows,
                                            TimeSpan& times) const noexcept {
+  EntityId known_carrier;  // most batches have one
   for (std::uint32_t i = 0; i < count; ++i) {
     const Ray& ray = rays_[i];
     if (const auto bad = check_point(ray.origin_m, i)) return bad;
@@ -74,7 +75,9 @@ std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource&
     // Where motion is ignored every ray asks at the version's own time.
     const WorldTime t = options_.ignore_motion ? rows.time() : ray.t;
     if (const auto bad = check_time(t, i, rows, times)) return bad;
+    if (ray.carrier == known_carrier) continue;
     if (const auto bad = check_carrier(ray.carrier, i, rows)) return bad;
+    known_carrier = ray.carrier;
   }
   return std::nullopt;
 }
@@ -121,10 +124,10 @@ void GpuRayQuery::dispatch(std::uint32_t count, bool alone, const accel::TlasVie
   recorder.dispatch(pipeline_, bindings_[view.slot], args, alone ? count : (count + 63) / 64);
 }
 
-void GpuRayQuery::unpack(std::uint32_t count, const RowSource& rows) noexcept {
+void GpuRayQuery::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
   incomplete_.clear();
   for (std::uint32_t i = 0; i < count; ++i) {
-    unpack_hit(i, i, rows);
+    unpack_hit(i, i, view);
     if (hits_[i].status == HitStatus::incomplete) incomplete_.push_back(i);
   }
   answered_ = count;
@@ -138,15 +141,15 @@ void GpuRayQuery::record_again(const accel::TlasView& view, gpu::Recorder& recor
   dispatch(static_cast<std::uint32_t>(incomplete_.size()), true, view, recorder);
 }
 
-void GpuRayQuery::unpack_again(const RowSource& rows) noexcept {
+void GpuRayQuery::unpack_again(const accel::TlasView& view) noexcept {
   truncated_ = false;
   for (std::uint32_t i = 0; i < incomplete_.size(); ++i) {
-    unpack_hit(incomplete_[i], i, rows);
+    unpack_hit(incomplete_[i], i, view);
     truncated_ = truncated_ || hits_[incomplete_[i]].status == HitStatus::incomplete;
   }
 }
 
-void GpuRayQuery::unpack_hit(std::uint32_t ray, std::uint32_t place, const RowSource& rows) noexcept {
+void GpuRayQuery::unpack_hit(std::uint32_t ray, std::uint32_t place, const accel::TlasView& view) noexcept {
   const shared::HitRecord& record = hit_records_.host_as<const shared::HitRecord>()[place];
   RayHit& hit = hits_[ray];
   hit = {};
@@ -155,10 +158,10 @@ void GpuRayQuery::unpack_hit(std::uint32_t ray, std::uint32_t place, const RowSo
   hit.lambda = record.lambda;
   hit.u = record.u;
   hit.v = record.v;
-  const EntityState& state = *rows.row(record.entity);
-  hit.entity = state.id;
-  hit.mask = state.row.mask;
-  hit.material = state.row.material;
+  const accel::Identity& identity = view.identities[record.entity];
+  hit.entity = identity.id;
+  hit.mask = identity.mask;
+  hit.material = identity.material;
   hit.triangle = record.triangle;
   hit.front_face = record.front_face != 0;
   hit.n_world = record.n_world;

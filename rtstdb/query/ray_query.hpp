@@ -24,17 +24,17 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void record_warm_up(gpu::Recorder& recorder) noexcept override;
   void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
               const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
-  void unpack(std::uint32_t count, const RowSource& rows) noexcept override;
+  void unpack(std::uint32_t count, const accel::TlasView& view) noexcept override;
   bool has_incomplete() const noexcept override { return !incomplete_.empty(); }
   void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
-  void unpack_again(const RowSource& rows) noexcept override;
+  void unpack_again(const accel::TlasView& view) noexcept override;
   bool truncated() const noexcept override { return truncated_; }
 
  private:
   void dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;
   /// The answer to the caller's ray from the device's record at `place`.
-  void unpack_hit(std::uint32_t ray, std::uint32_t place, const RowSource& rows) noexcept;
+  void unpack_hit(std::uint32_t ray, std::uint32_t place, const accel::TlasView& view) noexcept;
 
   RayQueryOptions options_;
   std::vector<Ray> rays_;

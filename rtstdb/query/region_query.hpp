@@ -25,12 +25,14 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
   void record_warm_up(gpu::Recorder& recorder) noexcept override { runner_.record_warm_up(recorder); }
   void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
               const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
-  void unpack(std::uint32_t count, const RowSource& rows) noexcept override { runner_.unpack(count, rows); }
+  void unpack(std::uint32_t count, const accel::TlasView& view) noexcept override {
+    runner_.unpack(count, view);
+  }
   bool has_incomplete() const noexcept override { return runner_.has_incomplete(); }
   void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept override {
     runner_.record_again(view, recorder);
   }
-  void unpack_again(const RowSource& rows) noexcept override { runner_.unpack_again(rows); }
+  void unpack_again(const accel::TlasView& view) noexcept override { runner_.unpack_again(view); }
   bool truncated() const noexcept override { return runner_.truncated(); }
 
  private:

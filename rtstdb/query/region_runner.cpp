@@ -74,10 +74,10 @@ void RegionRunner::dispatch(std::uint32_t count, bool alone, const accel::TlasVi
   recorder.dispatch(pipeline_, bindings_[view.slot], args, alone ? count : (count + 63) / 64);
 }
 
-void RegionRunner::unpack(std::uint32_t count, const RowSource& rows) noexcept {
+void RegionRunner::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
   incomplete_.clear();
   for (std::uint32_t i = 0; i < count; ++i) {
-    unpack_answer(i, i, rows);
+    unpack_answer(i, i, view);
     if (answers_[i].incomplete) incomplete_.push_back(i);
   }
   answered_ = count;
@@ -90,9 +90,9 @@ void RegionRunner::record_again(const accel::TlasView& view, gpu::Recorder& reco
   dispatch(static_cast<std::uint32_t>(incomplete_.size()), true, view, recorder);
 }
 
-void RegionRunner::unpack_again(const RowSource& rows) noexcept {
+void RegionRunner::unpack_again(const accel::TlasView& view) noexcept {
   for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
-    unpack_answer(incomplete_[i], i, rows);
+    unpack_answer(incomplete_[i], i, view);
 }
 
 bool RegionRunner::truncated() const noexcept {
@@ -100,13 +100,14 @@ bool RegionRunner::truncated() const noexcept {
                              [](const RegionAnswer& answer) { return answer.overflow || answer.incomplete; });
 }
 
-void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place, const RowSource& rows) noexcept {
+void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
+                                 const accel::TlasView& view) noexcept {
   const shared::RegionCount count = counts_.host_as<const shared::RegionCount>()[place];
   const auto ids = ids_.host_as<const std::uint32_t>().subspan(std::size_t{place} * ids_per_region_);
   const std::uint32_t kept = std::min(count.found, ids_per_region_);
   const auto entities = std::span(entities_).subspan(std::size_t{region} * ids_per_region_, kept);
   for (std::uint32_t k = 0; k < kept; ++k)
-    entities[k] = rows.row(ids[k])->id;
+    entities[k] = view.identities[ids[k]].id;
   std::ranges::sort(entities, {}, &EntityId::index);
   answers_[region] = {.entities = entities,
                       .found = count.found,

@@ -20,10 +20,10 @@ class RegionRunner {
   }
   void record_warm_up(gpu::Recorder& recorder) noexcept;
   void record(std::uint32_t count, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
-  void unpack(std::uint32_t count, const RowSource& rows) noexcept;
+  void unpack(std::uint32_t count, const accel::TlasView& view) noexcept;
   bool has_incomplete() const noexcept { return !incomplete_.empty(); }
   void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
-  void unpack_again(const RowSource& rows) noexcept;
+  void unpack_again(const accel::TlasView& view) noexcept;
   bool truncated() const noexcept;
   std::span<const RegionAnswer> answers() const noexcept { return {answers_.data(), answered_}; }
 
@@ -31,7 +31,7 @@ class RegionRunner {
   void dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;
   /// The answer to the caller's region from what the device left at `place`.
-  void unpack_answer(std::uint32_t region, std::uint32_t place, const RowSource& rows) noexcept;
+  void unpack_answer(std::uint32_t region, std::uint32_t place, const accel::TlasView& view) noexcept;
 
   std::uint32_t ids_per_region_ = 0;
   std::uint32_t answered_ = 0;

@@ -3,6 +3,7 @@
 // fixed size; the newest change of every index starts a chain to its older ones. Allocates in the constructor
 // alone. One thread.
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -32,6 +33,13 @@ class ChangeHistory {
 
   /// The oldest version that can still be read.
   Version oldest_kept() const noexcept { return oldest_kept_; }
+
+  /// Whether a version that is kept now will be after `more` further changes.
+  bool keeps_after(Version version, std::size_t more) const noexcept {
+    const std::uint64_t last = newest_ + more;
+    if (last <= ring_.size()) return true;
+    return more <= ring_.size() && version >= std::max(oldest_kept_, at(last - ring_.size()).version);
+  }
 
   /// Calls visit(index) for every change that a version in (after, up_to] made; `after` is kept.
   template <class Visit>

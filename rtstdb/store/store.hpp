@@ -48,6 +48,10 @@ class Store {
 
   VersionInfo latest() const noexcept { return latest_; }
   Version oldest_kept() const noexcept { return changes_.oldest_kept(); }
+  /// Whether a version that is kept now will be after a commit of so many writes.
+  bool keeps_after(Version version, std::size_t writes) const noexcept {
+    return changes_.keeps_after(version, writes);
+  }
 
   Snapshot latest_snapshot() const noexcept { return {*this, latest_}; }
   /// Misuse unless a set is staged.

@@ -56,22 +56,26 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
       queue_(options.queue_capacity),
       runner_(store_, executor, clock, costs_) {
   const SignalsBlocked inherited_by_the_thread;
-  thread_ = std::thread([this] { serve(); });
+  thread_ = std::thread([this] { run_thread(); });
+  relief_ = std::thread([this] { relieve(); });
   pthread_setname_np(thread_.native_handle(), "rtstdb");
-  set_priority(options.thread_priority);
+  pthread_setname_np(relief_.native_handle(), "rtstdb relief");
+  set_priority(thread_, options.thread_priority);
+  set_priority(relief_, options.thread_priority);
 }
 
 Engine::~Engine() {
   close();
 }
 
-void Engine::set_priority(int priority) {
+void Engine::set_priority(std::thread& thread, int priority) {
   // Set in any case: a thread inherits its creator's policy.
   sched_param parameters{};
   parameters.sched_priority = priority;
   const int refusal =
-      pthread_setschedparam(thread_.native_handle(), priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameters);
+      pthread_setschedparam(thread.native_handle(), priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameters);
   if (refusal == 0) return;
+  if (!degraded_.empty()) return;  // both threads get the same answer
   degraded_.push_back("the database's thread runs without SCHED_FIFO priority " + std::to_string(priority) +
                       ": " + std::generic_category().message(refusal));
 }
@@ -126,12 +130,15 @@ void Engine::close() noexcept {
   closing_.store(true, std::memory_order_release);
   ring();
   thread_.join();
+  wake_relief();
+  relief_.join();
 }
 
 void Engine::ring() noexcept {
   // Pairs with sleep_unless_rung: either the bell is heard there or the sleeper is seen here.
   bell_.fetch_add(1, std::memory_order_seq_cst);
   if (asleep_.load(std::memory_order_seq_cst)) futex_wake_all(&bell_);
+  if (waits_for_device_.load(std::memory_order_seq_cst)) wake_relief();
 }
 
 void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
@@ -145,12 +152,14 @@ void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
 
 // ---- the engine's thread
 
-void Engine::serve() noexcept {
+void Engine::run_thread() noexcept {
+  working_.lock();
   while (!closing_.load(std::memory_order_acquire)) {
     const std::uint32_t heard = bell_.load(std::memory_order_seq_cst);
     if (!work_once()) sleep_unless_rung(heard);
   }
   cancel_all();
+  working_.unlock();
 }
 
 bool Engine::work_once() noexcept {
@@ -161,6 +170,45 @@ bool Engine::work_once() noexcept {
   return most_urgent != nullptr || stepped;
 }
 
+void Engine::begin_wait() noexcept {
+  // Pairs with ring: either the submitter sees the flag or its ring is heard here.
+  waits_for_device_.store(true, std::memory_order_seq_cst);
+  const bool work_there = bell_.load(std::memory_order_seq_cst) != received_at_ || !queue_.empty();
+  working_.unlock();
+  if (work_there) wake_relief();
+}
+
+void Engine::end_wait() noexcept {
+  working_.lock();
+  waits_for_device_.store(false, std::memory_order_relaxed);
+}
+
+void Engine::wake_relief() noexcept {
+  relief_bell_.fetch_add(1, std::memory_order_seq_cst);
+  futex_wake_all(&relief_bell_);
+}
+
+void Engine::relieve() noexcept {
+  while (!closing_.load(std::memory_order_acquire)) {
+    const std::uint32_t heard = relief_bell_.load(std::memory_order_seq_cst);
+    if (waits_for_device_.load(std::memory_order_seq_cst)) {
+      const std::lock_guard lock(working_);
+      if (waits_for_device_.load(std::memory_order_relaxed)) carry_out_writes();
+    }
+    futex_wait(relief_bell_, heard);
+  }
+}
+
+void Engine::carry_out_writes() noexcept {
+  receive();
+  const auto only_writes = [this](const TransactionImpl& waiting) {
+    return !waiting.write_set().writes.empty() && waiting.requests().empty() &&
+           store_.keeps_after(*runner_.reading(), waiting.write_set().writes.size());
+  };
+  while (TransactionImpl* const writer = queue_.pop_first(only_writes))
+    carry_out(*writer);
+}
+
 void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
   asleep_.store(true, std::memory_order_seq_cst);
   futex_wait(bell_, heard);
@@ -168,6 +216,7 @@ void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
 }
 
 void Engine::receive() noexcept {
+  received_at_ = bell_.load(std::memory_order_seq_cst);
   receive(submitted_.take_all());
 }
 
@@ -219,7 +268,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
 }
 
 void Engine::carry_out(TransactionImpl& transaction) noexcept {
-  const Status status = runner_.run(transaction);
+  const Status status = runner_.run(transaction, this);
   if (store_.latest().version != latest_.get().version) latest_.set(store_.latest());
   finish(transaction, status);
 }

@@ -12,6 +12,8 @@
 //   is let in. queue full: the least urgent best-effort transaction is cancelled, else the newcomer.
 // Order: importance, then earliest deadline, then arrival.
 //
+// Two threads: the engine's, and a relief that only works while the engine's waits for the device.
+//
 // Threads: submit, wait, latest, counts, snapshot and call from any; constructor, make_transaction and
 // destructor are setup. submit, wait and latest neither allocate nor take a lock.
 
@@ -19,6 +21,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -45,12 +48,12 @@ struct EngineOptions {
   int thread_priority = 0;
 };
 
-class Engine {
+class Engine final : private query::Meanwhile {
  public:
   /// The executor is called on the engine's thread alone. Executor and clock must outlive the engine.
   Engine(EngineOptions options, query::Executor& executor, const Clock& clock);
   /// Closes.
-  ~Engine();
+  ~Engine() override;
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
@@ -78,8 +81,16 @@ class Engine {
   void close() noexcept;
 
  private:
-  void serve() noexcept;
+  void run_thread() noexcept;
   bool work_once() noexcept;
+  void begin_wait() noexcept override;
+  void end_wait() noexcept override;
+  /// The relief's thread: while a transaction that only reads waits for the device, carries out those that
+  /// only write, since they need none. So a tick's write waits microseconds, not for another thread's
+  /// queries.
+  void relieve() noexcept;
+  void carry_out_writes() noexcept;
+  void wake_relief() noexcept;
   void receive() noexcept;
   void receive(HandOverLink* transactions) noexcept;
   void admit(TransactionImpl& transaction) noexcept;
@@ -91,7 +102,7 @@ class Engine {
   void give_errand(Errand& errand) noexcept;
   void ring() noexcept;
   void sleep_unless_rung(std::uint32_t heard) noexcept;
-  void set_priority(int priority);
+  void set_priority(std::thread& thread, int priority);
 
   const std::uint32_t max_entities_;
   const Clock& clock_;
@@ -102,18 +113,25 @@ class Engine {
   std::atomic<bool> asleep_{false};
   std::atomic<bool> closing_{false};
 
-  // The engine's thread alone, once it runs.
+  std::atomic<bool> waits_for_device_{false};
+  std::atomic<std::uint32_t> relief_bell_{0};
+
+  // The engine's thread alone, once it runs; it holds the lock except in its waits for the device, where the
+  // relief may take it for a few writes.
+  std::mutex working_;
   store::Store store_;
   LatestVersion latest_;  ///< written by it, read by any
   CostModel costs_;
   ReadyQueue queue_;
   Runner runner_;
   HandOverLink* errands_ = nullptr;  ///< taken over, oldest first
+  std::uint32_t received_at_ = 0;    ///< the bell when submissions were last taken over
   std::uint64_t arrivals_ = 0;
   std::uint32_t refused_in_a_row_ = 0;
 
   std::vector<std::string> degraded_;
   std::thread thread_;
+  std::thread relief_;
 };
 
 }  // namespace rtstdb::transaction

@@ -15,11 +15,17 @@ auto urgency(const TransactionImpl& transaction) {
   return std::tuple(-int{transaction.terms().importance}, transaction.terms().deadline, transaction.arrival);
 }
 
-bool less_urgent(const TransactionImpl* a, const TransactionImpl* b) {
+}  // namespace
+
+bool ReadyQueue::less_urgent(const TransactionImpl* a, const TransactionImpl* b) noexcept {
   return urgency(*a) > urgency(*b);
 }
 
-}  // namespace
+void ReadyQueue::take_out(const TransactionImpl& transaction) noexcept {
+  *std::find(heap_.begin(), heap_.end(), &transaction) = heap_.back();
+  heap_.pop_back();
+  std::make_heap(heap_.begin(), heap_.end(), less_urgent);
+}
 
 ReadyQueue::ReadyQueue(std::uint32_t capacity) : capacity_(capacity) {
   RTSTDB_ASSERT(capacity >= 1);
@@ -47,9 +53,7 @@ TransactionImpl& ReadyQueue::shed(TransactionImpl& newcomer) noexcept {
     if (victim == nullptr || less_urgent(waiting, victim)) victim = waiting;
   }
   if (victim == nullptr || victim == &newcomer) return newcomer;
-  *std::find(heap_.begin(), heap_.end(), victim) = heap_.back();
-  heap_.pop_back();
-  std::make_heap(heap_.begin(), heap_.end(), less_urgent);
+  take_out(*victim);
   return *victim;
 }
 

@@ -23,6 +23,17 @@ class ReadyQueue {
   /// The most urgent one, or null.
   TransactionImpl* pop() noexcept;
 
+  /// The most urgent one that `wanted` says yes to, or null.
+  template <class Wanted>
+  TransactionImpl* pop_first(Wanted wanted) noexcept {
+    TransactionImpl* found = nullptr;
+    for (TransactionImpl* waiting : heap_) {
+      if (wanted(*waiting) && (found == nullptr || less_urgent(found, waiting))) found = waiting;
+    }
+    if (found != nullptr) take_out(*found);
+    return found;
+  }
+
   /// Who goes when there is no room for one more: the least urgent best-effort transaction, `newcomer`
   /// counted; else the newcomer. The one who goes is no longer in the queue.
   TransactionImpl& shed(TransactionImpl& newcomer) noexcept;
@@ -36,6 +47,9 @@ class ReadyQueue {
                               Nanoseconds cost) const noexcept;
 
  private:
+  static bool less_urgent(const TransactionImpl* a, const TransactionImpl* b) noexcept;
+  void take_out(const TransactionImpl& transaction) noexcept;
+
   std::vector<TransactionImpl*> heap_;
   std::uint32_t capacity_;
 };

@@ -6,7 +6,7 @@
 
 namespace rtstdb::transaction {
 
-Status Runner::run(TransactionImpl& transaction) noexcept {
+Status Runner::run(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept {
   Outcome& outcome = transaction.draft();
   const Terms& terms = transaction.terms();
   const ClockTime now = clock_.now();
@@ -16,7 +16,7 @@ Status Runner::run(TransactionImpl& transaction) noexcept {
   }
   outcome.started = now;
   queries_cost_ = Nanoseconds(0);
-  return transaction.write_set().writes.empty() ? read(transaction) : write(transaction);
+  return transaction.write_set().writes.empty() ? read(transaction, meanwhile) : write(transaction);
 }
 
 Status Runner::write(TransactionImpl& transaction) noexcept {
@@ -26,7 +26,8 @@ Status Runner::write(TransactionImpl& transaction) noexcept {
     return Status::bad_input;
   }
   const store::Snapshot version = store_.staged_snapshot();
-  if (auto failure = answer(transaction, version)) {
+  // Nothing is served meanwhile: this version is staged, and only one can be.
+  if (auto failure = answer(transaction, version, nullptr)) {
     store_.discard();
     return *failure;
   }
@@ -40,7 +41,7 @@ Status Runner::write(TransactionImpl& transaction) noexcept {
   return status;
 }
 
-Status Runner::read(TransactionImpl& transaction) noexcept {
+Status Runner::read(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept {
   const auto found = store_.read(transaction.terms().read_at);
   if (const auto* fault = std::get_if<BadInput>(&found)) {
     transaction.draft().bad_input = *fault;
@@ -48,7 +49,10 @@ Status Runner::read(TransactionImpl& transaction) noexcept {
   }
   const auto& version = *std::get_if<store::Snapshot>(&found);
   if (!expectations_hold(transaction, version)) return Status::conflict;
-  if (auto failure = answer(transaction, version)) return *failure;
+  reading_ = version.version();
+  const auto failure = answer(transaction, version, meanwhile);
+  reading_.reset();
+  if (failure) return *failure;
   if (!published_in_time(transaction)) return Status::missed;
   return done(transaction, version);
 }
@@ -70,7 +74,8 @@ bool Runner::expectations_hold(TransactionImpl& transaction, const query::RowSou
   return true;
 }
 
-std::optional<Status> Runner::answer(TransactionImpl& transaction, const query::RowSource& rows) noexcept {
+std::optional<Status> Runner::answer(TransactionImpl& transaction, const query::RowSource& rows,
+                                     query::Meanwhile* meanwhile) noexcept {
   Outcome& outcome = transaction.draft();
   transaction.answer_reads(rows);
   if (transaction.requests().empty()) {
@@ -83,7 +88,7 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, const query::
     return Status::bad_input;
   }
   const ClockTime begun = clock_.now();
-  const query::RunReport report = executor_.run(rows, transaction.requests(), times);
+  const query::RunReport report = executor_.run(rows, transaction.requests(), times, meanwhile);
   outcome.computed = clock_.now();
   queries_cost_ = outcome.computed - begun;
   outcome.gpu_time = Nanoseconds(report.gpu_ns);

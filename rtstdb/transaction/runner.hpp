@@ -28,15 +28,20 @@ class Runner {
   Runner(store::Store& store, query::Executor& executor, const Clock& clock, CostModel& costs)
       : store_(store), executor_(executor), clock_(clock), costs_(costs) {}
 
-  /// Fills the transaction's outcome and returns its status; does not give the transaction back.
-  Status run(TransactionImpl& transaction) noexcept;
+  /// Fills the transaction's outcome and returns its status; does not give the transaction back. While a
+  /// transaction that only reads waits for the device, `meanwhile` is served and may run others that only
+  /// write: the version being read stays.
+  Status run(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept;
+  /// The version that a transaction under way reads, which commits made meanwhile have to leave readable.
+  std::optional<Version> reading() const noexcept { return reading_; }
 
  private:
   Status write(TransactionImpl& transaction) noexcept;
-  Status read(TransactionImpl& transaction) noexcept;
+  Status read(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept;
   static bool expectations_hold(TransactionImpl& transaction, const query::RowSource& rows) noexcept;
   /// The status with which the transaction fails; none when its answers stand.
-  std::optional<Status> answer(TransactionImpl& transaction, const query::RowSource& rows) noexcept;
+  std::optional<Status> answer(TransactionImpl& transaction, const query::RowSource& rows,
+                               query::Meanwhile* meanwhile) noexcept;
   static std::optional<BadInput> check_queries(TransactionImpl& transaction, const query::RowSource& rows,
                                                query::TimeSpan& times) noexcept;
   /// Reads the clock, notes the cost and sets `published`. False: a firm deadline has passed, `published`
@@ -49,6 +54,7 @@ class Runner {
   const Clock& clock_;
   CostModel& costs_;
   Nanoseconds queries_cost_{0};  ///< of the transaction being run
+  std::optional<Version> reading_;
 };
 
 }  // namespace rtstdb::transaction

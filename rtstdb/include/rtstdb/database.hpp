@@ -42,7 +42,8 @@ struct DatabaseOptions {
   std::uint32_t queue_capacity = 256;
   /// The deadline clock; null: CLOCK_MONOTONIC. Must outlive the database.
   const Clock* clock = nullptr;
-  /// SCHED_FIFO priority of the database's thread, 0: ordinary. Where it is refused, Health says so.
+  /// SCHED_FIFO priority of the database's thread, 0: ordinary. The driver's threads, which do the computing
+  /// on a software device, get two less. Where it is refused, Health says so.
   int thread_priority = 0;
 };
 

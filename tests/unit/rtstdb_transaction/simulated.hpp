@@ -84,12 +84,19 @@ class SimulatedExecutor final : public query::Executor {
                                               const query::TimeSpan&)>;
 
   query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
-                       const query::TimeSpan& times) noexcept override {
+                       const query::TimeSpan& times, query::Meanwhile* meanwhile) noexcept override {
+    if (while_waiting && meanwhile != nullptr) {
+      meanwhile->begin_wait();
+      while_waiting();
+      meanwhile->end_wait();
+    }
     return work ? work(rows, requests, times) : query::RunReport{};
   }
 
   /// Set before the first transaction, or while none is under way.
   Work work;
+  /// What happens while a run waits for the device; none: it never waits.
+  std::function<void()> while_waiting;
 };
 
 /// Holds the engine's thread inside the executor until opened.

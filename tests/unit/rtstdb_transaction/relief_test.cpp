@@ -1,0 +1,120 @@
+// Writes go on while a query waits for the device.
+
+#include <gtest/gtest.h>
+
+#include "simulated.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+class Relief : public testing::Test {
+ protected:
+  /// Writes `material` to the first entity and waits for it, as another thread's tick does.
+  Status write(std::uint32_t material) {
+    writer_->begin({});
+    writer_->update(first_, row_of(material));
+    return world_.execute(*writer_).status;
+  }
+  Status read() {
+    reader_->begin({});
+    reader_->ask(query_, 1);
+    return world_.execute(*reader_).status;
+  }
+
+  World world_;
+  EntityId first_ = world_.create(1);
+  SimulatedQuery query_{1};
+  std::unique_ptr<Transaction> writer_ = world_.make();
+  std::unique_ptr<Transaction> reader_ = world_.make();
+};
+
+TEST_F(Relief, CommitsAWriteAndLeavesTheReadersVersionAlone) {
+  Status written = Status::idle;
+  std::uint32_t seen = 0;
+  world_.executor.while_waiting = [&] { written = write(2); };
+  world_.executor.work = [&](const query::RowSource& rows, const auto&, const auto&) {
+    seen = rows.find(first_)->row.material;
+    return query::RunReport{};
+  };
+  EXPECT_EQ(read(), Status::committed);
+  EXPECT_EQ(written, Status::committed) << "it waited for the device";
+  EXPECT_EQ(seen, 1u);
+  EXPECT_EQ(world_.material(first_), 2);
+  EXPECT_LT(reader_->outcome().version, writer_->outcome().version);
+}
+
+TEST_F(Relief, CommitsManyWritesDuringOneWait) {
+  int committed = 0;
+  world_.executor.while_waiting = [&] {
+    for (std::uint32_t k = 0; k < 100; ++k)
+      committed += write(k) == Status::committed ? 1 : 0;
+  };
+  EXPECT_EQ(read(), Status::committed);
+  EXPECT_EQ(committed, 100);
+}
+
+TEST_F(Relief, TakesAWriteThatCameBeforeTheWait) {
+  const auto early = world_.make();
+  early->begin({});
+  early->update(first_, row_of(7));
+  Status written = Status::idle;
+  world_.executor.while_waiting = [&] { written = world_.engine.wait(*early).status; };
+  world_.executor.work = [&](const auto&, const auto&, const auto&) { return query::RunReport{}; };
+  reader_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
+  reader_->ask(query_, 1);
+  // Both are handed over before the engine looks: the reader goes first by its importance.
+  world_.engine.call([&] {
+    world_.engine.submit(*reader_);
+    world_.engine.submit(*early);
+  });
+  EXPECT_EQ(world_.engine.wait(*reader_).status, Status::committed);
+  EXPECT_EQ(written, Status::committed);
+}
+
+TEST(ReliefInAShortHistory, LetsAWriteWaitThatTheReadersVersionWouldNotSurvive) {
+  World world(engine_options(64, 64, 1));
+  const EntityId first = world.create(1);
+  const auto writer = world.make();
+  const auto reader = world.make();
+  SimulatedQuery query(1);
+  std::uint32_t seen = 0;
+  world.executor.while_waiting = [&] {
+    writer->begin({});
+    writer->update(first, row_of(2));
+    writer->create(row_of(3));  // two changes; the history holds one
+    world.engine.submit(*writer);
+  };
+  world.executor.work = [&](const query::RowSource& rows, const auto&, const auto&) {
+    seen = rows.find(first)->row.material;
+    return query::RunReport{};
+  };
+  reader->begin({});
+  reader->ask(query, 1);
+  EXPECT_EQ(world.execute(*reader).status, Status::committed);
+  EXPECT_EQ(seen, 1u);
+  EXPECT_EQ(world.engine.wait(*writer).status, Status::committed);
+  EXPECT_GE(writer->outcome().started, reader->outcome().computed);
+}
+
+TEST_F(Relief, LeavesTransactionsWithQueriesWaiting) {
+  const auto mixed = world_.make();
+  SimulatedQuery other(1);
+  bool first_run = true;
+  Status during = Status::idle;
+  world_.executor.while_waiting = [&] {
+    if (!std::exchange(first_run, false)) return;
+    mixed->begin({});
+    mixed->update(first_, row_of(9));
+    mixed->ask(other, 1);
+    world_.engine.submit(*mixed);
+    EXPECT_EQ(write(4), Status::committed);
+    during = mixed->status();
+  };
+  EXPECT_EQ(read(), Status::committed);
+  EXPECT_EQ(during, Status::pending);
+  EXPECT_EQ(world_.engine.wait(*mixed).status, Status::committed);
+  EXPECT_EQ(world_.material(first_), 9);
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test
