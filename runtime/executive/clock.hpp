@@ -2,6 +2,7 @@
 // The executive's clock port and its two twins. Times are nanoseconds of one monotonic clock whose zero means
 // nothing.
 
+#include <atomic>
 #include <cstdint>
 
 namespace hil::executive {
@@ -25,17 +26,17 @@ class MonotonicClock final : public Clock {
 };
 
 /// Stands still except when slept on: a run under it goes as fast as the machine can and every instant in it
-/// is a function of its inputs. One thread.
+/// is a function of its inputs. One thread sleeps; any may read.
 class VirtualClock final : public Clock {
  public:
-  std::int64_t now_ns() const noexcept override { return now_ns_; }
+  std::int64_t now_ns() const noexcept override { return now_ns_.load(std::memory_order_relaxed); }
   void sleep_until(std::int64_t wake_ns) noexcept override {
-    if (wake_ns > now_ns_) now_ns_ = wake_ns;
+    if (wake_ns > now_ns()) now_ns_.store(wake_ns, std::memory_order_relaxed);
   }
   bool is_virtual() const noexcept override { return true; }
 
  private:
-  std::int64_t now_ns_ = 0;
+  std::atomic<std::int64_t> now_ns_{0};
 };
 
 }  // namespace hil::executive

@@ -1,0 +1,156 @@
+#pragma once
+// A run while it lives: everything that is open, and the hooks of the tick. session.cpp runs and closes it
+// and makes its record; live_session_open.cpp opens it. Nobody else includes this.
+
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/virtual/hub.hpp"
+#include "runtime/executive/executive.hpp"
+#include "runtime/run/expectations.hpp"
+#include "runtime/run/process_watch.hpp"
+#include "runtime/run/session.hpp"
+#include "runtime/run/signal_log.hpp"
+
+namespace hil::run {
+
+/// Sentences that threads add while the run goes on.
+class Sentences {
+ public:
+  void add(const std::string& sentence) {
+    const std::lock_guard lock(mutex_);
+    if (std::find(all_.begin(), all_.end(), sentence) == all_.end()) all_.push_back(sentence);
+  }
+  std::vector<std::string> all() const {
+    const std::lock_guard lock(mutex_);
+    return all_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<std::string> all_;
+};
+
+class LiveSession final : public executive::TickHooks {
+ public:
+  LiveSession(Wiring wiring, const SessionOptions& options)
+      : wiring_(std::move(wiring)),
+        scenario_(*wiring_.scenario),
+        options_(options),
+        virtual_(scenario_.clock == config::ClockKind::virtual_time),
+        database_clock_(clock()),
+        device_clock_(clock()) {
+    std::filesystem::create_directories(options.directory);
+  }
+  ~LiveSession() override { close_devices(); }
+
+  void open(const std::atomic<bool>& stop_requested) {
+    outer_stop_ = &stop_requested;
+    open_world();
+    open_buses();
+    choose_ports();
+    open_modbus(io::modbus::Role::server);  // programs may be its clients
+    start_processes();
+    wait_for_stations();
+    open_modbus(io::modbus::Role::client);
+    link_devices();
+    make_judges();
+  }
+
+  SessionResult run(const std::atomic<bool>& stop_requested);
+
+  void before_first_tick(std::int64_t start_ns) noexcept override { device_clock_.set_origin(start_ns); }
+  void begin_tick(const executive::TickInfo& /*tick*/) noexcept override {
+    for (const auto& link : links_)
+      link->latch_inputs();
+  }
+  void end_tick(const executive::TickInfo& tick) noexcept override {
+    for (const auto& judge : judges_)
+      judge->look(wiring_.signals, tick.time_ns);
+    if (tick.tick % log_every_ticks_ == 0) log_->take(wiring_.signals, tick.time_ns);
+    bool in_step = true;
+    for (const auto& link : links_)
+      in_step = in_step && link->in_step();
+    if (!in_step || outer_stop_->load(std::memory_order_relaxed)) {
+      stop_.store(true, std::memory_order_relaxed);
+    }
+  }
+
+ private:
+  executive::Clock& clock() noexcept {
+    return virtual_ ? static_cast<executive::Clock&>(virtual_clock_)
+                    : static_cast<executive::Clock&>(monotonic_clock_);
+  }
+  io::Pacing pacing() const noexcept { return virtual_ ? io::Pacing::lockstep : io::Pacing::realtime; }
+
+  void open_world();
+  void open_buses();
+  void choose_ports();
+  void start_processes();
+  void wait_for_stations();
+  void open_modbus(io::modbus::Role role);
+  void link_devices();
+  void make_judges();
+  void close_devices() noexcept;
+  std::function<void()> thread_start(std::optional<int> priority, const std::string& who);
+  /// What stands for {section.name} in a command.
+  std::string address_of(const std::string& section, const std::string& name) const;
+  void add_tasks(executive::Executive& executive);
+  report::LiveStatus live_status(const executive::Executive& executive);
+  void fill_record(const executive::RunResult& result, bool interrupted, report::RunRecord& record);
+  void decide(const executive::RunResult& result, bool interrupted, report::RunRecord& record) const;
+  std::string io_fault() const;
+
+  Wiring wiring_;
+  const config::Scenario& scenario_;
+  const SessionOptions& options_;
+  const bool virtual_;
+  executive::MonotonicClock monotonic_clock_;
+  executive::VirtualClock virtual_clock_;
+  DatabaseClock database_clock_;
+  DeviceClock device_clock_;
+  Sentences degraded_;
+
+  std::unique_ptr<rtstdb::Database> database_;
+  std::unique_ptr<modules::World> world_;
+  modules::EventLog events_;
+  std::vector<std::unique_ptr<ModuleTask>> module_tasks_;
+
+  struct Bus {
+    const WiredCan* wired = nullptr;
+    std::unique_ptr<io::can::CanDevice> device;
+    const io::virtual_bus::Hub* hub = nullptr;  // of a virtual bus
+    std::size_t stations = 0;                   // programs that connect to it
+  };
+  std::vector<Bus> buses_;
+  struct Unit {
+    const WiredModbus* wired = nullptr;
+    io::modbus::Endpoint endpoint;
+    std::unique_ptr<io::modbus::ClientDevice> client;
+    std::unique_ptr<io::modbus::ServerDevice> server;
+    io::Device& device() const {
+      return client ? static_cast<io::Device&>(*client) : static_cast<io::Device&>(*server);
+    }
+  };
+  std::vector<Unit> units_;
+  std::vector<std::unique_ptr<DeviceLink>> links_;
+  std::unique_ptr<ProcessWatch> processes_;
+  std::vector<ProcessFate> fates_;
+
+  std::vector<std::unique_ptr<Judge>> judges_;
+  std::unique_ptr<SignalLog> log_;
+  std::string log_fault_;
+  std::uint64_t log_every_ticks_ = 1;
+
+  std::atomic<bool> stop_{false};
+  const std::atomic<bool>* outer_stop_ = nullptr;
+  std::atomic<bool> process_lost_{false};
+  std::uint64_t last_live_ticks_ = 0;
+};
+
+}  // namespace hil::run

@@ -1,0 +1,220 @@
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <pthread.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+#include "io/can/socketcan_bus.hpp"
+#include "runtime/run/live_session.hpp"
+#include "runtime/run/scenery.hpp"
+
+namespace hil::run {
+namespace {
+
+constexpr std::int64_t signal_log_rate_hz = 100;
+
+/// A TCP port on loopback that nobody uses now.
+std::uint16_t free_port() {
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  const bool ok = fd >= 0 && bind(fd, reinterpret_cast<sockaddr*>(&address), size) == 0 &&
+                  getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0;
+  if (fd >= 0) close(fd);
+  if (!ok) throw io::DeviceError(std::string("no free TCP port on loopback: ") + std::strerror(errno));
+  return ntohs(address.sin_port);
+}
+
+}  // namespace
+
+void LiveSession::open_world() {
+  rtstdb::DatabaseOptions options;
+  options.gpu = scenario_.world.gpu;
+  options.max_entities = scenario_.world.max_entities;
+  options.max_geometries = scenario_.world.max_geometries;
+  options.retained_changes = scenario_.world.retained_changes;
+  options.queue_capacity = scenario_.world.queue_capacity;
+  options.clock = &database_clock_;
+  if (!virtual_ && scenario_.realtime.scheduler == config::Scheduler::fifo)
+    options.thread_priority = scenario_.realtime.priority;
+  auto opened = rtstdb::Database::open(options);
+  if (!opened) throw GpuError(opened.error().message);
+  database_ = std::move(opened).value();
+  world_ = std::make_unique<modules::World>(*database_, scenario_.world.layers.names());
+  create_scenery(scenario_, *world_);
+  for (WiredModule& wired : wiring_.modules) {
+    const config::TaskSection& section = *wired.section;
+    const std::int64_t period_ns = scenario_.base_period_ns * section.every_ticks;
+    const modules::TaskFacts facts{.instance = section.module.text,
+                                   .period_ns = period_ns,
+                                   .deadline_ns = section.deadline_ns == 0 ? period_ns : section.deadline_ns,
+                                   .seed = scenario_.seed,
+                                   .own_thread = !section.thread.empty()};
+    wired.module->configure(*world_, events_, facts);
+    module_tasks_.push_back(std::make_unique<ModuleTask>(
+        *wired.module, wired.links, facts.deadline_ns, wiring_.signals, *database_, device_clock_, events_));
+  }
+}
+
+std::function<void()> LiveSession::thread_start(std::optional<int> priority, const std::string& who) {
+  return [this, priority, who] {
+    pthread_setname_np(pthread_self(), who.substr(0, 15).c_str());
+    if (!priority) return;
+    const sched_param parameters{.sched_priority = *priority};
+    const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+    if (error != 0)
+      degraded_.add("SCHED_FIFO was refused for the thread of " + who + " (" + std::strerror(error) + ")");
+  };
+}
+
+void LiveSession::open_buses() {
+  for (const WiredCan& wired : wiring_.can) {
+    const config::CanSection& section = *wired.section;
+    Bus bus{.wired = &wired, .device = nullptr, .hub = nullptr, .stations = 0};
+    for (const config::ProcessSection& process : scenario_.processes) {
+      if (!process.enabled) continue;
+      for (const config::CommandWord& word : process.command) {
+        for (const auto& placeholder : word.placeholders) {
+          bus.stations += placeholder.section == "can" && placeholder.name == section.bus.text ? 1 : 0;
+        }
+      }
+    }
+    std::unique_ptr<io::can::Bus> port;
+    if (section.is_virtual()) {
+      io::virtual_bus::HubConfig hub{.name = section.bus.text,
+                                     .path = {},
+                                     .faults = {.drop_probability = section.faults.drop,
+                                                .corrupt_probability = section.faults.corrupt,
+                                                .delay_probability = section.faults.delay_ns > 0 ? 1.0 : 0.0,
+                                                .delay_ns = section.faults.delay_ns,
+                                                .seed = scenario_.seed},
+                                     .expected_clients = bus.stations};
+      auto made = std::make_unique<io::virtual_bus::Hub>(std::move(hub));
+      bus.hub = made.get();
+      port = std::move(made);
+    } else {
+      port =
+          std::make_unique<io::can::SocketCanBus>(io::can::SocketCanConfig{.interface = section.interface});
+    }
+    io::can::CanDeviceConfig config = wired.device;
+    config.log_file = options_.directory / ("can-" + section.bus.text + ".log");
+    config.on_thread_start = thread_start(section.thread_priority, "can " + section.bus.text);
+    bus.device = std::make_unique<io::can::CanDevice>(std::move(config), std::move(port));
+    buses_.push_back(std::move(bus));
+    buses_.back().device->start(device_clock_, pacing());
+  }
+}
+
+void LiveSession::choose_ports() {
+  for (const WiredModbus& wired : wiring_.modbus) {
+    const config::ModbusSection& section = *wired.section;
+    units_.push_back({.wired = &wired,
+                      .endpoint = {.host = section.host, .port = section.port ? *section.port : free_port()},
+                      .client = nullptr,
+                      .server = nullptr});
+  }
+}
+
+std::string LiveSession::address_of(const std::string& section, const std::string& name) const {
+  if (section == "clock") return virtual_ ? "stepped" : "wall";
+  if (section == "can") {
+    for (const Bus& bus : buses_) {
+      if (bus.wired->section->bus.text != name) continue;
+      return bus.hub != nullptr ? bus.hub->address() : "socketcan:" + bus.wired->section->interface;
+    }
+  }
+  for (const Unit& unit : units_) {
+    if (unit.wired->section->unit.text == name) return unit.endpoint.to_text();
+  }
+  return {};
+}
+
+void LiveSession::start_processes() {
+  std::vector<ProcessWatch::Program> programs;
+  for (const config::ProcessSection& section : scenario_.processes) {
+    if (!section.enabled) continue;
+    ProcessWatch::Program program{
+        .child = {.name = section.name.text,
+                  .command = {},
+                  .search_folders = options_.program_folders,
+                  .working_folder = std::filesystem::path(scenario_.file).parent_path(),
+                  .output_file = options_.directory / (section.name.text + ".out")},
+        .safe_on_exit = section.safe_on_exit};
+    for (const config::CommandWord& word : section.command) {
+      program.child.command.push_back(word.expand(
+          [this](const std::string& kind, const std::string& name) { return address_of(kind, name); }));
+    }
+    programs.push_back(std::move(program));
+  }
+  processes_ = std::make_unique<ProcessWatch>(programs, [this] { return device_clock_.now_ns(); });
+}
+
+/// In real time: until every program that has a bus's address has connected to it, as an ECU is powered
+/// before a test begins. In lock-step the hub's first barrier waits.
+void LiveSession::wait_for_stations() {
+  if (virtual_) return;
+  std::int64_t limit_ns = 0;
+  for (const config::ProcessSection& section : scenario_.processes) {
+    if (section.enabled) limit_ns = std::max(limit_ns, section.start_timeout_ns);
+  }
+  const auto until = std::chrono::steady_clock::now() + std::chrono::nanoseconds(limit_ns);
+  for (const Bus& bus : buses_) {
+    while (bus.hub != nullptr && bus.hub->station_count() < bus.stations) {
+      if (outer_stop_->load()) return;  // the run then ends with its first tick
+      if (const std::string dead = processes_->first_dead(); !dead.empty()) {
+        throw io::DeviceError("process " + dead + " before the run began; its output is in " +
+                              options_.directory.string());
+      }
+      if (std::chrono::steady_clock::now() >= until) {
+        throw io::DeviceError("only " + std::to_string(bus.hub->station_count()) + " of " +
+                              std::to_string(bus.stations) + " programs connected to bus " +
+                              bus.wired->section->bus.text + " within their start_timeout");
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+}
+
+void LiveSession::open_modbus(io::modbus::Role role) {
+  for (Unit& unit : units_) {
+    const config::ModbusSection& section = *unit.wired->section;
+    if (section.role != role) continue;
+    if (role == io::modbus::Role::client) {
+      unit.client = std::make_unique<io::modbus::ClientDevice>(client_settings(section, unit.endpoint),
+                                                               section.registers);
+    } else {
+      unit.server = std::make_unique<io::modbus::ServerDevice>(server_settings(section, unit.endpoint),
+                                                               section.registers);
+    }
+    unit.device().start(device_clock_, pacing());
+  }
+}
+
+/// Buses first, then units, as add_tasks takes them.
+void LiveSession::link_devices() {
+  for (const Bus& bus : buses_) {
+    links_.push_back(std::make_unique<DeviceLink>(*bus.device, bus.wired->links, wiring_.signals, pacing()));
+  }
+  for (const Unit& unit : units_) {
+    links_.push_back(
+        std::make_unique<DeviceLink>(unit.device(), unit.wired->links, wiring_.signals, pacing()));
+  }
+}
+
+void LiveSession::make_judges() {
+  for (const config::Expectation& expectation : scenario_.expectations) {
+    judges_.push_back(make_judge(expectation, wiring_.signals, scenario_.duration_ticks));
+  }
+  const double log_every = scenario_.base_rate_hz / static_cast<double>(signal_log_rate_hz);
+  log_every_ticks_ = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(log_every));
+  log_ = std::make_unique<SignalLog>(options_.directory / "signals.csv", wiring_.signals, virtual_);
+}
+
+}  // namespace hil::run
