@@ -22,6 +22,7 @@ TEST(Leftovers, TheReportIsMadeAgainTheSameToTheByte) {
   run_shortly(folder);
   const std::vector<std::string> files{"report.html", "junit.xml", "report.json"};
   std::vector<std::string> first;
+  first.reserve(files.size());
   for (const std::string& file : files)
     first.push_back(read_text(folder / ("out/" + file)));
   std::filesystem::remove(folder / "out/report.html");

@@ -113,7 +113,8 @@ TEST(BadConfig, AMissingScenario) {
 TEST(BadConfig, TenMegabytesOfNoiseAreRefusedAtOnce) {
   const Folder folder;
   std::mt19937 random(5);
-  std::string noise(10'000'000, ' ');
+  std::string noise;
+  noise.resize(10'000'000);
   for (char& byte : noise)
     byte = static_cast<char>(random());
   write_text(folder / "noise.yaml", noise);
