@@ -158,7 +158,6 @@ void read_world(const Value& root, Scenario& scenario, Reading& reading) {
     world.gpu = (*value)["gpu"].text();
     world.gpu_place = (*value)["gpu"].place();
   }
-  if (value->has("window")) world.window_ns = (*value)["window"].duration_ns();
   world.max_entities = count_in(*value, "max_entities");
   world.max_geometries = count_in(*value, "max_geometries");
   world.retained_changes = count_in(*value, "retained_changes");

@@ -87,7 +87,6 @@ class Layers {
 struct World {
   std::string gpu;  ///< a device's name, its index, or "auto"
   Place gpu_place;
-  std::int64_t window_ns = 0;  ///< how far ahead of its own instant a version of the world answers queries
   std::uint32_t max_entities = 0;
   std::uint32_t max_geometries = 0;
   std::uint32_t retained_changes = 0;

@@ -109,8 +109,6 @@ Schema world_schema() {
   return Schema::record({
       Field::with_default("gpu", Schema::text(), "auto",
                           "The Vulkan device: a part of its name, its index, or auto."),
-      Field::with_default("window", duration(1e-6, 1.0), "20 ms",
-                          "How far ahead of its own instant a version of the world answers queries."),
       Field::with_default("max_entities", Schema::integer(1, 1 << 20), "4096",
                           "Room for so many entities at once."),
       Field::with_default("max_geometries", Schema::integer(1, 1 << 16), "1024",

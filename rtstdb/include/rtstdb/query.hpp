@@ -7,7 +7,7 @@
 //   frame      world, right-handed, metres, unless the query is carried by an entity
 //   time       every element asks at its own WorldTime; none may be before the version's own time, and those
 //   of one batch
-//              span at most max_query_window_ns; else the transaction is refused (BadInput::time_not_covered)
+//              span at most max_query_window_ns; else the transaction is refused (BadInput: time_not_covered, window_too_long)
 //   ties       lowest entity index first, then lowest triangle index
 //   order      answers do not depend on the order of the batch nor on how it was split
 //   threads    a query belongs to one transaction at a time; between submit and completion the caller leaves

@@ -24,7 +24,7 @@ realtime: {scheduler: other, priority: 42, lock_memory: false, cpus: [0, 1], wat
 
 world:
   gpu: llvmpipe
-  window: 20 ms
+  retained_changes: 65536
   max_entities: 100
   entities:
     - {name: ground, shape: {box: [400 m, 300 m, 20 cm]}, position: [0 m, 0 m, -0.1 m], mask: [ground]}

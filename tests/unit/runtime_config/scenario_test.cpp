@@ -43,7 +43,6 @@ TEST_F(ScenarioTest, General) {
 TEST_F(ScenarioTest, World) {
   const World& world = scenario().world;
   EXPECT_EQ(world.gpu, "llvmpipe");
-  EXPECT_EQ(world.window_ns, 20'000'000);
   EXPECT_EQ(world.max_entities, 100U);
   EXPECT_EQ(world.max_geometries, 1024U);
   EXPECT_EQ(world.retained_changes, 65536U);
