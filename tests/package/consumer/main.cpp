@@ -33,7 +33,7 @@ int main() {
     return 1;
   }
   const rtstdb::RayHit& hit = query.value()->hits()[0];
-  std::printf("hit at %.3f m, closing at %.1f m/s\n", hit.lambda, -hit.v_relative_mps.x);
+  std::printf("hit at %.3f m, going away at %.1f m/s\n", hit.lambda, hit.v_relative_mps.x);
   // The box has moved 5 m: its near side stands at x = 4 m, and it goes away from the ray's origin.
   const bool right = hit.entity == transaction->created(box_entity) && std::abs(hit.lambda - 10.0f) < 1e-4f &&
                      std::abs(hit.v_relative_mps.x - 10.0f) < 1e-3f;
