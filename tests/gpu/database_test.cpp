@@ -195,6 +195,7 @@ oracle::World DatabaseTest::world(const ReadAt& read_at) {
     meshes.push_back(std::move(*mesh));
   }
   std::vector<const TriangleMesh*> pointers;
+  pointers.reserve(meshes.size());
   for (const TriangleMesh& mesh : meshes)
     pointers.push_back(&mesh);
   return {std::move(entities).value(), pointers, version_time};

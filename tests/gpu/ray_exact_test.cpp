@@ -193,8 +193,9 @@ TEST_F(RayExtremes, ZeroComponentsOfEitherSign) {
           direction[axis] = sign;
           glm::vec3 from_m(0.0f);
           from_m[axis] = -10.0f * sign;
-          from_m[(axis + 1) % 3] = static_cast<float>(i % 9 - 4);
-          from_m[(axis + 2) % 3] = static_cast<float>(i / 9 - 4);
+          const glm::ivec2 cell(i % 9 - 4, i / 9 - 4);
+          from_m[(axis + 1) % 3] = static_cast<float>(cell.x);
+          from_m[(axis + 2) % 3] = static_cast<float>(cell.y);
           rays.push_back(ray_from(from_m, direction));
         }
       }

@@ -180,6 +180,7 @@ TEST_F(SameAnswers, WhateverTheOrder) {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     std::shuffle(order.begin(), order.end(), std::mt19937_64(seed));
     std::vector<Ray> rays;
+    rays.reserve(order.size());
     for (const std::size_t i : order)
       rays.push_back(rays_[i]);
     EXPECT_EQ(differences(hits, shuffled_back(trace(rays), order)), 0u) << "seed " << seed;

@@ -137,7 +137,7 @@ TEST_F(SearchLimits, ARegionFindsAllOrSaysThatItDidNot) {
   for (const std::uint32_t count : {1'000u, 4'000u, 38'000u}) {
     std::vector<EntityRow> rows;
     for (auto i = static_cast<std::uint32_t>(all.size()); i < count; ++i)
-      rows.push_back(row_of(box, {2.0 * (i % 200), 2.0 * (i / 200), 0.0}));
+      rows.push_back(row_of(box, 2.0 * glm::dvec3(glm::uvec3(i % 200, i / 200, 0))));
     const auto ids = create(rows);
     all.insert(all.end(), ids.begin(), ids.end());
     const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*query.value(), 70); });

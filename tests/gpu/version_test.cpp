@@ -172,6 +172,7 @@ TEST_F(Versions, AWorldOfTenThousandIsReadBackAndForth) {
   open({.max_entities = 12'000});
   box_ = add(make_box({1.0, 1.0, 1.0}));
   std::vector<EntityRow> rows;
+  rows.reserve(10'000);
   for (int i = 0; i < 10'000; ++i)
     rows.push_back(row_of(box_, {10.0 + 3.0 * i, 0.0, 0.0}));
   const auto ids = create(rows);
