@@ -21,6 +21,7 @@
 
 #include <rtstdb/database.hpp>
 
+#include "runtime/config/condition.hpp"
 #include "runtime/config/schema.hpp"
 #include "runtime/modules/event_log.hpp"
 #include "runtime/modules/world.hpp"
@@ -42,6 +43,12 @@ struct Port {
 struct Ports {
   std::vector<Port> inputs;
   std::vector<Port> outputs;
+  /// What the parameters name of the scenario's world, with their places: layers, and bodies of
+  /// world.entities or of modules that come earlier.
+  std::vector<config::Word> layers{};
+  std::vector<config::Word> bodies{};
+  /// Bodies that the module makes, without its own name: "ego" of module "traffic" is the body "traffic.ego".
+  std::vector<std::string> makes{};
 };
 
 /// Thrown by configure: the scenario can not be set up (a mesh can not be read, the database refuses an

@@ -82,6 +82,30 @@ void declare_modules(Wiring& wiring, std::vector<std::string>& undeclared, Diagn
   }
 }
 
+/// Layers and bodies that modules name are those of the scenario and of modules before them.
+void check_world_names(const Wiring& wiring, Diagnostics& diagnostics) {
+  const auto check = [&](const std::vector<Word>& named, const std::vector<std::string>& known,
+                         const char* what) {
+    for (const Word& word : named) {
+      if (std::find(known.begin(), known.end(), word.text) != known.end()) continue;
+      diagnostics.add(word.place, std::string("there is no ") + what + " '" + word.text + "'" +
+                                      did_you_mean(config::nearest(word.text, known)));
+    }
+  };
+  const config::World& world = wiring.scenario->world;
+  std::vector<std::string> bodies;
+  for (const config::WorldEntity& entity : world.entities)
+    bodies.push_back(entity.name.text);
+  for (const WiredModule& wired : wiring.modules) {
+    if (wired.module == nullptr) return;  // what it would have made is not known
+    const modules::Ports& ports = wired.module->ports();
+    check(ports.layers, world.layers.names(), "layer");
+    check(ports.bodies, bodies, "body");
+    for (const std::string& made : ports.makes)
+      bodies.push_back(wired.section->module.text + "." + made);
+  }
+}
+
 void connect_module(WiredModule& wired, const Known& known, Diagnostics& diagnostics) {
   if (wired.module == nullptr) return;
   const std::vector<modules::Port>& ports = wired.module->ports().inputs;
@@ -379,6 +403,7 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   }
   for (std::size_t i = 0; i < modbus.size(); ++i)
     connect_modbus(*modbus[i], wiring.modbus[i], known, diagnostics);
+  check_world_names(wiring, diagnostics);
   check_expectations(scenario, known, diagnostics);
   if (diagnostics.mistakes().size() != before) return std::nullopt;
   return wiring;

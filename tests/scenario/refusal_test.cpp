@@ -57,8 +57,14 @@ TEST(BadConfig, AMissingFile) {
 
 TEST(BadConfig, AnUnknownLayerWithTheNearestOne) {
   ScenarioCopy copy;
-  copy.replace("object_layers: [vehicle]", "object_layers: [vehicel]", "vehicel");
-  expect_refused(run_copy(copy), 2, {"module scanner", "'vehicel'", "did you mean 'vehicle'"});
+  const std::string place = copy.replace("object_layers: [vehicle]", "object_layers: [vehicel]", "vehicel");
+  expect_refused(run_copy(copy), 2, {place + ": ", "no layer 'vehicel'", "did you mean 'vehicle'"});
+}
+
+TEST(BadConfig, AnUnknownBodyWithTheNearestOne) {
+  ScenarioCopy copy;
+  const std::string place = copy.replace("carrier: traffic.ego", "carrier: traffic.egoo", "traffic.egoo");
+  expect_refused(run_copy(copy), 2, {place + ": ", "no body 'traffic.egoo'", "did you mean 'traffic.ego'"});
 }
 
 TEST(BadConfig, AUnitThatDoesNotMatchTheDbcSignal) {

@@ -10,8 +10,11 @@ constexpr std::uint32_t most_hits = 32;
 class Collision final : public Module {
  public:
   explicit Collision(const config::Value& parameters) : body_(parameters["body"].text()) {
-    for (const config::Value& layer : parameters["against"].items())
+    for (const config::Value& layer : parameters["against"].items()) {
       layers_.push_back(layer.text());
+      ports_.layers.push_back({layer.text(), layer.place()});
+    }
+    ports_.bodies.push_back({body_, parameters["body"].place()});
     ports_.outputs = {{.name = "hits", .unit = "", .about = "Bodies touched now"},
                       {.name = "total", .unit = "", .about = "Bodies that began to touch so far"}};
   }

@@ -23,8 +23,10 @@ glm::dvec3 three(const config::Value& list) {
 class Detectors final : public Module {
  public:
   explicit Detectors(const config::Value& parameters) {
-    for (const config::Value& layer : parameters["layers"].items())
+    for (const config::Value& layer : parameters["layers"].items()) {
       layers_.push_back(layer.text());
+      ports_.layers.push_back({layer.text(), layer.place()});
+    }
     for (const auto& [name, value] : parameters["loops"].entries()) {
       loops_.push_back({name, three(value["center"]), three(value["size"]), value["heading"].number()});
       ports_.outputs.push_back({.name = name, .unit = "", .about = "Bodies over the loop now"});

@@ -119,6 +119,14 @@ LaserScanner::LaserScanner(const config::Value& parameters)
     : options_(read_options(parameters)),
       pattern_(options_.pattern),
       objects_({.most_objects = options_.max_objects, .keep_ns = options_.keep_ns}) {
+  const auto note = [&](const char* key, std::vector<config::Word>& words) {
+    for (const config::Value& item : parameters[key].items())
+      words.push_back({item.text(), item.place()});
+  };
+  note("layers", ports_.layers);
+  note("object_layers", ports_.layers);
+  ports_.bodies.push_back({options_.carrier, parameters["carrier"].place()});
+  note("compare", ports_.bodies);
   for (std::uint32_t i = 0; i < options_.max_objects; ++i) {
     const std::string object = "object" + std::to_string(i);
     ports_.outputs.push_back({.name = object + ".valid", .unit = "", .about = "1: the slot holds an object"});

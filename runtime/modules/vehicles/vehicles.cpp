@@ -135,7 +135,10 @@ Vehicles::Vehicles(const config::Value& parameters, config::Diagnostics& diagnos
     v.brake_lag_s = value["brake_lag"].number();
     if (value.has("stop_line")) v.stop_line_m = value["stop_line"].number();
     if (value.has("light")) v.light = value["light"].text();
-    v.layer = value.has("layer") ? value["layer"].text() : parameters["layer"].text();
+    const config::Value& layer = value.has("layer") ? value["layer"] : parameters["layer"];
+    v.layer = layer.text();
+    ports_.layers.push_back({layer.text(), layer.place()});
+    ports_.makes.push_back(name);
     v.runs_light = value["runs_light"].boolean();
     v.is_ego = value["ego"].boolean();
     v.braked_from_outside = value["braked_from_outside"].boolean();
