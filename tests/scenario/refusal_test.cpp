@@ -159,8 +159,8 @@ TEST(BadConfig, APoseThatIsNoNumber) {
 
 TEST(BadConfig, AModuleThatCanNotBeSetUp) {
   ScenarioCopy copy;
-  copy.replace("carrier: traffic.ego", "carrier: traffic.egon", "traffic.egon");
-  expect_refused(run_copy(copy), 2, {"module scanner", "'traffic.egon'"});
+  copy.replace("scan_rate: 1 Hz", "scan_rate: 0.7 Hz", "0.7");
+  expect_refused(run_copy(copy), 2, {"module scanner", "not a whole number of the task's periods"});
 }
 
 TEST(FailOn, AConditionThatCanNotBeReadIsExitCode2) {
