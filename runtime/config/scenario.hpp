@@ -196,8 +196,8 @@ struct ModbusSection {
   std::vector<Word> read;
 };
 
-/// A word of a command line: text with {can.BUS} and {modbus.UNIT} in it, each known to exist, and {clock}: "wall" in real
-/// time, "stepped" under the virtual clock.
+/// A word of a command line: text with {can.BUS} and {modbus.UNIT} in it, each known to exist, and {clock}:
+/// "wall" in real time, "stepped" under the virtual clock.
 struct CommandWord {
   Word written;
   struct Placeholder {

@@ -7,7 +7,8 @@
 //   frame      world, right-handed, metres, unless the query is carried by an entity
 //   time       every element asks at its own WorldTime; none may be before the version's own time, and those
 //   of one batch
-//              span at most max_query_window_ns; else the transaction is refused (BadInput: time_not_covered, window_too_long)
+//              span at most max_query_window_ns; else the transaction is refused (BadInput: time_not_covered,
+//              window_too_long)
 //   ties       lowest entity index first, then lowest triangle index
 //   order      answers do not depend on the order of the batch nor on how it was split
 //   threads    a query belongs to one transaction at a time; between submit and completion the caller leaves
@@ -55,8 +56,8 @@ enum class HitStatus : std::uint32_t {
 struct RayHit {
   HitStatus status = HitStatus::miss;
   float lambda = 0.0f;
-  float u = 0.0f, v = 0.0f;  ///< barycentric weights of the second and third corner
-  EntityId entity;           ///< invalid on a miss
+  float u = 0.0f, v = 0.0f;    ///< barycentric weights of the second and third corner
+  EntityId entity;             ///< invalid on a miss
   std::uint32_t mask = 0;      ///< the entity's
   std::uint32_t material = 0;  ///< the entity's
   std::uint32_t triangle = 0;
