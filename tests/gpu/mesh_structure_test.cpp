@@ -1,10 +1,10 @@
 // Structures over single meshes of every kind, from one triangle to the large ones that people use.
 
-#include <cstdlib>
 #include <filesystem>
 
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/random_scene.hpp"
+#include "tests/support/real_data.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -84,16 +84,15 @@ TEST_F(MeshStructures, OfEverySpread) {
   }
 }
 
-TEST_F(MeshStructures, OfTheRealMeshes) {
-  const char* named = std::getenv("HIL_TEST_DATA");
-  const std::filesystem::path folder =
-      (named != nullptr ? std::filesystem::path(named)
-                        : std::filesystem::path(HIL_SOURCE_DIR) / "../shared/data") /
-      "meshes";
-  if (!std::filesystem::is_directory(folder))
-    GTEST_SKIP() << "no real meshes: set HIL_TEST_DATA to a folder that holds meshes/";
+class RealMeshStructures : public MeshStructures,
+                           public testing::WithParamInterface<std::filesystem::path> {};
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RealMeshStructures);
+INSTANTIATE_TEST_SUITE_P(Found, RealMeshStructures, testing::ValuesIn(hil::test::real_mesh_folders()),
+                         [](const auto&) { return "meshes"; });
+
+TEST_P(RealMeshStructures, AnswerLikeTheOracle) {
   std::size_t meshes = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+  for (const auto& entry : std::filesystem::directory_iterator(GetParam())) {
     if (entry.path().extension() != ".obj") continue;
     open({});
     const auto mesh = load_mesh(entry.path());

@@ -177,7 +177,7 @@ TEST(MissInjection, HostPauseSeenAsStolenTime) {
   run.task.on_step = [&](const TickInfo& tick) {
     if (tick.tick != 5) return;
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // a look at the steal counter falls in here
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));  // a look at the steal counter falls in here
     run.fake.clock.advance(12 * ms);
     // The witness ran on: it saw its clock move in small steps.
     for (int step = 0; step < 12; ++step) {
