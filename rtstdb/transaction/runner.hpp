@@ -1,7 +1,7 @@
 #pragma once
 // Carries out one transaction: preconditions, writes, queries, publishing. The engine's thread alone.
 //
-// When does a transaction commit, and when is it late? Only this thread reads rows, so a version is readable
+// When does a transaction commit, and when is it late? Only who holds the engine's lock reads rows, so a version is readable
 // by every later transaction and snapshot from the moment Store::publish has run. The clock is read after
 // that: `published`. If a firm deadline has passed by this reading, the version is taken back before anything
 // else could have read it, and the transaction is missed. So a firm commit was readable before its deadline
