@@ -1,13 +1,13 @@
 #pragma once
 // Carries out one transaction: preconditions, writes, queries, publishing. The engine's thread alone.
 //
-// When does a transaction commit, and when is it late? Only who holds the engine's lock reads rows, so a version is readable
-// by every later transaction and snapshot from the moment Store::publish has run. The clock is read after
-// that: `published`. If a firm deadline has passed by this reading, the version is taken back before anything
-// else could have read it, and the transaction is missed. So a firm commit was readable before its deadline
-// by a reading taken afterwards, whatever the operating system did to the thread in between. latest() and the
-// transaction's status follow `published` within stores and wake-up; a status that reaches its owner after
-// the deadline all the same is counted as firm_handed_over_late.
+// When does a transaction commit, and when is it late? Only who holds the engine's lock reads rows, so a
+// version is readable by every later transaction and snapshot from the moment Store::publish has run. The
+// clock is read after that: `published`. If a firm deadline has passed by this reading, the version is taken
+// back before anything else could have read it, and the transaction is missed. So a firm commit was readable
+// before its deadline by a reading taken afterwards, whatever the operating system did to the thread in
+// between. latest() and the transaction's status follow `published` within stores and wake-up; a status that
+// reaches its owner after the deadline all the same is counted as firm_handed_over_late.
 //
 // One transaction is one Executor::run. Small transactions that are ready together could share one: this is
 // where.
