@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "io/can/dbc.hpp"
@@ -125,7 +126,9 @@ TEST(CrossingOnVcan, CansendFromOutsideReachesASignalAndTheCar) {
   EXPECT_EQ(asked.front(), 0.0);
   EXPECT_NEAR(*std::ranges::max_element(asked), asked_mps2, 1e-9);
   EXPECT_EQ(asked.back(), 0.0) << "the command has timed out";
-  EXPECT_NEAR(*std::ranges::min_element(signals["traffic.ego.acceleration"]), -asked_mps2, 0.05);
+  // The car's own driver may brake harder at another time.
+  EXPECT_TRUE(std::ranges::any_of(signals["traffic.ego.acceleration"],
+                                  [](double a_mps2) { return std::abs(a_mps2 + asked_mps2) < 0.05; }));
   EXPECT_EQ(read_report(folder / "out")["can"][0]["bad_checksum"], 1);
   const auto frames = read_can_log(folder / "out/can-car.log");
   io::can::real_frames_seen += frames.size();
