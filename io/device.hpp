@@ -78,6 +78,20 @@ class Device {
   /// Copies the newest sample of every input. `samples.size() == inputs().size()`.
   virtual void latch_inputs(std::span<Sample> samples) noexcept = 0;
 
+  /// Before start: from now on every sample of this input is kept for next_arrival too, since latch_inputs
+  /// shows only the newest of those that come within one tick. False: this device knows the newest only.
+  virtual bool keep_arrivals(std::size_t input) {
+    static_cast<void>(input);
+    return false;
+  }
+  /// Takes the oldest kept sample of this input; false when none is left. Thread rule of latch_inputs.
+  virtual bool next_arrival(std::size_t input, Sample& sample) noexcept {
+    static_cast<void>(input), static_cast<void>(sample);
+    return false;
+  }
+  /// Kept samples of all inputs that were lost since nobody took the older ones in time. Any thread.
+  virtual std::uint64_t lost_arrivals() const noexcept { return 0; }
+
   /// Hands the outputs of this tick to the device's thread. `values.size() == outputs().size()`. A full
   /// hand-over queue drops the newest and counts it.
   virtual void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept = 0;

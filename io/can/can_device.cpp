@@ -13,6 +13,7 @@ namespace hil::io::can {
 namespace {
 
 constexpr std::size_t ring_rows = 64;           // ticks whose outputs may wait for the thread
+constexpr std::size_t kept_arrivals = 4096;     // samples of one input that may wait for the tick
 constexpr std::size_t frames_per_pass = 256;    // received before outputs get their turn
 constexpr std::size_t frames_at_end = 100'000;  // received at most while stopping
 constexpr int poll_limit_ms = 20;               // a lost bus is looked after this often
@@ -38,7 +39,8 @@ CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<Bus> bus)
   samples_.resize(inputs_.size());
   lose_inputs();
   published_ = std::make_unique<LatestValue<std::vector<Sample>>>(samples_);
-  releases_ = std::make_unique<ReleaseRing>(ring_rows, outputs_.size());
+  releases_ = std::make_unique<TimedRowRing>(ring_rows, outputs_.size());
+  arrivals_.resize(inputs_.size());
 }
 
 CanDevice::~CanDevice() {
@@ -92,6 +94,19 @@ void CanDevice::latch_inputs(std::span<Sample> samples) noexcept {
       samples[input].fresh = false;
     }
   }
+}
+
+bool CanDevice::keep_arrivals(std::size_t input) {
+  require(!started_ && input < inputs_.size(), "arrivals of an input are kept from before the start on");
+  if (!arrivals_[input]) arrivals_[input] = std::make_unique<TimedRowRing>(kept_arrivals, 1);
+  return true;
+}
+
+bool CanDevice::next_arrival(std::size_t input, Sample& sample) noexcept {
+  require(arrivals_[input] != nullptr, "arrivals are taken of inputs that keep them");
+  return arrivals_[input]->take([&](std::span<const double> value, RunTimeNs time_ns) {
+    sample = {value.front(), time_ns, true};
+  });
 }
 
 void CanDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
@@ -205,9 +220,15 @@ void CanDevice::handle(const Frame& frame) {
       break;
   }
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
-    samples_[received.first_input + signal] = {value, frame.time_ns, true};
+    take_in(received.first_input + signal, value, frame.time_ns);
   });
+}
+
+void CanDevice::take_in(std::size_t input, double value, RunTimeNs time_ns) {
+  samples_[input] = {value, time_ns, true};
   samples_changed_ = true;
+  TimedRowRing* const kept = arrivals_[input].get();
+  if (kept != nullptr && !kept->push(std::span(&value, 1), time_ns)) counts_.lost_arrivals.add();
 }
 
 void CanDevice::send_released() {
@@ -244,8 +265,7 @@ void CanDevice::send_message(Sent& sent) {
       const std::uint64_t counter = sent.encoder.confirm_sent();
       if (!sent.counter_input) return;
       const double value = sent.encoder.layout().codec(*sent.encoder.layout().counter()).to_physical(counter);
-      samples_[*sent.counter_input] = {value, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns, true};
-      samples_changed_ = true;
+      take_in(*sent.counter_input, value, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
       return;
     }
     case SendResult::no_buffer:

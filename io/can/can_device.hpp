@@ -32,7 +32,7 @@
 #include "io/can/dbc.hpp"
 #include "io/can/latest_value.hpp"
 #include "io/can/message_coder.hpp"
-#include "io/can/release_ring.hpp"
+#include "io/can/timed_row_ring.hpp"
 #include "io/device.hpp"
 
 namespace hil::io::can {
@@ -79,6 +79,10 @@ class CanDevice final : public Device {
 
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
+  /// Keeps up to 4096 samples of each such input; of more, the newest are lost and counted.
+  bool keep_arrivals(std::size_t input) override;
+  bool next_arrival(std::size_t input, Sample& sample) noexcept override;
+  std::uint64_t lost_arrivals() const noexcept override { return counts_.lost_arrivals.get(); }
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
   bool exchange(RunTimeNs tick_ns) override;
   /// In lock-step the safe values are sent by the next exchange() or by stop().
@@ -106,7 +110,7 @@ class CanDevice final : public Device {
   };
   struct Counts {
     Count rx, tx, errors, no_buffer, send_errors, bad_checksum, bad_counter, wrong_length, unknown_id,
-        saturated, refused_values, dropped_releases;
+        saturated, refused_values, dropped_releases, lost_arrivals;
   };
 
   void add_sent(const SentMessageConfig& config);
@@ -115,6 +119,7 @@ class CanDevice final : public Device {
   void run();
   bool receive_up_to(std::size_t most_frames);
   void handle(const Frame& frame);
+  void take_in(std::size_t input, double value, RunTimeNs time_ns);
   void send_released();
   void send_due(std::span<const double> values, RunTimeNs tick_ns);
   void send_message(Sent& sent);
@@ -138,8 +143,9 @@ class CanDevice final : public Device {
   Pacing pacing_ = Pacing::realtime;
   std::atomic<bool> started_{false};
   std::unique_ptr<CandumpLogWriter> log_;
-  std::unique_ptr<ReleaseRing> releases_;
-  std::vector<Sample> samples_;  ///< the device thread's own copy
+  std::unique_ptr<TimedRowRing> releases_;
+  std::vector<std::unique_ptr<TimedRowRing>> arrivals_;  ///< by input; empty: not kept
+  std::vector<Sample> samples_;                          ///< the device thread's own copy
   bool samples_changed_ = false;
   std::unique_ptr<LatestValue<std::vector<Sample>>> published_;
 

@@ -100,6 +100,8 @@ void TransactionImpl::declare(query::PreparedQuery* query, std::uint32_t count) 
   RTSTDB_ASSERT(query != nullptr);  // not made by a database's prepare
   RTSTDB_ASSERT(count <= query->capacity());
   RTSTDB_ASSERT(requests_.size() < options_.max_queries);
+  for (const query::Request& request : requests_)
+    RTSTDB_ASSERT(request.query != query);  // its answers have one place
   requests_.push_back({query, count});
 }
 

@@ -63,8 +63,10 @@ std::string Diagnostics::to_text() const {
   });
   std::string text;
   for (const Mistake* mistake : ordered) {
-    text += mistake->place.file + ":" + std::to_string(mistake->place.line) + ":" +
-            std::to_string(mistake->place.column) + ": " + mistake->message + "\n";
+    text += mistake->place.file + ":";
+    if (mistake->place.line > 0)
+      text += std::to_string(mistake->place.line) + ":" + std::to_string(mistake->place.column) + ":";
+    text += " " + mistake->message + "\n";
   }
   if (count_ > mistakes_.size()) {
     text += std::to_string(count_ - mistakes_.size()) + " more mistakes are not shown\n";

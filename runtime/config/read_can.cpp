@@ -156,6 +156,12 @@ void read_can(const Value& root, Scenario& scenario, Reading& reading) {
     if (value.has("device")) {
       section.interface = read_interface(value["device"], reading.diagnostics);
       section.device_place = value["device"].place();
+      if (!section.is_virtual() && scenario.clock == ClockKind::virtual_time) {
+        reading.diagnostics.add(
+            section.device_place,
+            "'device': a bus of the kernel keeps to the clock on the wall; 'clock: virtual' needs "
+            "'device: virtual'");
+      }
     }
     read_messages(value, section, bus_period_ns, reading.diagnostics);
     read_faults(value, section, reading.diagnostics);

@@ -3,20 +3,18 @@
 //
 // never / always  judged after every tick.
 // eventually      met by the first tick that fulfils it, not later than its time.
-// response        every change of the request signal is one request, known by its value and time; it is
-//                 answered by the first change of the reply signal to the same value that does not come
-//                 before it. A reply passes over older requests: they stay unanswered. At most 65536 wait at
-//                 once; beyond, the oldest counts as unanswered. Requests that the run's end leaves less than
-//                 the limit for are not judged.
+// response        runtime/run/response_judge.hpp.
 //
 // Threads: the base thread judges; results are read after the run.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
-#include <vector>
+#include <span>
 
 #include "runtime/config/scenario.hpp"
 #include "runtime/report/run_record.hpp"
+#include "runtime/run/arrivals.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::run {
@@ -25,7 +23,9 @@ namespace hil::run {
 class Judge {
  public:
   virtual ~Judge() = default;
-  virtual void look(const signals::SignalTable& table, std::int64_t time_ns) noexcept = 0;
+  /// After every tick, with what arrived since the tick before.
+  virtual void look(const signals::SignalTable& table, std::span<const Arrival> arrived,
+                    std::int64_t time_ns) noexcept = 0;
   virtual report::Expectation result(std::int64_t end_ns) const = 0;
   /// Response times, where the expectation measures them.
   virtual std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const {
@@ -34,9 +34,9 @@ class Judge {
   }
 };
 
-/// Every name has been found in `table` when the scenario was wired. `most_samples`: looks at most, so many
-/// response times are kept.
+/// Every name has been found in `table` when the scenario was wired. `arrivals` outlives the judge and knows
+/// already what it will keep. `most_samples`: so many response times are kept.
 std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const signals::SignalTable& table,
-                                  std::uint64_t most_samples);
+                                  const Arrivals& arrivals, std::uint64_t most_samples);
 
 }  // namespace hil::run

@@ -64,14 +64,18 @@ class LiveSession final : public executive::TickHooks {
 
   SessionResult run(const std::atomic<bool>& stop_requested);
 
-  void before_first_tick(std::int64_t start_ns) noexcept override { device_clock_.set_origin(start_ns); }
+  void before_first_tick(std::int64_t start_ns) noexcept override {
+    device_clock_.set_origin(start_ns);
+    arrivals_.begin();
+  }
   void begin_tick(const executive::TickInfo& /*tick*/) noexcept override {
     for (const auto& link : links_)
       link->latch_inputs();
   }
   void end_tick(const executive::TickInfo& tick) noexcept override {
+    const std::span<const Arrival> arrived = arrivals_.collect();
     for (const auto& judge : judges_)
-      judge->look(wiring_.signals, tick.time_ns);
+      judge->look(wiring_.signals, arrived, tick.time_ns);
     if (tick.tick % log_every_ticks_ == 0) log_->take(wiring_.signals, tick.time_ns);
     bool in_step = true;
     for (const auto& link : links_)
@@ -82,6 +86,13 @@ class LiveSession final : public executive::TickHooks {
   }
 
  private:
+  struct Bus {
+    const WiredCan* wired = nullptr;
+    std::unique_ptr<io::can::CanDevice> device;
+    const io::virtual_bus::Hub* hub = nullptr;  // of a virtual bus
+    std::size_t stations = 0;                   // programs that connect to it
+  };
+
   executive::Clock& clock() noexcept {
     return virtual_ ? static_cast<executive::Clock&>(virtual_clock_)
                     : static_cast<executive::Clock&>(monotonic_clock_);
@@ -90,6 +101,7 @@ class LiveSession final : public executive::TickHooks {
 
   void open_world();
   void open_buses();
+  void keep_judged_arrivals(Bus& bus);
   void choose_ports();
   void start_processes();
   void wait_for_stations();
@@ -121,12 +133,6 @@ class LiveSession final : public executive::TickHooks {
   modules::EventLog events_;
   std::vector<std::unique_ptr<ModuleTask>> module_tasks_;
 
-  struct Bus {
-    const WiredCan* wired = nullptr;
-    std::unique_ptr<io::can::CanDevice> device;
-    const io::virtual_bus::Hub* hub = nullptr;  // of a virtual bus
-    std::size_t stations = 0;                   // programs that connect to it
-  };
   std::vector<Bus> buses_;
   struct Unit {
     const WiredModbus* wired = nullptr;
@@ -142,6 +148,7 @@ class LiveSession final : public executive::TickHooks {
   std::unique_ptr<ProcessWatch> processes_;
   std::vector<ProcessFate> fates_;
 
+  Arrivals arrivals_;
   std::vector<std::unique_ptr<Judge>> judges_;
   std::unique_ptr<SignalLog> log_;
   std::string log_fault_;

@@ -107,8 +107,23 @@ void LiveSession::open_buses() {
     config.log_file = options_.directory / ("can-" + section.bus.text + ".log");
     config.on_thread_start = thread_start(section.thread_priority, "can " + section.bus.text);
     bus.device = std::make_unique<io::can::CanDevice>(std::move(config), std::move(port));
+    keep_judged_arrivals(bus);
     buses_.push_back(std::move(bus));
     buses_.back().device->start(device_clock_, pacing());
+  }
+}
+
+void LiveSession::keep_judged_arrivals(Bus& bus) {
+  const std::vector<signals::SignalId>& inputs = bus.wired->links.inputs;
+  for (const config::Expectation& expectation : scenario_.expectations) {
+    const auto* response = std::get_if<config::Response>(&expectation.claim);
+    if (response == nullptr) continue;
+    for (const config::Word* word : {&response->request, &response->reply}) {
+      const signals::SignalId signal = *wiring_.signals.find(word->text);
+      const auto input = std::find(inputs.begin(), inputs.end(), signal);
+      if (input == inputs.end()) continue;
+      arrivals_.keep(*bus.device, static_cast<std::size_t>(input - inputs.begin()), signal);
+    }
   }
 }
 
@@ -210,7 +225,7 @@ void LiveSession::link_devices() {
 
 void LiveSession::make_judges() {
   for (const config::Expectation& expectation : scenario_.expectations) {
-    judges_.push_back(make_judge(expectation, wiring_.signals, scenario_.duration_ticks));
+    judges_.push_back(make_judge(expectation, wiring_.signals, arrivals_, scenario_.duration_ticks));
   }
   const double log_every = scenario_.base_rate_hz / static_cast<double>(signal_log_rate_hz);
   log_every_ticks_ = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(log_every));

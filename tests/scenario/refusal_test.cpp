@@ -112,7 +112,7 @@ TEST(BadConfig, AMistakeInsideTheRegisterMap) {
 TEST(BadConfig, AMissingScenario) {
   const Folder folder;
   expect_refused(run_hil({"run", folder / "nothing.yaml"}), 2,
-                 {folder / "nothing.yaml", "there is no such file"});
+                 {folder / "nothing.yaml: there is no such file"});
   expect_refused(run_hil({"run", folder.path().string()}), 2, {folder.path().string()});
 }
 

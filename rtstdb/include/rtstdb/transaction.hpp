@@ -163,7 +163,8 @@ class Transaction {
   /// read, for state().
   virtual std::uint32_t read(EntityId entity) noexcept = 0;
 
-  /// Asks the first `count` elements of the query's input span. Zero is allowed and answers nothing.
+  /// Asks the first `count` elements of the query's input span. Zero is allowed and answers nothing. Once per
+  /// query: its answers have one place (a second time is misuse).
   virtual void ask(RayQuery& query, std::uint32_t count) noexcept = 0;
   virtual void ask(RegionQuery& query, std::uint32_t count) noexcept = 0;
   virtual void ask(OverlapQuery& query, std::uint32_t count) noexcept = 0;

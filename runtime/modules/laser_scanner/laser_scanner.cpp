@@ -375,6 +375,12 @@ void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& car
 
 void LaserScanner::contribute(report::RunRecord& record) const {
   if (comparison_) comparison_->contribute(record);
+  if (objects_.passed_over() > 0) {
+    record.events.push_back(
+        {record.top_view ? record.top_view->time_ns : 0,
+         std::to_string(objects_.passed_over()) +
+             " hits are in no object: more bodies were in view at once than the list follows"});
+  }
   if (!record.top_view || sweeps_ == 0) return;
   record.top_view->scan_points = last_view_.empty() ? view_ : last_view_;
   const rtstdb::Pose pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(record.top_view->time_ns));

@@ -9,7 +9,7 @@
 namespace hil::modules {
 namespace {
 
-/// Of one body in one sweep; further ones are not drawn.
+/// Of one body in one sweep.
 constexpr std::size_t most_points = 1u << 15;
 /// Cosine below which a face counts as turned away from a direction.
 constexpr double away = 0.3;
@@ -40,6 +40,7 @@ void SweepComparison::begin_sweep(std::int64_t begin_ns, const SensorMotion& sen
     collected_[i].motion = bodies[i];
     collected_[i].moving.clear();
     collected_[i].still.clear();
+    collected_[i].too_many = false;
   }
 }
 
@@ -48,7 +49,10 @@ void SweepComparison::add_hit(const rtstdb::RayHit& hit, std::uint32_t column, s
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     if (bodies_[i].entity != hit.entity || !collected_[i].motion) continue;
     std::vector<Seen>& seen = still ? collected_[i].still : collected_[i].moving;
-    if (seen.size() == most_points) return;
+    if (seen.size() == most_points) {
+      collected_[i].too_many = findings_[i].too_many = true;
+      return;
+    }
     const glm::dvec3 p = glm::dvec3(pattern_.direction(column, row)) * static_cast<double>(hit.lambda);
     const glm::dvec2 travel = unit(collected_[i].motion->heading_rad);
     const glm::dvec3 n = hit.n_world;
@@ -101,7 +105,7 @@ std::optional<SweepComparison::Measured> SweepComparison::measure(const std::vec
 void SweepComparison::judge(std::size_t body) noexcept {
   const Collected& collected = collected_[body];
   Finding& finding = findings_[body];
-  if (finding.complete || !collected.motion) return;
+  if (finding.complete || !collected.motion || collected.too_many) return;
   const ComparedBody& facts = bodies_[body];
   const BodyMotion& motion = *collected.motion;
   const auto still = measure(collected.still, motion.heading_rad);
@@ -170,7 +174,14 @@ report::ScanPicture SweepComparison::picture(std::size_t body, bool still) const
 void SweepComparison::contribute(report::RunRecord& record) const {
   bool first = true;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (!findings_[i].complete) continue;
+    if (!findings_[i].complete) {
+      record.events.push_back({record.top_view ? record.top_view->time_ns : 0,
+                               "no length of " + bodies_[i].name + " is compared: " +
+                                   (findings_[i].too_many ? "a sweep had more than " +
+                                                                std::to_string(most_points) + " points of it"
+                                                          : "no whole sweep saw its whole side")});
+      continue;
+    }
     if (first) record.scan_comparison.push_back(picture(i, true));
     first = false;
     record.scan_comparison.push_back(picture(i, false));

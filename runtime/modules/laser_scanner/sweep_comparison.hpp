@@ -1,7 +1,8 @@
 #pragma once
 // The comparison of the paper's Figure 8: one body as a sweep sees it that takes motion into account, and as
 // one that shoots every beam at the sweep's first instant, beside its true length and the closed form
-// (apparent_length.hpp). For each body the first sweep is kept that has its whole side in view.
+// (apparent_length.hpp). For each body the first sweep is kept that has its whole side in view. A sweep with
+// more than 32768 points of one body is not judged for it.
 //
 // Threads: begin_sweep, add_hit, end_sweep in the scanner's step, without allocation; pictures after the run.
 
@@ -40,6 +41,7 @@ class SweepComparison {
   };
   struct Finding {
     bool complete = false;  ///< a sweep saw the body's whole side; else the rest means nothing
+    bool too_many = false;  ///< a sweep had more points of the body than are kept
     std::int64_t begin_ns = 0;
     Measured moving, still;
     double closed_form_m = 0.0;
@@ -58,7 +60,7 @@ class SweepComparison {
 
   const std::vector<ComparedBody>& bodies() const noexcept { return bodies_; }
   const Finding& finding(std::size_t body) const noexcept { return findings_[body]; }
-  /// Three panels: the first body without motion, then each body with it.
+  /// Three panels: the first body without motion, then each body with it; a sentence for each that has none.
   void contribute(report::RunRecord& record) const;
 
  private:
@@ -70,6 +72,7 @@ class SweepComparison {
   struct Collected {
     std::optional<BodyMotion> motion;
     std::vector<Seen> moving, still;
+    bool too_many = false;
   };
   std::optional<Measured> measure(const std::vector<Seen>& seen, double heading_rad) const noexcept;
   /// Of one column, laid on a line through the point (sensor frame) in the unit direction `along`.

@@ -1,4 +1,4 @@
-// The two ways values cross between a device's thread and the tick: LatestValue and ReleaseRing.
+// The two ways values cross between a device's thread and the tick: LatestValue and TimedRowRing.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "io/can/filter.hpp"
 #include "io/can/latest_value.hpp"
-#include "io/can/release_ring.hpp"
+#include "io/can/timed_row_ring.hpp"
 
 namespace hil::io::can {
 namespace {
@@ -59,8 +59,8 @@ TEST(LatestValue, NeverTornAndNeverGoesBack) {
   EXPECT_GT(changes, 0U);
 }
 
-TEST(ReleaseRing, RefusesWhenFullAndGivesBackInOrder) {
-  ReleaseRing ring(3, 2);
+TEST(TimedRowRing, RefusesWhenFullAndGivesBackInOrder) {
+  TimedRowRing ring(3, 2);
   for (int row = 0; row < 3; ++row)
     EXPECT_TRUE(ring.push(std::array<double, 2>{1.0 * row, 2.0 * row}, row));
   EXPECT_FALSE(ring.push(std::array<double, 2>{9.0, 9.0}, 9));
@@ -73,8 +73,8 @@ TEST(ReleaseRing, RefusesWhenFullAndGivesBackInOrder) {
   EXPECT_FALSE(ring.take([](auto, auto) { FAIL(); }));
 }
 
-TEST(ReleaseRing, EveryRowThatWasTakenInComesOutOnceAndInOrder) {
-  ReleaseRing ring(16, 3);
+TEST(TimedRowRing, EveryRowThatWasTakenInComesOutOnceAndInOrder) {
+  TimedRowRing ring(16, 3);
   constexpr int rows = 100'000;
   std::thread producer([&] {
     for (int row = 0; row < rows; ++row) {
@@ -99,8 +99,8 @@ TEST(ReleaseRing, EveryRowThatWasTakenInComesOutOnceAndInOrder) {
   producer.join();
 }
 
-TEST(ReleaseRing, ADeviceWithoutOutputsStillPassesTicks) {
-  ReleaseRing ring(2, 0);
+TEST(TimedRowRing, ADeviceWithoutOutputsStillPassesTicks) {
+  TimedRowRing ring(2, 0);
   EXPECT_TRUE(ring.push({}, 7));
   EXPECT_TRUE(ring.take([](std::span<const double> values, RunTimeNs tick_ns) {
     EXPECT_TRUE(values.empty());

@@ -285,6 +285,49 @@ TEST_F(RealtimeDevice, GarbageIsCountedAndTheGoodFrameIsTaken) {
   EXPECT_TRUE(device_->health().connected);
 }
 
+TEST_F(RealtimeDevice, EveryFrameOfAKeptInputArrivesWithItsTimeAndTooManyAreCounted) {
+  constexpr int frames = 5000;  // more than it keeps
+  auto hub = std::make_unique<virtual_bus::Hub>(hub_config(0));
+  virtual_bus::Client outside({hub->address(), "outside"});
+  CanDevice device(crossing_config(), std::move(hub));
+  const std::size_t answers = channel(device.inputs(), "BrakeCommand.AnswerTo");
+  const std::size_t counter = channel(device.inputs(), "ObjectHeader.Counter");
+  ASSERT_TRUE(device.keep_arrivals(answers));
+  ASSERT_TRUE(device.keep_arrivals(counter));
+  device.start(clock_, Pacing::realtime);
+  outside.open(clock_, Pacing::realtime);
+  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  MessageEncoder encoder(*database.find_message("BrakeCommand"), protection);
+  MessageEncoder::Tally tally;
+  outputs_.resize(device.outputs().size());
+  for (int i = 0; i < frames; ++i) {
+    const Frame frame =
+        encoder.build(std::vector<double>{0.0, 0.0, 0.0, static_cast<double>(i), 0.0, 0.0}, tally);
+    while (outside.send(frame) != SendResult::sent)
+      std::this_thread::yield();
+    encoder.confirm_sent();
+    if (i == 3) device.release_outputs(outputs_, 0);
+    // In step with the hub: this is about what the device keeps, not about what a bus may drop.
+    while (device.counters().rx < static_cast<std::uint64_t>(i))
+      std::this_thread::yield();
+  }
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (device.counters().rx < frames && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::yield();
+  Sample sample;
+  std::uint64_t taken = 0;
+  RunTimeNs last_ns = std::numeric_limits<RunTimeNs>::min();
+  while (device.next_arrival(answers, sample)) {
+    ASSERT_EQ(sample.value, static_cast<double>(taken++));
+    ASSERT_GE(sample.time_ns, last_ns);
+    last_ns = sample.time_ns;
+  }
+  EXPECT_EQ(taken, 4096U);
+  EXPECT_EQ(device.lost_arrivals(), frames - taken);
+  ASSERT_TRUE(device.next_arrival(counter, sample)) << "a sent counter arrives with its send instant";
+  EXPECT_FALSE(device.next_arrival(counter, sample));
+}
+
 TEST_F(RealtimeDevice, NotANumberAndOutOfRangeAreCountedAndNeverSent) {
   start(crossing_config());
   outputs_[channel(device_->outputs(), "EgoStatus.Speed")] = 1000.0;

@@ -350,6 +350,10 @@ TEST(MisuseDeathTest, Aborts) {
   EXPECT_DEATH(transaction->ask(query, 3), "capacity");
   transaction->ask(query, 2);
   EXPECT_DEATH(transaction->ask(query, 2), "max_queries");
+  const auto twice = world.make(1, 2);
+  twice->begin({});
+  twice->ask(query, 1);
+  EXPECT_DEATH(twice->ask(query, 1), "request.query != query");
   EXPECT_DEATH(world.engine.wait(*transaction), "idle");
   EXPECT_DEATH(static_cast<void>(transaction->created(0)), "status");
   world.execute(*transaction);

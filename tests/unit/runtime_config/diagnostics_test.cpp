@@ -61,6 +61,12 @@ TEST(Diagnostics, PrintsInFileOrder) {
             "b.yaml:2:3: left\nb.yaml:2:8: right\nb.yaml:9:1: late\na.yaml:1:1: other file\n");
 }
 
+TEST(Diagnostics, AMistakeOfAWholeFileHasNoLine) {
+  Diagnostics diagnostics;
+  diagnostics.add({"gone.yaml", 0, 0}, "there is no such file");
+  EXPECT_EQ(diagnostics.to_text(), "gone.yaml: there is no such file\n");
+}
+
 TEST(Diagnostics, KeepsACapacityAndCountsTheRest) {
   Diagnostics diagnostics;
   EXPECT_TRUE(diagnostics.empty());

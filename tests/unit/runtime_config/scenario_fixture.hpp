@@ -17,7 +17,7 @@ inline constexpr const char* scenario_text = R"(scenario: everything
 about: uses every part of the language
 base_rate: 1 kHz
 duration: 10 s
-clock: virtual
+clock: realtime
 seed: 7
 
 realtime: {scheduler: other, priority: 42, lock_memory: false, cpus: [0, 1], watchdog: 250 ms}

@@ -47,7 +47,7 @@ Marked marked(std::string text) {
 TEST(ScenarioMistakes, OfKeysAndWords) {
   EXPECT_TRUE(is_refused_with("seed: 7", "@sed: 7", "unknown key 'sed'; did you mean 'seed'?"));
   EXPECT_TRUE(is_refused_with("scenario: everything\n", "\n@", "missing key 'scenario'"));
-  EXPECT_TRUE(is_refused_with("clock: virtual", "clock: @virtal", "did you mean 'virtual'?"));
+  EXPECT_TRUE(is_refused_with("clock: realtime", "clock: @virtal", "did you mean 'virtual'?"));
   EXPECT_TRUE(is_refused_with("priority: 42", "priority: @99", "from 1 to 98"));
 }
 
@@ -158,6 +158,9 @@ TEST(ScenarioMistakes, OfCanBuses) {
                               "the received message 'BrakeCommand' stands here twice"));
   EXPECT_TRUE(is_refused_with("drop: 0.25", "drop: @25", "from 0 to 1"));
   EXPECT_TRUE(is_refused_with("rate: 50 Hz}", "rate: 50 Hz, faults: @{drop: 1}}", "only a virtual bus"));
+  EXPECT_TRUE(is_refused(with_change("\"socketcan:vcan0\"", "@\"socketcan:vcan0\"",
+                                     with_change("clock: realtime", "clock: virtual")),
+                         "'clock: virtual' needs 'device: virtual'"));
 }
 
 TEST(ScenarioMistakes, OfModbusUnits) {

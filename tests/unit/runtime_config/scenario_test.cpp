@@ -31,7 +31,7 @@ TEST_F(ScenarioTest, General) {
   EXPECT_EQ(scenario().base_period_ns, 1'000'000);
   EXPECT_EQ(scenario().duration_ns, 10'000'000'000);
   EXPECT_EQ(scenario().duration_ticks, 10'000U);
-  EXPECT_EQ(scenario().clock, ClockKind::virtual_time);
+  EXPECT_EQ(scenario().clock, ClockKind::realtime);
   EXPECT_EQ(scenario().seed, 7U);
   EXPECT_EQ(scenario().realtime.scheduler, Scheduler::other);
   EXPECT_EQ(scenario().realtime.priority, 42);

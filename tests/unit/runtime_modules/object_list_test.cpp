@@ -229,5 +229,12 @@ TEST(ObjectList, DoesNotAllocateOnceItStands) {
   EXPECT_EQ(allocation_guard::seen().total(), 0U);
 }
 
+TEST(ObjectList, HitsOfMoreBodiesThanItFollowsAreCounted) {
+  ObjectList list(options());
+  for (std::uint32_t i = 0; i < 10; ++i)
+    see(list, i, {10.0 + i, 0.0, 0.0}, 10, 0);
+  EXPECT_EQ(list.passed_over(), 10U) << "five hits of each of the two bodies beyond eight";
+}
+
 }  // namespace
 }  // namespace hil::modules

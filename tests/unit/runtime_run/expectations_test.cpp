@@ -25,9 +25,12 @@ class Expectations : public ::testing::Test {
   const signals::SignalId request_ = table_.add({.name = "bus.Header.Counter", .unit = "", .writer = "bus"});
   const signals::SignalId reply_ = table_.add({.name = "bus.Command.AnswerTo", .unit = "", .writer = "bus"});
 
+  const Arrivals no_arrivals_;
+
   std::unique_ptr<Judge> judge(decltype(config::Expectation::claim) claim,
                                std::uint64_t most_samples = 1000) {
-    return make_judge({.name = "claim", .place = {}, .claim = std::move(claim)}, table_, most_samples);
+    return make_judge({.name = "claim", .place = {}, .claim = std::move(claim)}, table_, no_arrivals_,
+                      most_samples);
   }
   std::unique_ptr<Judge> responses(std::int64_t within_ns, std::uint64_t at_least = 1,
                                    std::uint64_t most_samples = 1000) {
@@ -39,15 +42,15 @@ class Expectations : public ::testing::Test {
   }
   void look(Judge& judge, double speed, std::int64_t time_ns) {
     table_.write(speed_, speed, time_ns);
-    judge.look(table_, time_ns);
+    judge.look(table_, {}, time_ns);
   }
   void ask(Judge& judge, double value, std::int64_t time_ns) {
     table_.write(request_, value, time_ns);
-    judge.look(table_, time_ns);
+    judge.look(table_, {}, time_ns);
   }
   void answer(Judge& judge, double value, std::int64_t time_ns) {
     table_.write(reply_, value, time_ns);
-    judge.look(table_, time_ns);
+    judge.look(table_, {}, time_ns);
   }
 };
 
@@ -130,9 +133,9 @@ TEST_F(Expectations, ResponsesAreMeasuredFromTheValuesOwnTimes) {
   const auto judge = responses(50 * ms, 3);
   for (int i = 1; i <= 3; ++i) {
     ask(*judge, i, i * 100 * ms);
-    judge->look(table_, i * 100 * ms + ms);  // the same value looked at again is no second request
+    judge->look(table_, {}, i * 100 * ms + ms);  // the same value looked at again is no second request
     answer(*judge, i, i * 100 * ms + i * 10 * ms);
-    judge->look(table_, i * 100 * ms + 60 * ms);
+    judge->look(table_, {}, i * 100 * ms + 60 * ms);
   }
   const auto result = judge->result(1'000 * ms);
   EXPECT_TRUE(result.passed) << result.detail;
@@ -219,7 +222,7 @@ TEST_F(Expectations, WhatCameBeforeARequestIsNoAnswerToIt) {
   const auto judge = responses(50 * ms);
   table_.write(request_, 3.0, 100 * ms);
   table_.write(reply_, 3.0, 99 * ms);
-  judge->look(table_, 101 * ms);
+  judge->look(table_, {}, 101 * ms);
   EXPECT_TRUE(judge->response_times(120 * ms)->samples_ns.empty());
   answer(*judge, 3, 110 * ms);
   EXPECT_EQ(judge->response_times(1'000 * ms)->samples_ns, (std::vector<std::int64_t>{10 * ms}));
@@ -240,10 +243,10 @@ TEST_F(Expectations, TooFewRequestsFailHoweverWellTheyWereAnswered) {
 TEST_F(Expectations, ValuesThatAreNotFreshAreNoRequestsAndNoAnswers) {
   const auto judge = responses(50 * ms);
   table_.write(request_, {.value = 1.0, .time_ns = 0, .fresh = false});
-  judge->look(table_, 0);
+  judge->look(table_, {}, 0);
   ask(*judge, 2, 100 * ms);
   table_.write(reply_, {.value = 2.0, .time_ns = 110 * ms, .fresh = false});
-  judge->look(table_, 110 * ms);
+  judge->look(table_, {}, 110 * ms);
   const auto result = judge->result(1'000 * ms);
   EXPECT_FALSE(result.passed);
   EXPECT_NE(result.detail.find("1 requests, 1 unanswered"), std::string::npos) << result.detail;

@@ -1,5 +1,6 @@
 #pragma once
-// Outputs on their way from the tick thread to a device's thread: one row of values per tick, oldest first.
+// Rows of values, each with a time, on their way between the tick thread and a device's thread, oldest first:
+// the outputs of a tick in one direction, samples that are kept one by one in the other.
 
 #include <algorithm>
 #include <atomic>
@@ -12,25 +13,25 @@
 namespace hil::io::can {
 
 /// Threads: one pushes, one takes; both are wait-free and allocate nothing.
-class ReleaseRing {
+class TimedRowRing {
  public:
-  ReleaseRing(std::size_t capacity, std::size_t values_per_row)
+  TimedRowRing(std::size_t capacity, std::size_t values_per_row)
       : width_(values_per_row), times_(capacity + 1) {
     values_.resize(times_.size() * width_);
   }
 
   /// False when the ring is full; the row is then dropped.
-  bool push(std::span<const double> values, RunTimeNs tick_ns) noexcept {
+  bool push(std::span<const double> values, RunTimeNs time_ns) noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     const std::size_t next = (tail + 1) % times_.size();
     if (next == head_.load(std::memory_order_acquire)) return false;
     std::copy(values.begin(), values.end(), row(tail).begin());
-    times_[tail] = tick_ns;
+    times_[tail] = time_ns;
     tail_.store(next, std::memory_order_release);
     return true;
   }
 
-  /// Calls `use(values, tick_ns)` with the oldest row and removes it. False when there is none.
+  /// Calls `use(values, time_ns)` with the oldest row and removes it. False when there is none.
   template <typename Use>
   bool take(const Use& use) {
     const std::size_t head = head_.load(std::memory_order_relaxed);

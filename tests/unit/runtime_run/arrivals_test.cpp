@@ -1,0 +1,202 @@
+// Requests and replies that are judged frame by frame: what one tick latches is only the newest of them.
+
+#include "runtime/run/arrivals.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+#include "runtime/run/expectations.hpp"
+#include "tests/support/allocation_guard.hpp"
+
+namespace hil::run {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+/// Two inputs that keep their samples, and a third that does not.
+class TwoCounters final : public io::Device {
+ public:
+  void come(std::size_t input, double value, std::int64_t time_ns) {
+    kept_[input].push_back({value, time_ns, true});
+  }
+  void lose(std::uint64_t count) { lost_ += count; }
+
+  bool keep_arrivals(std::size_t input) override { return input < 2; }
+  bool next_arrival(std::size_t input, io::Sample& sample) noexcept override {
+    if (taken_[input] == kept_[input].size()) return false;
+    sample = kept_[input][taken_[input]++];
+    return true;
+  }
+  std::uint64_t lost_arrivals() const noexcept override { return lost_; }
+
+  const std::string& name() const noexcept override { return name_; }
+  std::span<const io::ChannelInfo> inputs() const noexcept override { return {}; }
+  std::span<const io::ChannelInfo> outputs() const noexcept override { return {}; }
+  void start(const io::RunClock& /*clock*/, io::Pacing /*pacing*/) override {}
+  void latch_inputs(std::span<io::Sample> /*samples*/) noexcept override {}
+  void release_outputs(std::span<const double> /*values*/, io::RunTimeNs /*tick_ns*/) noexcept override {}
+  bool exchange(io::RunTimeNs /*tick_ns*/) override { return true; }
+  void enter_safe_state() noexcept override {}
+  void stop() noexcept override {}
+  io::DeviceHealth health() const override { return {}; }
+
+ private:
+  const std::string name_ = "counters";
+  std::array<std::vector<io::Sample>, 2> kept_;
+  std::array<std::size_t, 2> taken_{};
+  std::uint64_t lost_ = 0;
+};
+
+class FrameByFrame : public ::testing::Test {
+ protected:
+  static constexpr std::size_t request_input = 0, reply_input = 1, plain_input = 2;
+
+  FrameByFrame() {
+    arrivals_.keep(device_, request_input, request_);
+    arrivals_.keep(device_, reply_input, reply_);
+  }
+
+  std::unique_ptr<Judge> responses() {
+    return make_judge({.name = "answers",
+                       .place = {},
+                       .claim = config::Response{.request = {"bus.Header.Counter", {}},
+                                                 .reply = {"bus.Command.AnswerTo", {}},
+                                                 .within_ns = 50 * ms,
+                                                 .at_least = 1}},
+                      table_, arrivals_, 1000);
+  }
+  void tick(const std::vector<Judge*>& judges, std::int64_t time_ns) {
+    const std::span<const Arrival> arrived = arrivals_.collect();
+    for (Judge* const judge : judges)
+      judge->look(table_, arrived, time_ns);
+  }
+  static void expect_answered(const Judge& judge, std::vector<std::int64_t> took_ns) {
+    const auto result = judge.result(1'000 * ms);
+    EXPECT_TRUE(result.passed) << result.detail;
+    EXPECT_EQ(judge.response_times(1'000 * ms)->samples_ns, took_ns) << result.detail;
+    EXPECT_EQ(judge.response_times(1'000 * ms)->unanswered, 0U);
+  }
+
+  signals::SignalTable table_;
+  const signals::SignalId request_ = table_.add({.name = "bus.Header.Counter", .unit = "", .writer = "bus"});
+  const signals::SignalId reply_ = table_.add({.name = "bus.Command.AnswerTo", .unit = "", .writer = "bus"});
+  TwoCounters device_;
+  Arrivals arrivals_;
+};
+
+TEST_F(FrameByFrame, TwoAnswersWithinOneTickAnswerBoth) {
+  const auto judge = responses();
+  device_.come(request_input, 1, 0);
+  tick({judge.get()}, 0);
+  device_.come(request_input, 2, 10 * ms);
+  tick({judge.get()}, 10 * ms);
+  device_.come(reply_input, 1, 30 * ms);
+  device_.come(reply_input, 2, 31 * ms);
+  tick({judge.get()}, 40 * ms);
+  expect_answered(*judge, {30 * ms, 21 * ms});
+}
+
+TEST_F(FrameByFrame, TwoRequestsAndTheirAnswersWithinOneTickAreTwo) {
+  const auto judge = responses();
+  device_.come(request_input, 1, 0);
+  device_.come(reply_input, 1, ms);
+  device_.come(request_input, 2, 2 * ms);
+  device_.come(reply_input, 2, 5 * ms);
+  tick({judge.get()}, 10 * ms);
+  expect_answered(*judge, {ms, 3 * ms});
+}
+
+/// A thread that sends says so after the fact: the tick may see the reply before the request.
+TEST_F(FrameByFrame, AReplyMayBeKnownBeforeItsRequest) {
+  const auto judge = responses();
+  device_.come(reply_input, 7, 3 * ms);
+  tick({judge.get()}, 4 * ms);
+  device_.come(request_input, 7, 2 * ms);
+  tick({judge.get()}, 5 * ms);
+  expect_answered(*judge, {ms});
+}
+
+TEST_F(FrameByFrame, AReplyIsUsedOnceAndNeverForALaterRequest) {
+  const auto judge = responses();
+  device_.come(reply_input, 7, 3 * ms);
+  tick({judge.get()}, 4 * ms);
+  device_.come(request_input, 7, 4 * ms);  // later than the reply
+  device_.come(request_input, 7, 2 * ms);
+  tick({judge.get()}, 5 * ms);
+  device_.come(request_input, 7, ms);  // the reply has been used
+  tick({judge.get()}, 6 * ms);
+  EXPECT_EQ(judge->response_times(1'000 * ms)->samples_ns, (std::vector<std::int64_t>{ms}));
+  EXPECT_EQ(judge->response_times(1'000 * ms)->unanswered, 2U);
+}
+
+TEST_F(FrameByFrame, EveryJudgeSeesEveryFrame) {
+  const auto first = responses();
+  const auto second = responses();
+  arrivals_.keep(device_, request_input, request_);  // named by both
+  device_.come(request_input, 1, 0);
+  device_.come(reply_input, 1, ms);
+  tick({first.get(), second.get()}, 2 * ms);
+  expect_answered(*first, {ms});
+  expect_answered(*second, {ms});
+}
+
+TEST_F(FrameByFrame, WhatIsLatchedIsNotJudgedASecondTime) {
+  const auto judge = responses();
+  table_.write(request_, 1, 0);
+  device_.come(request_input, 1, 0);
+  device_.come(reply_input, 1, ms);
+  tick({judge.get()}, 2 * ms);
+  table_.write(reply_, 1, ms);
+  tick({judge.get()}, 3 * ms);
+  expect_answered(*judge, {ms});
+}
+
+TEST_F(FrameByFrame, WhatCameBeforeTheFirstTickIsForgotten) {
+  const auto judge = responses();
+  device_.come(request_input, 1, -5 * ms);
+  device_.lose(3);
+  arrivals_.begin();
+  device_.come(request_input, 2, 0);
+  device_.come(reply_input, 2, ms);
+  tick({judge.get()}, 2 * ms);
+  expect_answered(*judge, {ms});
+}
+
+TEST_F(FrameByFrame, LostFramesAreNoVerdict) {
+  const auto judge = responses();
+  device_.come(request_input, 1, 0);
+  device_.come(reply_input, 1, ms);
+  device_.lose(3);
+  tick({judge.get()}, 2 * ms);
+  EXPECT_EQ(arrivals_.lost(), 3U) << "two inputs of one device";
+  const auto result = judge->result(1'000 * ms);
+  EXPECT_FALSE(result.passed);
+  EXPECT_NE(result.detail.find("can not be judged, 3 samples were lost"), std::string::npos) << result.detail;
+}
+
+TEST_F(FrameByFrame, AFloodIsTakenWithoutAllocating) {
+  const auto judge = responses();
+  for (int i = 0; i < 20'000; ++i)
+    device_.come(request_input, i, i);
+  allocation_guard::reset();
+  allocation_guard::enter_tick();
+  const std::size_t first = arrivals_.collect().size();
+  const std::size_t second = arrivals_.collect().size();
+  const std::size_t third = arrivals_.collect().size();
+  allocation_guard::leave_tick();
+  EXPECT_EQ(allocation_guard::seen().total(), 0U);
+  EXPECT_EQ(first + second + third, 20'000U);
+  EXPECT_GT(third, 0U) << "one call takes a bounded number";
+}
+
+TEST_F(FrameByFrame, AnInputThatKeepsNothingIsJudgedByItsValueAtEveryTick) {
+  const auto speed = table_.add({.name = "plc.speed", .unit = "", .writer = "plc"});
+  arrivals_.keep(device_, plain_input, speed);
+  EXPECT_FALSE(arrivals_.keeps(speed));
+  EXPECT_TRUE(arrivals_.keeps(reply_));
+}
+
+}  // namespace
+}  // namespace hil::run
