@@ -2,6 +2,28 @@
 # each room has an include root of its own (a link farm in the build tree), so a wrong arrow does not compile.
 # Headers are included by their path in the repository: #include "rtstdb/gpu/device.hpp".
 
+# In sanitizer builds alone what most sources include is compiled once: nothing but the compiler reads those trees, while
+# clang-tidy and ccache, which can not read GCC's precompiled headers, read the others.
+function(hil_precompile name collection)
+  if(NOT HIL_SANITIZE)
+    return()
+  endif()
+  if(NOT TARGET ${collection})
+    file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/${collection}.cpp CONTENT "" @ONLY)
+    add_library(${collection} OBJECT ${PROJECT_BINARY_DIR}/${collection}.cpp)
+    target_link_libraries(${collection} PRIVATE hil_compile_options ${ARGN})
+    set(headers <algorithm> <array> <atomic> <chrono> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <mutex>
+      <optional> <span> <string> <string_view> <thread> <unordered_map> <variant> <vector>)
+    if(ARGN)
+      list(APPEND headers <gtest/gtest.h>)
+    else()
+      set_target_properties(${collection} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    endif()
+    target_precompile_headers(${collection} PRIVATE ${headers})
+  endif()
+  target_precompile_headers(${name} REUSE_FROM ${collection})
+endfunction()
+
 function(hil_room name)
   cmake_parse_arguments(ROOM "" "PATH" "SOURCES;USES;LIBS" ${ARGN})
   set(root ${PROJECT_BINARY_DIR}/rooms/${name})
@@ -14,6 +36,7 @@ function(hil_room name)
     target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${root}>)
     target_link_libraries(${name} PRIVATE hil_compile_options PUBLIC ${ROOM_USES} ${ROOM_LIBS})
     set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    hil_precompile(${name} hil_room_headers)
   else()
     add_library(${name} INTERFACE)
     target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${root}>)
@@ -38,16 +61,7 @@ function(hil_test name)
   add_executable(${name} ${TEST_SOURCES})
   target_link_libraries(${name} PRIVATE hil_compile_options ${TEST_USES} ${TEST_LIBS} GTest::gtest_main)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # what is tested is fast; the tests compile fast
-  if(HIL_SANITIZE)
-    # Nothing else reads these trees: clang-tidy and ccache, which can not read GCC's precompiled headers, use the others.
-    if(NOT TARGET hil_test_headers)
-      file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/hil_test_headers.cpp CONTENT "" @ONLY)
-      add_library(hil_test_headers OBJECT ${PROJECT_BINARY_DIR}/hil_test_headers.cpp)
-      target_link_libraries(hil_test_headers PRIVATE hil_compile_options GTest::gtest_main)
-      target_precompile_headers(hil_test_headers PRIVATE <gtest/gtest.h>)
-    endif()
-    target_precompile_headers(${name} REUSE_FROM hil_test_headers)
-  endif()
+  hil_precompile(${name} hil_test_headers GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   target_compile_definitions(${name} PRIVATE
     HIL_SOURCE_DIR="${PROJECT_SOURCE_DIR}" HIL_BINARY_DIR="${PROJECT_BINARY_DIR}")
@@ -71,6 +85,7 @@ function(hil_test name)
     list(APPEND properties PROCESSORS ${half})
   endif()
   if(TEST_RUNNER)
+    list(APPEND properties COST 1000)  # the longest begin first
     add_test(NAME ${TEST_LABEL}.${name} COMMAND ${TEST_RUNNER} $<TARGET_FILE:${name}>)
     set_tests_properties(${TEST_LABEL}.${name} PROPERTIES ${properties})
   else()

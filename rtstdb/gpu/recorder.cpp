@@ -35,8 +35,8 @@ bool in_range(const Buffer::Impl& buffer, std::size_t offset, std::size_t size) 
   return offset <= buffer.options.size_bytes && size <= buffer.options.size_bytes - offset;
 }
 
-void bind(const Recorder::Impl& recorder, const Pipeline::Impl& pipeline, const Bindings::Impl& bindings,
-          std::span<const std::byte> push_constants) {
+void bind_pipeline(const Recorder::Impl& recorder, const Pipeline::Impl& pipeline,
+                   const Bindings::Impl& bindings, std::span<const std::byte> push_constants) {
   RTSTDB_ASSERT(recorder.state == Recorder::Impl::State::recording);
   RTSTDB_ASSERT(pipeline.device == recorder.device && bindings.device == recorder.device);
   RTSTDB_ASSERT(bindings.letters == pipeline.letters);
@@ -100,7 +100,7 @@ void Recorder::dispatch(const Pipeline& pipeline, const Bindings& bindings,
   RTSTDB_ASSERT(impl_ != nullptr && pipeline.impl_ != nullptr && bindings.impl_ != nullptr);
   RTSTDB_ASSERT(groups <= impl_->device->limits.max_groups);
   if (groups == 0) return;
-  bind(*impl_, *pipeline.impl_, *bindings.impl_, push_constants);
+  bind_pipeline(*impl_, *pipeline.impl_, *bindings.impl_, push_constants);
   impl_->commands.dispatch(groups, 1, 1);
 }
 
@@ -111,7 +111,7 @@ void Recorder::dispatch_indirect(const Pipeline& pipeline, const Bindings& bindi
                 counts.impl_ != nullptr);
   RTSTDB_ASSERT(counts.impl_->options.indirect && offset_bytes % sizeof(std::uint32_t) == 0);
   RTSTDB_ASSERT(in_range(*counts.impl_, offset_bytes, sizeof(VkDispatchIndirectCommand)));
-  bind(*impl_, *pipeline.impl_, *bindings.impl_, push_constants);
+  bind_pipeline(*impl_, *pipeline.impl_, *bindings.impl_, push_constants);
   impl_->commands.dispatchIndirect(*counts.impl_->buffer, offset_bytes);
 }
 

@@ -43,6 +43,7 @@ struct Arguments {
   std::string duration, clock, directory;
   std::optional<std::string> fail_on;
   std::uint64_t seed = 0;
+  bool verbose = false;
 };
 
 /// --duration, --clock and --seed are settings like any other.
@@ -103,6 +104,7 @@ int run(const Arguments& arguments, bool seed_given) {
   options.directory = arguments.directory.empty() ? default_directory(arguments.scenario)
                                                   : std::filesystem::path(arguments.directory);
   options.overrides = as_pairs(overrides);
+  options.verbose = arguments.verbose;
   options.program_folders = {own_folder()};
   const bool live = isatty(STDOUT_FILENO) != 0;
   if (live) {
@@ -151,6 +153,7 @@ void add_run(CLI::App& app, int& exit_code) {
       ->take_all();
   command->add_option("--fail-on", arguments->fail_on,
                       "when the run counts as broken in its timing: 'misses > 0'");
+  command->add_flag("--verbose,-v", arguments->verbose, "show on stderr what goes into run.log");
   CLI::Option* seed = command->add_option("--seed", arguments->seed, "seed of everything random");
   command->callback([arguments, seed, &exit_code] { exit_code = run(*arguments, seed->count() > 0); });
 }

@@ -12,8 +12,10 @@
 
 #include "io/virtual/hub.hpp"
 #include "runtime/executive/executive.hpp"
+#include "runtime/run/device_watch.hpp"
 #include "runtime/run/expectations.hpp"
 #include "runtime/run/process_watch.hpp"
+#include "runtime/run/run_log.hpp"
 #include "runtime/run/session.hpp"
 #include "runtime/run/signal_log.hpp"
 
@@ -44,13 +46,13 @@ class LiveSession final : public executive::TickHooks {
         options_(options),
         virtual_(scenario_.clock == config::ClockKind::virtual_time),
         database_clock_(clock()),
-        device_clock_(clock()) {
-    std::filesystem::create_directories(options.directory);
-  }
+        device_clock_(clock()),
+        run_log_(made(options.directory) / "run.log", options.verbose) {}
   ~LiveSession() override { close_devices(); }
 
   void open(const std::atomic<bool>& stop_requested) {
     outer_stop_ = &stop_requested;
+    run_log_.info("scenario " + scenario_.name + " from " + scenario_.file);
     open_world();
     open_buses();
     choose_ports();
@@ -63,6 +65,7 @@ class LiveSession final : public executive::TickHooks {
   }
 
   SessionResult run(const std::atomic<bool>& stop_requested);
+  void note_refusal(const std::string& why) { run_log_.warn("the run can not begin: " + why); }
 
   void before_first_tick(std::int64_t start_ns) noexcept override {
     device_clock_.set_origin(start_ns);
@@ -99,6 +102,11 @@ class LiveSession final : public executive::TickHooks {
   }
   io::Pacing pacing() const noexcept { return virtual_ ? io::Pacing::lockstep : io::Pacing::realtime; }
 
+  static const std::filesystem::path& made(const std::filesystem::path& directory) {
+    std::filesystem::create_directories(directory);
+    return directory;
+  }
+
   void open_world();
   void open_buses();
   void keep_judged_arrivals(Bus& bus);
@@ -126,6 +134,7 @@ class LiveSession final : public executive::TickHooks {
   executive::VirtualClock virtual_clock_;
   DatabaseClock database_clock_;
   DeviceClock device_clock_;
+  RunLog run_log_;
   Sentences degraded_;
 
   std::unique_ptr<rtstdb::Database> database_;
@@ -145,6 +154,7 @@ class LiveSession final : public executive::TickHooks {
   };
   std::vector<Unit> units_;
   std::vector<std::unique_ptr<DeviceLink>> links_;
+  std::optional<DeviceWatch> device_watch_;
   std::unique_ptr<ProcessWatch> processes_;
   std::vector<ProcessFate> fates_;
 

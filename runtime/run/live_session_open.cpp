@@ -47,6 +47,7 @@ void LiveSession::open_world() {
   auto opened = rtstdb::Database::open(options);
   if (!opened) throw GpuError(opened.error().message);
   database_ = std::move(opened).value();
+  run_log_.info("GPU: " + database_->device().name + ", " + database_->device().driver);
   world_ = std::make_unique<modules::World>(*database_, scenario_.world.layers.names());
   create_scenery(scenario_, *world_);
   for (WiredModule& wired : wiring_.modules) {
@@ -110,6 +111,7 @@ void LiveSession::open_buses() {
     keep_judged_arrivals(bus);
     buses_.push_back(std::move(bus));
     buses_.back().device->start(device_clock_, pacing());
+    run_log_.info("bus " + section.bus.text + ": " + address_of("can", section.bus.text));
   }
 }
 
@@ -169,6 +171,8 @@ void LiveSession::start_processes() {
     programs.push_back(std::move(program));
   }
   processes_ = std::make_unique<ProcessWatch>(programs, [this] { return device_clock_.now_ns(); });
+  for (const std::string& started : processes_->started())
+    run_log_.info("started " + started);
 }
 
 /// In real time: until every program that has a bus's address has connected to it, as an ECU is powered
@@ -209,6 +213,7 @@ void LiveSession::open_modbus(io::modbus::Role role) {
                                                                section.registers);
     }
     unit.device().start(device_clock_, pacing());
+    run_log_.info("unit " + section.unit.text + ": " + unit.endpoint.to_text());
   }
 }
 
@@ -221,6 +226,10 @@ void LiveSession::link_devices() {
     links_.push_back(
         std::make_unique<DeviceLink>(unit.device(), unit.wired->links, wiring_.signals, pacing()));
   }
+  std::vector<const io::Device*> devices;
+  for (const auto& link : links_)
+    devices.push_back(&link->device());
+  device_watch_.emplace(std::move(devices));
 }
 
 void LiveSession::make_judges() {

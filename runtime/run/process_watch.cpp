@@ -37,6 +37,15 @@ ProcessWatch::~ProcessWatch() {
   close(wake_);
 }
 
+std::vector<std::string> ProcessWatch::started() const {
+  std::vector<std::string> all;
+  for (const Watched& watched : watched_) {
+    all.push_back(watched.fate.name + " (process " + std::to_string(watched.child->pid()) +
+                  "): " + watched.fate.command);
+  }
+  return all;
+}
+
 void ProcessWatch::watch(std::function<void(const ProcessFate&)> on_death,
                          std::function<void()> every_second) {
   on_death_ = std::move(on_death);

@@ -43,6 +43,8 @@ class ProcessWatch {
   ProcessWatch(const ProcessWatch&) = delete;
   ProcessWatch& operator=(const ProcessWatch&) = delete;
 
+  /// Each with its process id and its command.
+  std::vector<std::string> started() const;
   /// From now on `on_death` is called, on the watching thread, for each program that ends by itself, and
   /// `every_second` once a second.
   void watch(std::function<void(const ProcessFate&)> on_death, std::function<void()> every_second);

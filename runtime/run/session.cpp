@@ -110,33 +110,47 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
     for (const auto& link : links_)
       link->device().enter_safe_state();
     stop_.store(true);
+    run_log_.warn("the base thread makes no ticks: outputs go to their safe values");
   };
   executive::Executive executive(options);
   add_tasks(executive);
   processes_->watch(
       [this](const ProcessFate& fate) {
-        if (!fate.safe_on_exit) return;
-        process_lost_.store(true);
-        for (const auto& link : links_)
-          link->device().enter_safe_state();
-        stop_.store(true);
+        if (fate.safe_on_exit) {
+          process_lost_.store(true);
+          for (const auto& link : links_)
+            link->device().enter_safe_state();
+          stop_.store(true);
+        }
+        run_log_.warn("process " + fate.name + " " + fate.exit +
+                      (fate.safe_on_exit ? ": outputs go to their safe values, the run ends" : ""));
       },
       [this, &executive] {
         if (database_->health().device_lost) stop_.store(true);
+        device_watch_->look(device_clock_.now_ns(), [this](bool good, const std::string& sentence) {
+          good ? run_log_.info(sentence) : run_log_.warn(sentence);
+        });
         if (options_.every_second) options_.every_second(live_status(executive));
       });
   SessionResult session;
   report::RunRecord& record = session.record;
   record.started_at = utc_now();
+  run_log_.info("the run begins");
   const auto began = std::chrono::steady_clock::now();
   const executive::RunResult result = executive.run(stop_);
   record.wall_ns = (std::chrono::steady_clock::now() - began).count();
+  run_log_.info("the run is over after " + std::to_string(result.ticks) +
+                " ticks; outputs go to their safe values");
   const std::string fault = io_fault();
   close_devices();
+  run_log_.info("all devices and processes are closed");
   log_fault_ = log_->close();
   const bool interrupted = result.stopped && stop_requested.load();
   if (!fault.empty()) record.reason = fault;
   fill_record(result, interrupted, record);
+  for (const std::string& sentence : record.realtime.degraded)
+    run_log_.warn("degraded: " + sentence);
+  run_log_.info("exit code " + std::to_string(record.exit_code) + ": " + record.reason);
   session.trace = trace_of(result, record.events);
   return session;
 }
@@ -183,6 +197,7 @@ void LiveSession::fill_record(const executive::RunResult& result, bool interrupt
   }
   for (const modules::EventLog::Event& event : events_.events())
     record.events.push_back({event.time_ns, event.text});
+  record.events.insert(record.events.end(), device_watch_->events().begin(), device_watch_->events().end());
   for (const ProcessFate& fate : fates_) {
     if (fate.ended_early)
       record.events.push_back({fate.ended_at_ns, "process " + fate.name + " " + fate.exit});
@@ -260,7 +275,12 @@ void LiveSession::decide(const executive::RunResult& result, bool interrupted,
 SessionResult run_session(Wiring wiring, const SessionOptions& options,
                           const std::atomic<bool>& stop_requested) {
   LiveSession session(std::move(wiring), options);
-  session.open(stop_requested);
+  try {
+    session.open(stop_requested);
+  } catch (const std::exception& error) {
+    session.note_refusal(error.what());
+    throw;
+  }
   return session.run(stop_requested);
 }
 

@@ -48,6 +48,7 @@ struct SessionOptions {
   std::vector<std::filesystem::path>
       program_folders;  ///< where programs without '/' are looked for before PATH
   std::function<void(const report::LiveStatus&)> every_second;  ///< on a thread of its own; may be empty
+  bool verbose = false;                                         ///< what run.log holds goes to stderr too
 };
 
 struct SessionResult {

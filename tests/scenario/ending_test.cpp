@@ -126,7 +126,7 @@ TEST(Ending, AnInterruptEndsARunInOrderAtOnce) {
   for (const auto& process : report["processes"])
     EXPECT_EQ(process["exit"], "exited with code 0") << process;
   expect_safe_values_last(run.out());
-  for (const char* file : {"report.html", "junit.xml", "trace.json", "signals.csv"})
+  for (const char* file : {"report.html", "junit.xml", "trace.json", "signals.csv", "run.log"})
     EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(run.out()) / file)) << file;
 }
 
@@ -186,6 +186,29 @@ TEST(Ending, AKilledPlcPutsOutputsInTheirSafeState) {
   LongRun run("realtime");
   run.strike("hil-crossing-plc", SIGKILL);
   expect_lost(run, "plc", "signal 9");
+}
+
+TEST(Ending, AUnitThatStopsAnsweringAndComesBackIsInTheReportWithItsTimes) {
+  LongRun run("realtime");
+  run.strike("hil-crossing-plc", SIGSTOP);
+  const std::string log = run.out() + "/run.log";
+  EXPECT_TRUE(eventually([&] { return read_text(log).find("device plc is lost") != std::string::npos; }))
+      << read_text(log);
+  run.strike("hil-crossing-plc", SIGCONT);
+  EXPECT_TRUE(eventually([&] { return read_text(log).find("device plc works again") != std::string::npos; }))
+      << read_text(log);
+  run.interrupt();
+  EXPECT_EQ(run.wait().code, 130);
+  std::vector<std::string> told;
+  const auto report = read_report(run.out());
+  for (const auto& event : report["events"]) {
+    if (const auto text = event["text"].get<std::string>(); text.starts_with("device plc"))
+      told.push_back(text);
+  }
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_TRUE(told[0].starts_with("device plc is lost: ")) << told[0];
+  EXPECT_EQ(told[1], "device plc works again");
+  EXPECT_NE(read_text(log).find("exit code 130: interrupted"), std::string::npos) << read_text(log);
 }
 
 TEST(Ending, AKilledControllerUnderTheVirtualClock) {

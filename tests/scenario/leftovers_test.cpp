@@ -34,6 +34,30 @@ TEST(Leftovers, TheReportIsMadeAgainTheSameToTheByte) {
     EXPECT_TRUE(read_text(folder / ("out/" + files[i])) == first[i]) << files[i] << " differs";
 }
 
+TEST(Leftovers, TheRunLogTellsFromOpeningToEndAndGoesToTheConsoleWhenAsked) {
+  const Folder folder;
+  const Ended run = run_hil(
+      joined({{"run", crossing(), "--clock", "virtual", "--out", folder / "out", "--verbose"}, few_beams()}));
+  EXPECT_EQ(run.code, 0) << run.output << run.errors;
+  const std::string log = read_text(folder / "out/run.log");
+  EXPECT_EQ(log, run.errors);
+  std::size_t at = 0;
+  for (const char* saying : {"scenario crossing from ", "GPU: ", "bus car: unix:", "started dut (process ",
+                             "started plc (process ", "unit plc: 127.0.0.1:", "the run begins",
+                             "the run is over after 10000 ticks", "exit code 0: every expectation held"}) {
+    at = log.find(saying, at);
+    ASSERT_NE(at, std::string::npos) << saying << " is not in its place in\n" << log;
+  }
+}
+
+TEST(Leftovers, ARunThatCanNotBeginSaysWhyInItsLog) {
+  const Folder folder;
+  const Ended run =
+      run_hil({"run", crossing(), "--out", folder / "out", "--set", "dut.command=[no-such-program]"});
+  EXPECT_EQ(run.code, 4) << run.output << run.errors;
+  EXPECT_NE(read_text(folder / "out/run.log").find("the run can not begin: "), std::string::npos);
+}
+
 TEST(Leftovers, AFolderWithoutARunIsRefused) {
   const Folder folder;
   const Ended ended = run_hil({"report", folder.path().string()});

@@ -1,0 +1,31 @@
+#include "runtime/run/run_log.hpp"
+
+#include <spdlog/logger.h>
+#include <spdlog/sinks/basic_file_sink.h>
+#include <spdlog/sinks/stdout_sinks.h>
+
+#include "io/device.hpp"
+
+namespace hil::run {
+
+RunLog::RunLog(const std::filesystem::path& file, bool to_console) {
+  try {
+    const auto to_file = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string(), true);
+    logger_ = std::make_shared<spdlog::logger>("hil", to_file);
+  } catch (const spdlog::spdlog_ex& error) {
+    throw io::DeviceError(error.what());
+  }
+  if (to_console) logger_->sinks().push_back(std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  logger_->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %v");
+  logger_->flush_on(spdlog::level::info);
+}
+
+void RunLog::info(const std::string& sentence) {
+  logger_->info(sentence);
+}
+
+void RunLog::warn(const std::string& sentence) {
+  logger_->warn(sentence);
+}
+
+}  // namespace hil::run

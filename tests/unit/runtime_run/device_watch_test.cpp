@@ -1,0 +1,71 @@
+#include "runtime/run/device_watch.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hil::run {
+namespace {
+
+class Patient final : public io::Device {
+ public:
+  io::DeviceHealth state{.connected = true, .fault = {}};
+
+  const std::string& name() const noexcept override { return name_; }
+  std::span<const io::ChannelInfo> inputs() const noexcept override { return {}; }
+  std::span<const io::ChannelInfo> outputs() const noexcept override { return {}; }
+  void start(const io::RunClock& /*clock*/, io::Pacing /*pacing*/) override {}
+  void latch_inputs(std::span<io::Sample> /*samples*/) noexcept override {}
+  void release_outputs(std::span<const double> /*values*/, io::RunTimeNs /*tick_ns*/) noexcept override {}
+  bool exchange(io::RunTimeNs /*tick_ns*/) override { return true; }
+  void enter_safe_state() noexcept override {}
+  void stop() noexcept override {}
+  io::DeviceHealth health() const override { return state; }
+
+ private:
+  const std::string name_ = "plc";
+};
+
+class Watch : public ::testing::Test {
+ protected:
+  std::vector<std::string> look(std::int64_t time_ns) {
+    std::vector<std::string> told;
+    watch_.look(time_ns, [&](bool good, const std::string& sentence) {
+      told.push_back((good ? "good: " : "bad: ") + sentence);
+    });
+    return told;
+  }
+  using Told = std::vector<std::string>;
+
+  Patient plc_;
+  DeviceWatch watch_{{&plc_}};
+};
+
+TEST_F(Watch, WhatIsWellIsNotTold) {
+  EXPECT_EQ(look(0), Told{});
+  EXPECT_TRUE(watch_.events().empty());
+}
+
+TEST_F(Watch, EachChangeIsToldOnceWithItsTime) {
+  plc_.state = {.connected = false, .fault = "no answer"};
+  EXPECT_EQ(look(1), Told{"bad: device plc is lost: no answer"});
+  plc_.state.fault = "no route";
+  EXPECT_EQ(look(2), Told{}) << "another reason for the same loss";
+  plc_.state = {.connected = true, .fault = "exception 2"};
+  EXPECT_EQ(look(3), Told{"bad: device plc has a fault: exception 2"});
+  plc_.state = {.connected = true, .fault = {}};
+  EXPECT_EQ(look(4), Told{"good: device plc works again"});
+  EXPECT_EQ(look(5), Told{});
+  plc_.state = {.connected = false, .fault = {}};
+  EXPECT_EQ(look(6), Told{"bad: device plc is not connected"});
+  ASSERT_EQ(watch_.events().size(), 4U);
+  EXPECT_EQ(watch_.events()[0].time_ns, 1);
+  EXPECT_EQ(watch_.events()[3].time_ns, 6);
+  EXPECT_EQ(watch_.events()[3].text, "device plc is not connected");
+}
+
+TEST_F(Watch, WhatWasNeverThereIsToldAtTheFirstLook) {
+  plc_.state = {.connected = false, .fault = {}};
+  EXPECT_EQ(look(0), Told{"bad: device plc is not connected"});
+}
+
+}  // namespace
+}  // namespace hil::run
