@@ -205,9 +205,9 @@ TEST(Ending, AUnitThatStopsAnsweringAndComesBackIsInTheReportWithItsTimes) {
     if (const auto text = event["text"].get<std::string>(); text.starts_with("device plc"))
       told.push_back(text);
   }
-  ASSERT_EQ(told.size(), 2U);
-  EXPECT_TRUE(told[0].starts_with("device plc is lost: ")) << told[0];
-  EXPECT_EQ(told[1], "device plc works again");
+  ASSERT_GE(told.size(), 2U);
+  EXPECT_TRUE(told.front().starts_with("device plc is lost: ")) << told.front();
+  EXPECT_EQ(told.back(), "device plc works again") << "connected again, with or without a fault in between";
   EXPECT_NE(read_text(log).find("exit code 130: interrupted"), std::string::npos) << read_text(log);
 }
 
