@@ -206,8 +206,9 @@ TEST(Ending, AUnitThatStopsAnsweringAndComesBackIsInTheReportWithItsTimes) {
       told.push_back(text);
   }
   ASSERT_GE(told.size(), 2U);
-  EXPECT_TRUE(told.front().starts_with("device plc is lost: ")) << told.front();
-  EXPECT_EQ(told.back(), "device plc works again") << "connected again, with or without a fault in between";
+  EXPECT_TRUE(std::ranges::any_of(
+      told, [](const std::string& sentence) { return sentence.starts_with("device plc is lost: "); }));
+  EXPECT_EQ(told.back(), "device plc works again");
   EXPECT_NE(read_text(log).find("exit code 130: interrupted"), std::string::npos) << read_text(log);
 }
 
