@@ -84,7 +84,8 @@ void CanDevice::stop() noexcept {
 
 void CanDevice::latch_inputs(std::span<Sample> samples) noexcept {
   require(samples.size() == inputs_.size(), "one sample per input");
-  const std::vector<Sample>& newest = published_->newest();
+  published_->take_newest();
+  const std::vector<Sample>& newest = published_->current();
   const RunTimeNs now_ns = clock_ == nullptr ? 0 : clock_->now_ns();
   for (std::size_t input = 0; input < samples.size(); ++input) {
     samples[input] = newest[input];

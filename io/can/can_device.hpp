@@ -30,10 +30,10 @@
 #include "io/can/can_counters.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/can/dbc.hpp"
-#include "io/can/latest_value.hpp"
 #include "io/can/message_coder.hpp"
-#include "io/can/timed_row_ring.hpp"
 #include "io/device.hpp"
+#include "io/handover/latest_value.hpp"
+#include "io/handover/timed_row_ring.hpp"
 
 namespace hil::io::can {
 

@@ -30,8 +30,8 @@
 #include <vector>
 
 #include "io/device.hpp"
+#include "io/handover/latest_value.hpp"
 #include "io/modbus/client_session.hpp"
-#include "io/modbus/latest_value.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/request_plan.hpp"
 #include "io/modbus/tcp_endpoint.hpp"

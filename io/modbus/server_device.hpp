@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "io/device.hpp"
-#include "io/modbus/latest_value.hpp"
+#include "io/handover/latest_value.hpp"
 #include "io/modbus/register_bank.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/tcp_endpoint.hpp"

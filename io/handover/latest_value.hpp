@@ -7,7 +7,7 @@
 #include <atomic>
 #include <cstdint>
 
-namespace hil::io::modbus {
+namespace hil::io {
 
 template <class State>
 class LatestValue {
@@ -52,4 +52,4 @@ class LatestValue {
   std::uint8_t readers_ = 2;
 };
 
-}  // namespace hil::io::modbus
+}  // namespace hil::io

@@ -1,4 +1,4 @@
-#include "io/modbus/latest_value.hpp"
+#include "io/handover/latest_value.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <thread>
 
-namespace hil::io::modbus {
+namespace hil::io {
 namespace {
 
 TEST(LatestValue, HandsOverTheNewestAndSaysWhatWasLost) {
@@ -52,4 +52,4 @@ TEST(LatestValue, NeverShowsHalfAStateNorGoesBack) {
 }
 
 }  // namespace
-}  // namespace hil::io::modbus
+}  // namespace hil::io

@@ -10,7 +10,7 @@
 
 #include "io/device.hpp"
 
-namespace hil::io::can {
+namespace hil::io {
 
 /// Threads: one pushes, one takes; both are wait-free and allocate nothing.
 class TimedRowRing {
@@ -53,4 +53,4 @@ class TimedRowRing {
   std::atomic<std::size_t> tail_{0};
 };
 
-}  // namespace hil::io::can
+}  // namespace hil::io
