@@ -2,7 +2,7 @@
 
 namespace hil::run {
 
-DeviceWatch::DeviceWatch(std::vector<const io::Device*> devices) {
+DeviceWatch::DeviceWatch(const std::vector<const io::Device*>& devices) {
   for (const io::Device* device : devices)
     watched_.push_back({.device = device, .connected = true, .faulty = false});
 }

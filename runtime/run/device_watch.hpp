@@ -16,7 +16,7 @@ namespace hil::run {
 class DeviceWatch {
  public:
   /// The devices outlive it.
-  explicit DeviceWatch(std::vector<const io::Device*> devices);
+  explicit DeviceWatch(const std::vector<const io::Device*>& devices);
 
   /// Compares each device's health with the last look and calls `tell` with a sentence for each change. The
   /// first look tells only what is lost.

@@ -229,7 +229,7 @@ void LiveSession::link_devices() {
   std::vector<const io::Device*> devices;
   for (const auto& link : links_)
     devices.push_back(&link->device());
-  device_watch_.emplace(std::move(devices));
+  device_watch_.emplace(devices);
 }
 
 void LiveSession::make_judges() {

@@ -23,7 +23,8 @@ std::string joined(const std::vector<std::string>& words) {
 ProcessWatch::ProcessWatch(const std::vector<Program>& programs, RunTimeNow now_ns)
     : now_ns_(std::move(now_ns)) {
   for (const Program& program : programs) {
-    watched_.push_back({.child = std::make_unique<io::process::Child>(program.child),
+    auto child = std::make_unique<io::process::Child>(program.child);
+    watched_.push_back({.child = std::move(child),
                         .fate = {.name = program.child.name,
                                  .command = joined(program.child.command),
                                  .exit = "running",

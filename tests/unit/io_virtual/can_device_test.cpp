@@ -57,9 +57,10 @@ virtual_bus::HubConfig hub_config(std::size_t expected_clients) {
 }
 
 process::ChildConfig controller_config(const std::string& address) {
+  const std::string program = HIL_BINARY_DIR "/bin/hil-aeb-controller";
+  const std::string database = HIL_SOURCE_DIR "/configs/crossing.dbc";
   return {.name = "dut",
-          .command = {HIL_BINARY_DIR "/bin/hil-aeb-controller", "--bus", address, "--database",
-                      HIL_SOURCE_DIR "/configs/crossing.dbc"},
+          .command = {program, "--bus", address, "--database", database},
           .search_folders = {},
           .working_folder = {},
           .output_file = scratch("dut-output")};
@@ -150,7 +151,7 @@ std::string lockstep_log() {
   }
   EXPECT_TRUE(controller.wait_for_exit(5'000 * ms)) << "the controller ends when its bus closes";
   EXPECT_TRUE(controller.exit().success()) << describe(controller.exit());
-  const std::string log = content_of(log_file);
+  std::string log = content_of(log_file);
   std::filesystem::remove(log_file);
   std::filesystem::remove(scratch("dut-output"));
   return log;

@@ -135,8 +135,8 @@ TEST(ScenarioMistakes, OfLayers) {
   std::string many = "scenario: many\nworld:\n  entities:\n";
   for (int i = 0; i < 33; ++i) {
     const std::string n = std::to_string(i);
-    many += "    - {name: e" + n + ", shape: {sphere: 1 m}, mask: [" + (i == 32 ? "@" : "") + "layer" + n +
-            "]}\n";
+    many.append("    - {name: e").append(n).append(", shape: {sphere: 1 m}, mask: [");
+    many.append(i == 32 ? "@layer" : "layer").append(n).append("]}\n");
   }
   EXPECT_TRUE(is_refused(many, "the layer 'layer32' is one too many; there can be 32"));
 }

@@ -72,7 +72,7 @@ class FrameByFrame : public ::testing::Test {
     for (Judge* const judge : judges)
       judge->look(table_, arrived, time_ns);
   }
-  static void expect_answered(const Judge& judge, std::vector<std::int64_t> took_ns) {
+  static void expect_answered(const Judge& judge, const std::vector<std::int64_t>& took_ns) {
     const auto result = judge.result(1'000 * ms);
     EXPECT_TRUE(result.passed) << result.detail;
     EXPECT_EQ(judge.response_times(1'000 * ms)->samples_ns, took_ns) << result.detail;

@@ -36,7 +36,7 @@ class Watch : public ::testing::Test {
   using Told = std::vector<std::string>;
 
   Patient plc_;
-  DeviceWatch watch_{{&plc_}};
+  DeviceWatch watch_{std::vector<const io::Device*>{&plc_}};
 };
 
 TEST_F(Watch, WhatIsWellIsNotTold) {

@@ -25,7 +25,7 @@ class Expectations : public ::testing::Test {
   const signals::SignalId request_ = table_.add({.name = "bus.Header.Counter", .unit = "", .writer = "bus"});
   const signals::SignalId reply_ = table_.add({.name = "bus.Command.AnswerTo", .unit = "", .writer = "bus"});
 
-  const Arrivals no_arrivals_;
+  const Arrivals no_arrivals_{};
 
   std::unique_ptr<Judge> judge(decltype(config::Expectation::claim) claim,
                                std::uint64_t most_samples = 1000) {
