@@ -3,14 +3,12 @@
 //
 // What libmodbus 3.1.6 does and what is done here instead:
 // - It compares the transaction id of a reply with the request's, but after a time-out leaves the late reply
-// in the
-//   socket, so that every later answer would be off by one. Here a connection that timed out or said anything
+//   in the socket, so that every later answer would be off by one. Here a connection that timed out or said anything
 //   unexpected is closed, and before each request the socket must be empty: bytes nobody asked for close it
 //   too. No reply can be taken for the answer to another request.
 // - It ignores the length in a reply's header. Bytes beyond the parsed reply are found by the same test.
 // - Its byte time-out (500 ms between two bytes) would let a slow server hold a request for minutes. It is
-// off; the
-//   response time-out then bounds the whole reply, to the microsecond.
+//   off; the response time-out then bounds the whole reply, to the microsecond.
 // - It does not compare unit identifiers in replies. Neither is it done here: one connection serves one unit.
 //
 // Threads: one at a time.

@@ -5,11 +5,9 @@
 //   ego.speed <= 14 and not (light.state == 2 or ego.brake < ego.demand)
 //
 //   condition:  comparisons joined by `and`, `or`, `not` and parentheses; `not` binds tighter than `and`,
-//   that tighter than
-//               `or`. Words, not && || !.
+//               that tighter than `or`. Words, not && || !.
 //   comparison: operand (== != < <= > >=) operand; an operand is a signal or a number without a unit (signals
-//   carry SI
-//               units), at least one of the two a signal.
+//               carry SI units), at least one of the two a signal.
 //
 // Comparisons are those of IEEE doubles: with a NaN, every one but != is false.
 //

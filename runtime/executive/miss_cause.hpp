@@ -2,9 +2,9 @@
 // Why a run finished after its deadline. The time from its release to its finish is taken apart into delays,
 // and the cause is the largest of them. Two rules keep the blame fair:
 //  - the run's own CPU time counts only above what it is allowed: its budget, or without one its whole
-//  deadline;
+//    deadline;
 //  - when a run waited for the run before it of the same task, that wait counts for whatever delayed that
-//  one.
+//    one.
 
 #include <array>
 #include <cstddef>

@@ -6,7 +6,7 @@
 // whole process:
 //   1. create the Vulkan device, device and I/O threads, loggers: whatever makes threads or large mappings;
 //   2. then call Executive::run, which applies all this to the base thread and the tasks' threads and takes
-//   it back.
+//      it back.
 // The policy itself is not inherited (SCHED_RESET_ON_FORK), so a library that makes a thread in the tick gets
 // an ordinary one; but that thread would be bound to the executive's CPUs.
 

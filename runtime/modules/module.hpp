@@ -2,13 +2,13 @@
 // The contract of a simulation module: configure, start, step, stop; inputs, outputs, parameters with unit
 // and range. It asks for no more than an FMI co-simulation unit could give, so that one can stand behind it.
 //
-// Life of a module
-//   create     from its checked parameters; declares its ports. No world, no device: `hil check` goes this
-//   far. configure  creates its entities, prepares its queries, allocates everything it will ever need.
-//   Ordinary thread. step       once per release, in the tick: no allocation, no blocking lock, no file or
-//   console I/O. It reads its inputs,
-//              talks to the world through transactions, writes its outputs.
-//   contribute after the last tick: what the report shall show of it. Ordinary thread.
+// Life of a module:
+// - create, from its checked parameters: declares its ports. No world, no device; `hil check` goes this far.
+// - configure, on an ordinary thread: creates its entities, prepares its queries, allocates everything
+//   it will ever need.
+// - step, once per release, in the tick: no allocation, no blocking lock, no file or console I/O. It reads
+//   its inputs, talks to the world through transactions, writes its outputs.
+// - contribute, after the last tick, on an ordinary thread: what the report shall show of it.
 //
 // Time is run time throughout: 0 at the first tick; the world's time (rtstdb::WorldTime) is the same number.
 

@@ -6,13 +6,13 @@
 // Common rules
 //   frame      world, right-handed, metres, unless the query is carried by an entity
 //   time       every element asks at its own WorldTime; none may be before the version's own time, and those
-//   of one batch
-//              span at most max_query_window_ns; else the transaction is refused (BadInput: time_not_covered,
-//              window_too_long)
+//              of one batch span at most max_query_window_ns; else the transaction is refused (BadInput:
+//              time_not_covered, window_too_long)
 //   ties       lowest entity index first, then lowest triangle index
 //   order      answers do not depend on the order of the batch nor on how it was split
-//   threads    a query belongs to one transaction at a time; between submit and completion the caller leaves
-//   it alone lifetime   a query must not outlive its Database
+//   threads    a query belongs to one transaction at a time; between submit and completion the caller
+//              leaves it alone
+//   lifetime   a query must not outlive its Database
 
 #include <glm/ext/quaternion_float.hpp>
 #include <glm/ext/vector_float3.hpp>

@@ -1,9 +1,8 @@
 #pragma once
 // How rtstdb reports. Three kinds of failure, never mixed:
-//   misuse of the API          an assertion that stays on in release builds (RTSTDB_ASSERT)
-//   bad input                  refused with the values: Result<T> at setup, Outcome::bad_input in
-//   transactions expected events            values in the result: a missed deadline, an overflow, a lost
-//   device
+//   misuse of the API   an assertion that stays on in release builds (RTSTDB_ASSERT)
+//   bad input           refused with the values: Result<T> at setup, Outcome::bad_input in transactions
+//   expected events     values in the result: a missed deadline, an overflow, a lost device
 
 #include <optional>
 #include <string>

@@ -1,8 +1,9 @@
 #pragma once
 // Two clocks that must not be mixed, as two types.
-//   WorldTime   the simulated world's own time: rows hold from one, queries ask at one. Zero is the caller's
-//   choice. ClockTime   the clock that deadlines and costs are measured on (CLOCK_MONOTONIC, or a virtual
-//   one). Zero means nothing.
+//   WorldTime   the simulated world's own time: rows hold from one, queries ask at one. Zero is the
+//               caller's choice.
+//   ClockTime   the clock that deadlines and costs are measured on (CLOCK_MONOTONIC, or a virtual one). Zero
+//               means nothing.
 
 #include <chrono>
 #include <cstdint>

@@ -1,0 +1,83 @@
+// What the README shows as a module of one's own does what it says.
+
+#include <gtest/gtest.h>
+
+#include "runtime/config/parse.hpp"
+#include "runtime/modules/range_finder/range_finder.hpp"
+
+namespace hil::modules {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+class RangeFinderOfTheReadme : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = rtstdb::Database::open({});
+    ASSERT_TRUE(opened) << opened.error().message;
+    database_ = std::move(opened).value();
+    world_ = std::make_unique<World>(*database_, std::vector<std::string>{"vehicle", "structure"});
+    rtstdb::EntityRow car;
+    car.geometry = world_->add_geometry(rtstdb::make_box({4.0, 2.0, 1.0}), "car");
+    car.mask = *world_->layer_bit("vehicle");
+    car.motion.v_world_mps = {10.0, 0.0, 0.0};
+    world_->create("traffic.ego", car);
+    rtstdb::EntityRow wall = car;
+    wall.mask = *world_->layer_bit("structure");
+    wall.motion.p_world_m = {52.0, 0.0, 0.0};
+    wall.motion.v_world_mps = {0.0, 0.0, 0.0};
+    world_->create("wall", wall);
+  }
+
+  std::unique_ptr<Module> make(const std::string& parameters) {
+    const ModuleType type = range_finder_type();
+    const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
+    if (!value) return nullptr;
+    auto module = type.create(*value, diagnostics_);
+    module->configure(*world_, events_, {.instance = "range", .period_ns = 10 * ms, .deadline_ns = 10 * ms});
+    return module;
+  }
+  std::vector<double> step(Module& module, std::int64_t time_ns) {
+    std::vector<double> outputs(module.ports().outputs.size(), -1.0);
+    StepContext context;
+    context.time_ns = time_ns;
+    context.period_ns = 10 * ms;
+    context.deadline = rtstdb::ClockTime::max();
+    context.version = database_->latest().version;
+    context.outputs = outputs;
+    context.events = &events_;
+    module.step(context);
+    return outputs;
+  }
+
+  std::unique_ptr<rtstdb::Database> database_;
+  std::unique_ptr<World> world_;
+  EventLog events_;
+  config::Diagnostics diagnostics_;
+};
+
+TEST_F(RangeFinderOfTheReadme, MeasuresFromTheMovingBodyToWhatItMeets) {
+  const auto module = make("{carrier: traffic.ego, layers: [structure], range: 80 m}");
+  ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  const std::vector<double> at_once = step(*module, 0);
+  EXPECT_NEAR(at_once[0], 50.0, 1e-4) << "from the middle of the car to the wall's near face";
+  EXPECT_EQ(at_once[1], 1.0);
+  EXPECT_NEAR(step(*module, 1'000 * ms)[0], 40.0, 1e-4) << "the car has moved on";
+}
+
+TEST_F(RangeFinderOfTheReadme, MeetsNothingBeyondItsRange) {
+  const auto module = make("{carrier: traffic.ego, layers: [structure], range: 30 m}");
+  ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  EXPECT_EQ(step(*module, 0), (std::vector<double>{30.0, 0.0}));
+}
+
+TEST_F(RangeFinderOfTheReadme, SaysWhatItNamesOfTheWorldSoThatACheckCanFindMistakes) {
+  const auto module = make("{carrier: traffic.ego, layers: [structure, vehicle]}");
+  ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  ASSERT_EQ(module->ports().bodies.size(), 1U);
+  EXPECT_EQ(module->ports().bodies[0].text, "traffic.ego");
+  EXPECT_EQ(module->ports().layers.size(), 2U);
+}
+
+}  // namespace
+}  // namespace hil::modules
