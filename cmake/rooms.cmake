@@ -46,7 +46,7 @@ endfunction()
 
 # One test program per folder of tests.
 #   LABEL    what it needs: unit nothing, gpu a Vulkan device, scenario that and the built programs, vcan a real AF_CAN,
-#            realtime a machine that keeps time (runs alone), torture much time (only with tools/test --long)
+#            realtime a machine that keeps time, torture much time (only with tools/test --long); these two run alone
 #   THREADS  it has threads of its own: the thread sanitizer takes it, and no other
 #   RUNNER   a program that sets the stage: the whole of it then runs as one test, RUNNER PROGRAM
 # The target hil_tests_<label> builds all programs of a label; what sanitizers take is told in tools/test.
@@ -76,7 +76,7 @@ function(hil_test name)
   add_dependencies(hil_tests_${TEST_LABEL} ${name})
 
   set(properties LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
-  if(TEST_LABEL STREQUAL "realtime")
+  if(TEST_LABEL MATCHES "^(realtime|torture)$")
     list(APPEND properties RUN_SERIAL ON)
   elseif(TEST_LABEL MATCHES "^(gpu|scenario)$")
     # lavapipe computes on all processors: two at once fill the pauses of one another, more only wait.

@@ -163,7 +163,6 @@ void ClientDevice::stop() noexcept {
 }
 
 // ---- the tick's side
-// -------------------------------------------------------------------------------------------------
 
 void ClientDevice::latch_inputs(std::span<Sample> samples) noexcept {
   require(samples.size() == inputs_.size(),
@@ -222,7 +221,6 @@ void ClientDevice::enter_safe_state() noexcept {
 }
 
 // ---- the cycle's side
-// ------------------------------------------------------------------------------------------------
 
 void ClientDevice::run() noexcept {
   block_all_signals();

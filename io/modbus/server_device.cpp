@@ -100,7 +100,6 @@ void ServerDevice::stop() noexcept {
 }
 
 // ---- the tick's side
-// -------------------------------------------------------------------------------------------------
 
 void ServerDevice::latch_inputs(std::span<Sample> samples) noexcept {
   require(samples.size() == inputs_.size(),
@@ -162,7 +161,6 @@ void ServerDevice::wake() noexcept {
 }
 
 // ---- the server's side
-// -----------------------------------------------------------------------------------------------
 
 void ServerDevice::run() noexcept {
   sigset_t all;

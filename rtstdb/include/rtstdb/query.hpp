@@ -27,7 +27,6 @@
 namespace rtstdb {
 
 // ---- ray
-// ------------------------------------------------------------------------------------------------------------
 
 enum class RayMode : std::uint8_t {
   closest,  ///< the hit with the smallest lambda
@@ -85,7 +84,6 @@ class RayQuery {
 };
 
 // ---- region
-// ---------------------------------------------------------------------------------------------------------
 
 enum class RegionShape : std::uint32_t { box, sphere };
 enum class RegionTest : std::uint32_t {
@@ -129,7 +127,6 @@ class RegionQuery {
 };
 
 // ---- overlap
-// --------------------------------------------------------------------------------------------------------
 
 /// Which entities' oriented bounds overlap (touching counts) the given entity's at time t: the broad phase of
 /// the paper's Intersection Query. The entity itself is never in its answer.

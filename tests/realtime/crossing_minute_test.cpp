@@ -1,0 +1,51 @@
+// A minute of the crossing in real time under SCHED_FIFO, with cyclictest beside it as the yardstick of what the machine
+// gives in that minute.
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <cstdlib>
+#include <future>
+
+#include "bench/executive/cyclictest.hpp"
+#include "tests/scenario/hil.hpp"
+#include "tests/scenario/run_files.hpp"
+
+namespace hil::scenario_test {
+namespace {
+
+constexpr std::uint64_t minute_ms = 60'000;
+constexpr int priority = 60;  // the scenario's
+
+TEST(CrossingMinute, NoTaskIsLateByItsOwnFaultAndWakeUpsKeepToCyclictest) {
+  const Folder folder;
+  // One second of opening is left out of cyclictest's minute.
+  std::future<bench::WakeupLatency> beside = std::async(std::launch::async, [] {
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    return bench::run_cyclictest({.ticks = minute_ms, .period_us = 1'000, .fifo_priority = priority});
+  });
+  const Ended run = Program(hil({"run", crossing(), "--duration", "60 s", "--out", folder / "out"}))
+                        .wait(std::chrono::seconds(120));
+  const bench::WakeupLatency cyclictest = beside.get();
+  std::printf("%s", run.output.c_str());
+  EXPECT_EQ(run.code, 0) << run.output << run.errors;
+
+  const auto report = read_report(folder / "out");
+  ASSERT_EQ(report["realtime"]["scheduler"], "SCHED_FIFO");
+  EXPECT_EQ(report["ticks"], minute_ms);
+  for (const auto& task : report["tasks"]) {
+    for (const auto& miss : task["misses"]) {
+      const auto cause = miss["cause"].get<std::string>();
+      EXPECT_NE(cause, "own work") << task["name"] << ": " << miss;
+    }
+  }
+  const auto& base_task = report["tasks"][0];
+  const double p99_us = base_task["wake_latency_ns"]["p99"].get<double>() * 1e-3;
+  std::printf("p99 wake-up latency of %s: %.1f us; cyclictest beside it: %.1f us\n",
+              base_task["name"].get<std::string>().c_str(), p99_us, cyclictest.p99_us);
+  EXPECT_LE(p99_us, 1.5 * cyclictest.p99_us);
+}
+
+}  // namespace
+}  // namespace hil::scenario_test
