@@ -24,7 +24,8 @@ std::string words_of(int error) {
 
 std::string advice_for(int error, const Endpoint& endpoint) {
   if (error == EADDRINUSE)
-    return "; another program uses that port: stop it, choose another port, or 0 for a free one";
+    return "; another program uses that port: stop it, or choose another port (auto in a scenario: a free "
+           "one)";
   if (error == EACCES) {
     return "; ports below 1024 need a privilege (CAP_NET_BIND_SERVICE): choose a port from 1024 on";
   }
@@ -74,6 +75,17 @@ int Descriptor::release() noexcept {
 void Descriptor::reset() noexcept {
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
+}
+
+std::optional<HostAndPort> split_address(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos) return std::nullopt;
+  std::string host = text.substr(0, colon);
+  const bool in_brackets = host.size() > 2 && host.front() == '[' && host.back() == ']';
+  if (in_brackets) host = host.substr(1, host.size() - 2);
+  if (host.empty() || colon + 1 == text.size() || (!in_brackets && host.find(':') != std::string::npos))
+    return std::nullopt;
+  return HostAndPort{std::move(host), text.substr(colon + 1)};
 }
 
 std::string Endpoint::to_text() const {

@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace hil::io::modbus {
@@ -32,6 +33,15 @@ class Descriptor {
  private:
   int fd_ = -1;
 };
+
+/// "HOST:PORT" in its two parts, an IPv6 address in brackets, as Endpoint::to_text writes them: "[::1]:502" is
+/// ::1 and 502. Empty when one is missing, or when bare colons leave open where the port begins. Neither part is
+/// looked at further.
+struct HostAndPort {
+  std::string host;
+  std::string port;
+};
+std::optional<HostAndPort> split_address(const std::string& text);
 
 struct Endpoint {
   std::string host = "127.0.0.1";  ///< a name, an IPv4 or an IPv6 address

@@ -1,5 +1,6 @@
 #include <limits>
 
+#include "io/modbus/tcp_endpoint.hpp"
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/scenario_parts.hpp"
 
@@ -13,18 +14,15 @@ using io::modbus::Role;
 void read_device(const Value& device, ModbusSection& section, Diagnostics& diagnostics) {
   const std::string& text = device.text();
   section.device_place = device.place();
-  const std::size_t colon = text.rfind(':');
-  std::string host = colon == std::string::npos ? "" : text.substr(0, colon);
-  const std::string port = colon == std::string::npos ? "" : text.substr(colon + 1);
-  const bool in_brackets = host.size() > 2 && host.front() == '[' && host.back() == ']';
-  if (in_brackets) host = host.substr(1, host.size() - 2);
-  if (host.empty() || port.empty() || (!in_brackets && host.find(':') != std::string::npos)) {
+  const auto parts = io::modbus::split_address(text);
+  if (!parts) {
     diagnostics.add(device.place(),
                     "'device': " + in_quotes(text) +
                         " is not HOST:PORT, as in 192.168.0.10:502, [::1]:502 or 127.0.0.1:auto");
     return;
   }
-  section.host = host;
+  section.host = parts->host;
+  const std::string& port = parts->port;
   if (port == "auto") return;
   const IntegerReading number = read_integer(port);
   if (!number.fault.empty() || number.value < 1 || number.value > std::numeric_limits<std::uint16_t>::max()) {
@@ -61,6 +59,12 @@ void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
     check_register(write.entry, true, section.registers, diagnostics);
   for (const Word& read : section.read)
     check_register(read, false, section.registers, diagnostics);
+  if (section.run_time_entry && section.heartbeat_entry &&
+      section.run_time_entry->text == section.heartbeat_entry->text) {
+    diagnostics.add(section.heartbeat_entry->place, "'heartbeat': the register " +
+                                                        in_quotes(section.heartbeat_entry->text) +
+                                                        " is already written with the run's time");
+  }
   for (const auto& filled : {section.run_time_entry, section.heartbeat_entry}) {
     if (!filled) continue;
     check_register(*filled, true, section.registers, diagnostics);
@@ -105,6 +109,23 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   check_registers(section, diagnostics);
 }
 
+/// Two servers can not listen at one place. 0.0.0.0 and :: are all places of the machine.
+void check_listening(const std::vector<ModbusSection>& sections, Diagnostics& diagnostics) {
+  const auto is_anywhere = [](const std::string& host) { return host == "0.0.0.0" || host == "::"; };
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    const ModbusSection& later = sections[i];
+    if (later.role != Role::server || !later.port) continue;
+    for (std::size_t j = 0; j < i; ++j) {
+      const ModbusSection& first = sections[j];
+      const bool same_host = first.host == later.host || is_anywhere(first.host) || is_anywhere(later.host);
+      if (first.role != Role::server || first.port != later.port || !same_host) continue;
+      diagnostics.add(later.device_place, "'device': the unit " + in_quotes(first.unit.text) +
+                                              " already listens on port " + std::to_string(*later.port));
+      break;
+    }
+  }
+}
+
 }  // namespace
 
 void read_modbus(const Value& root, Scenario& scenario, Reading& reading) {
@@ -131,6 +152,7 @@ void read_modbus(const Value& root, Scenario& scenario, Reading& reading) {
     read_section(value, section, reading.diagnostics);
     scenario.modbus.push_back(std::move(section));
   }
+  check_listening(scenario.modbus, reading.diagnostics);
 }
 
 }  // namespace hil::config

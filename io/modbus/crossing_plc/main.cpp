@@ -22,17 +22,16 @@ namespace plc = hil::io::modbus::crossing_plc;
 
 constexpr int exit_io = 4;
 
-/// "127.0.0.1:1502"; throws CLI::ValidationError.
+/// "127.0.0.1:1502" or "[::1]:1502"; throws CLI::ValidationError.
 modbus::Endpoint endpoint_of(const std::string& text) {
-  const std::size_t colon = text.rfind(':');
-  unsigned port = 0;
-  const char* const end = text.data() + text.size();
-  const char* const digits = colon == std::string::npos ? end : text.data() + colon + 1;
-  const auto [rest, error] = std::from_chars(digits, end, port);
-  if (colon == 0 || digits == end || rest != end || error != std::errc() || port > 65535) {
-    throw CLI::ValidationError("--listen", "'" + text + "' is not ADDRESS:PORT with a port from 0 to 65535");
+  const auto parts = modbus::split_address(text);
+  std::uint16_t port = 0;
+  if (parts) {
+    const char* const end = parts->port.data() + parts->port.size();
+    const auto [rest, error] = std::from_chars(parts->port.data(), end, port);
+    if (rest == end && error == std::errc()) return {parts->host, port};
   }
-  return {text.substr(0, colon), static_cast<std::uint16_t>(port)};
+  throw CLI::ValidationError("--listen", "'" + text + "' is not ADDRESS:PORT with a port from 0 to 65535");
 }
 
 int run(const modbus::Endpoint& endpoint, plc::PlcClock clock, const plc::Timing& timing) {

@@ -74,6 +74,20 @@ TEST(CrossingPlc, SteppedRunsAreTheSameToTheLastByte) {
   EXPECT_GT(first.size(), 10'000U);
 }
 
+/// The address goes to the program as Endpoint::to_text writes it, and comes back the same way.
+TEST(CrossingPlc, ListensOnAnIpv6Address) {
+  const Process plc(
+      {HIL_CROSSING_PLC, "--listen", Endpoint{.host = "::1", .port = 0}.to_text(), "--clock", "stepped"});
+  EXPECT_TRUE(plc.first_line().starts_with("listening [::1]:")) << plc.first_line();
+  ClientSettings settings = settings_for(plc);
+  settings.endpoint.host = "::1";
+  bench::HandClock clock;
+  ClientDevice client(settings, register_map());
+  client.start(clock, Pacing::lockstep);
+  EXPECT_TRUE(client.exchange(0)) << client.health().fault;
+  client.stop();
+}
+
 TEST(CrossingPlc, SteppedTimeNeverGoesBackAndStandsStillOtherwise) {
   const Process plc({HIL_CROSSING_PLC, "--clock", "stepped"});
   std::this_thread::sleep_for(milliseconds(60));

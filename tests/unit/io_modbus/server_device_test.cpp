@@ -176,8 +176,8 @@ TEST(ServerDevice, APortInUseIsOneSentence) {
   } catch (const DeviceError& error) {
     EXPECT_EQ(std::string(error.what()),
               "Modbus server other can not listen on 127.0.0.1:" + std::to_string(first.device.port()) +
-                  ": Address already in use; another program uses that port: stop it, choose "
-                  "another port, or 0 for a free one");
+                  ": Address already in use; another program uses that port: stop it, or choose "
+                  "another port (auto in a scenario: a free one)");
   }
   EXPECT_EQ(second.port(), 0);
   second.stop();
