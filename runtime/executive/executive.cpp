@@ -115,8 +115,9 @@ RunResult Executive::run(const std::atomic<bool>& stop_requested) {
       const ThreadRealtime thread(options_.realtime, options_.realtime.priority);
       note_machine(options_.realtime, thread, process, result.realtime);
       result.stopped = loop.run(stop_requested);
+      // Before this thread is an ordinary one again: then it may wait long for a processor, and that is no hang.
+      result.hang = watchdog.stop();
     }
-    result.hang = watchdog.stop();
     for (const auto& worker : workers)
       worker->stop();
   }

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "bench/executive/wakeup.hpp"
@@ -102,6 +103,40 @@ TEST(ExecutiveRealtime, NoTaskRunsLateByItsOwnFault) {
       EXPECT_EQ(task.major_faults, 0) << task.name;
     }
   }
+}
+
+/// When a run ends its thread becomes an ordinary one again, and may then wait for a processor.
+TEST(ExecutiveRealtime, TheEndOfARunBesideBusyThreadsIsNoHang) {
+  NEED_FIFO();
+  std::atomic<bool> enough{false};
+  std::vector<std::thread> busy;
+  for (unsigned i = 0; i < 4 * std::thread::hardware_concurrency(); ++i) {
+    busy.emplace_back([&] {
+      while (!enough.load(std::memory_order_relaxed)) {
+      }
+    });
+  }
+  int hangs = 0;
+  MonotonicClock clock;
+  for (int run = 0; run < 5; ++run) {
+    ExecutiveOptions options;
+    options.clock = &clock;
+    options.base_period_ns = ms;
+    options.duration_ticks = 200;
+    options.realtime = fifo_options();
+    options.watchdog.timeout_ns = 40 * ms;
+    Executive executive(options);
+    SpinningTask task(10 * us);
+    executive.add_task({.name = "light", .thread = {}}, task);
+    const std::atomic<bool> never{false};
+    const RunResult result = executive.run(never);
+    EXPECT_EQ(result.ticks + result.base.skipped_ticks, 200U);
+    hangs += result.hang ? 1 : 0;
+  }
+  enough = true;
+  for (std::thread& thread : busy)
+    thread.join();
+  EXPECT_EQ(hangs, 0);
 }
 
 TEST(ExecutiveRealtime, WakesWithinOneAndAHalfOfCyclictest) {
