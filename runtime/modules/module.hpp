@@ -62,6 +62,7 @@ class SetupError : public std::runtime_error {
 struct TaskFacts {
   std::string instance;  ///< the module's name in the scenario
   std::int64_t period_ns = 0;
+  std::int64_t offset_ns = 0;    ///< run time of the first release
   std::int64_t deadline_ns = 0;  ///< from the release
   std::uint64_t seed = 0;        ///< of the run; derive your own from it and the instance's name
   /// The step runs on a thread of its own: others see its outputs at the deadline, and it reads the world as

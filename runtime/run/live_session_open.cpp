@@ -55,6 +55,7 @@ void LiveSession::open_world() {
     const std::int64_t period_ns = scenario_.base_period_ns * section.every_ticks;
     const modules::TaskFacts facts{.instance = section.module.text,
                                    .period_ns = period_ns,
+                                   .offset_ns = scenario_.base_period_ns * section.offset_ticks,
                                    .deadline_ns = section.deadline_ns == 0 ? period_ns : section.deadline_ns,
                                    .seed = scenario_.seed,
                                    .own_thread = !section.thread.empty()};

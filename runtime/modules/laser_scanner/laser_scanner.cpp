@@ -101,6 +101,7 @@ class LaserScanner final : public Module {
   std::optional<SweepComparison> comparison_;
   std::vector<std::optional<BodyMotion>> compared_motion_;
 
+  std::int64_t first_release_ns_ = 0;  // sweeps begin there and every period after
   // The slice of this step: beams [first_beam_, end_beam_) of the sweep that began at sweep_begin_ns_.
   std::int64_t sweep_begin_ns_ = 0;
   std::uint64_t first_beam_ = 0, end_beam_ = 0;
@@ -158,6 +159,7 @@ void LaserScanner::check_period(const TaskFacts& task) const {
 
 void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts& task) {
   check_period(task);
+  first_release_ns_ = task.offset_ns;
   const std::string who = "module " + task.instance;
   database_ = &world.database();
   const auto body = [&](const std::string& name) {
@@ -291,7 +293,7 @@ void LaserScanner::take_hits(StepContext& context, const rtstdb::Motion& carrier
 }
 
 void LaserScanner::step(StepContext& context) noexcept {
-  const std::int64_t offset_ns = context.time_ns % options_.pattern.period_ns;
+  const std::int64_t offset_ns = (context.time_ns - first_release_ns_) % options_.pattern.period_ns;
   first_beam_ = pattern_.first_beam_at(offset_ns);
   if (sweeps_ == 0 || context.time_ns - offset_ns != sweep_begin_ns_) {
     sweep_begin_ns_ = context.time_ns - offset_ns;

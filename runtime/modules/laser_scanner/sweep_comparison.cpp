@@ -152,14 +152,14 @@ report::ScanPicture SweepComparison::picture(std::size_t body, bool still) const
   char caption[160];
   if (still) {
     picture.title = "motion ignored";
-    std::snprintf(caption, sizeof caption, "%s, every beam at %.2f s", bodies_[body].name.c_str(),
+    std::snprintf(caption, sizeof caption, "%s, every beam at %.3f s", bodies_[body].name.c_str(),
                   static_cast<double>(finding.begin_ns) * 1e-9);
     picture.measured_length_m = finding.still.length_m;
     picture.closed_form_length_m = bodies_[body].length_m;
     picture.points = finding.still_points;
   } else {
     picture.title = stretched ? "moving with the beam: stretched" : "moving against the beam: compressed";
-    std::snprintf(caption, sizeof caption, "%s, sweep from %.2f s on", bodies_[body].name.c_str(),
+    std::snprintf(caption, sizeof caption, "%s, sweep from %.3f s on", bodies_[body].name.c_str(),
                   static_cast<double>(finding.begin_ns) * 1e-9);
     picture.measured_length_m = finding.moving.length_m;
     picture.closed_form_length_m = finding.closed_form_m;

@@ -161,7 +161,7 @@ double measured(const Scanner& scanner, const Body& ego, const Body& body, const
   return most - least + expected.pitch_m;
 }
 
-/// "traffic.northbound, sweep from 1.00 s on"
+/// "traffic.northbound, sweep from 1.000 s on"
 double begin_of(const report::ScanPicture& picture) {
   const std::size_t digits = picture.caption.find_first_of("0123456789", picture.caption.find(", "));
   double begin_s = -1.0;
@@ -217,6 +217,17 @@ TEST(Figure8, TheCrossingAsItIsShowsBothDirectionsAndTheTrueLength) {
   EXPECT_EQ(found.compressed, 1);
   EXPECT_EQ(found.stretched, 1);
   EXPECT_EQ(found.still, 1);
+}
+
+/// Sweeps begin with the scanner's first release, and each is a whole number of its steps.
+TEST(Figure8, ATaskWithAnOffsetScansWholeSweepsTheSame) {
+  const CrossingRun run = run_crossing({"duration=4 s", "tasks.scanner.offset=9 ms"});
+  const Findings found = check(run);
+  EXPECT_EQ(found.compressed, 1);
+  EXPECT_EQ(found.stretched, 1);
+  EXPECT_EQ(found.still, 1);
+  for (const report::ScanPicture& picture : run.record.scan_comparison)
+    EXPECT_NE(picture.caption.find(".009 s"), std::string::npos) << picture.caption;
 }
 
 /// Where one column is small (about 2 cm at 20 m) the closed form is met as closely.
