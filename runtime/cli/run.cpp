@@ -40,9 +40,8 @@ void catch_signals() {
 struct Arguments {
   std::string scenario;
   std::vector<std::string> overrides;
-  std::string duration, clock, directory;
+  std::string duration, clock, seed, directory;
   std::optional<std::string> fail_on;
-  std::uint64_t seed = 0;
   bool verbose = false;
 };
 
@@ -51,7 +50,7 @@ std::vector<std::string> all_overrides(const Arguments& arguments, bool seed_giv
   std::vector<std::string> overrides = arguments.overrides;
   if (!arguments.duration.empty()) overrides.push_back("duration=" + arguments.duration);
   if (!arguments.clock.empty()) overrides.push_back("clock=" + arguments.clock);
-  if (seed_given) overrides.push_back("seed=" + std::to_string(arguments.seed));
+  if (seed_given) overrides.push_back("seed=" + arguments.seed);
   return overrides;
 }
 

@@ -131,6 +131,20 @@ void read_faults(const Value& value, CanSection& section, Diagnostics& diagnosti
                     (*faults)["delay"].duration_ns()};
 }
 
+/// Two buses on one interface would each take the other's frames for those of the units under test.
+void check_interfaces(const std::vector<CanSection>& sections, Diagnostics& diagnostics) {
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    if (sections[i].is_virtual()) continue;
+    const auto end = sections.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto first = std::find_if(sections.begin(), end, [&](const CanSection& other) {
+      return other.interface == sections[i].interface;
+    });
+    if (first == end) continue;
+    diagnostics.add(sections[i].device_place, "'device': the bus " + in_quotes(first->bus.text) +
+                                                  " is already on " + in_quotes(sections[i].interface));
+  }
+}
+
 }  // namespace
 
 void read_can(const Value& root, Scenario& scenario, Reading& reading) {
@@ -172,6 +186,7 @@ void read_can(const Value& root, Scenario& scenario, Reading& reading) {
     if (value.has("priority")) section.thread_priority = static_cast<int>(value["priority"].integer());
     scenario.can.push_back(std::move(section));
   }
+  check_interfaces(scenario.can, reading.diagnostics);
 }
 
 }  // namespace hil::config

@@ -5,20 +5,30 @@ namespace {
 
 using Claim = decltype(Expectation::claim);
 
-Response read_response(const Value& value) {
+Response read_response(const Value& value, Diagnostics& diagnostics) {
+  if (value["request"].text() == value["reply"].text()) {
+    diagnostics.add(value["reply"].place(), "'reply': " + in_quotes(value["reply"].text()) +
+                                                " is the request itself, which answers nothing");
+  }
   return {word_of(value["request"]), word_of(value["reply"]), value["within"].duration_ns(),
           static_cast<std::uint64_t>(value["at_least"].integer())};
 }
 
-std::optional<Claim> read_claim(const Value& value, Diagnostics& diagnostics) {
+std::optional<Claim> read_claim(const Value& value, std::int64_t duration_ns, Diagnostics& diagnostics) {
   const std::string& kind = value.chosen();
-  if (kind == "response") return read_response(value[kind]);
+  if (kind == "response") return read_response(value[kind], diagnostics);
   std::optional<Condition> condition = Condition::parse(value[kind], diagnostics);
   if (!condition) return std::nullopt;
   if (kind == "never") return Never{std::move(*condition)};
   if (kind == "always") return Always{std::move(*condition)};
   Eventually eventually{std::move(*condition), std::nullopt};
-  if (value.has("by")) eventually.by_ns = value["by"].duration_ns();
+  if (!value.has("by")) return eventually;
+  eventually.by_ns = value["by"].duration_ns();
+  if (duration_ns > 0 && *eventually.by_ns > duration_ns) {
+    diagnostics.add(value["by"].place(), "'by': " + format_duration(*eventually.by_ns) +
+                                             " is after the end of the run, which takes " +
+                                             format_duration(duration_ns) + "; left out: by its end");
+  }
   return eventually;
 }
 
@@ -35,7 +45,7 @@ void read_expectations(const Value& root, Scenario& scenario, Reading& reading) 
       reading.diagnostics.add(value["by"].place(),
                               "'by' belongs to 'eventually', not to " + in_quotes(value.chosen()));
     }
-    std::optional<Claim> claim = read_claim(value, reading.diagnostics);
+    std::optional<Claim> claim = read_claim(value, scenario.duration_ns, reading.diagnostics);
     if (claim) scenario.expectations.push_back({value["name"].text(), value.place(), std::move(*claim)});
   }
 }

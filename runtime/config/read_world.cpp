@@ -4,6 +4,7 @@
 
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/world_limits.hpp"
 
 namespace hil::config {
 namespace {
@@ -99,6 +100,58 @@ std::uint32_t read_mask(const WorldEntity& entity, Layers& layers, bool are_list
   return bits;
 }
 
+double length(const std::array<double, 3>& v) {
+  return std::hypot(v[0], v[1], v[2]);
+}
+
+/// The components are in their ranges; the database's limits are of the whole vector.
+void check_rates(const Value& value, const WorldEntity& entity, Diagnostics& diagnostics) {
+  const auto check = [&](const char* field, double rate, double largest, const char* unit) {
+    if (rate <= largest) return;
+    diagnostics.add(value[field].place(), in_quotes(field) + " is " + format_number(rate) + " " + unit +
+                                              " in all; at most " + format_number(largest) + " " + unit +
+                                              " is possible");
+  };
+  check("velocity", length(entity.velocity_mps), fastest_mps, "m/s");
+  check("angular_velocity", length(entity.angular_velocity_radps), fastest_turn_radps, "rad/s");
+}
+
+/// An entity keeps its velocity, so where it is at the end of the run is known now.
+void check_path(const Value& value, const WorldEntity& entity, std::int64_t duration_ns,
+                Diagnostics& diagnostics) {
+  if (length(entity.velocity_mps) > fastest_mps) return;
+  const double duration_s = static_cast<double>(duration_ns) * 1e-9;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double end_m = entity.position_m[axis] + entity.velocity_mps[axis] * duration_s;
+    if (std::abs(end_m) <= farthest_m) continue;
+    diagnostics.add(value["velocity"].place(), "'velocity' takes the entity out of the world: its " +
+                                                   std::string(1, "xyz"[axis]) + " is " +
+                                                   format_number(end_m) + " m at the end of the run, and " +
+                                                   format_number(farthest_m) + " m is the farthest");
+    return;
+  }
+}
+
+/// The full extent that the shape's own words give; a file's is known when it is read.
+double largest_size_m(const Shape& shape) {
+  if (const auto* box = std::get_if<BoxShape>(&shape))
+    return *std::max_element(box->size_m.begin(), box->size_m.end());
+  if (const auto* cylinder = std::get_if<CylinderShape>(&shape))
+    return std::max(cylinder->radius_m, cylinder->height_m);
+  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return sphere->radius_m;
+  if (const auto* rectangle = std::get_if<RectangleShape>(&shape))
+    return std::max(rectangle->size_m[0], rectangle->size_m[1]);
+  return 0.0;
+}
+
+void check_scale(const WorldEntity& entity, Diagnostics& diagnostics) {
+  const double size_m = largest_size_m(entity.shape);
+  if (size_m * entity.scale <= farthest_m) return;
+  diagnostics.add(entity.scale_place, "'scale' makes " + format_number(size_m * entity.scale) + " m of " +
+                                          format_number(size_m) + " m; the largest size is " +
+                                          format_number(farthest_m) + " m");
+}
+
 WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   WorldEntity entity;
   entity.name = word_of(value["name"]);
@@ -109,17 +162,22 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   entity.velocity_mps = three(value["velocity"]);
   entity.angular_velocity_radps = three(value["angular_velocity"]);
   entity.scale = value["scale"].number();
+  entity.scale_place = value["scale"].place();
   for (const Value& layer : value["mask"].items())
     entity.mask.push_back(word_of(layer));
+  check_rates(value, entity, diagnostics);
+  check_scale(entity, diagnostics);
   return entity;
 }
 
-void read_entities(const Value& list, World& world, bool layers_are_listed, Reading& reading) {
+void read_entities(const Value& list, Scenario& scenario, bool layers_are_listed, Reading& reading) {
+  World& world = scenario.world;
   UniqueNames names("entity", reading.diagnostics);
   for (const Value& value : list.items()) {
     if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
     if (!is_whole(value)) continue;
     WorldEntity entity = read_entity(value, reading.diagnostics);
+    check_path(value, entity, scenario.duration_ns, reading.diagnostics);
     entity.mask_bits = read_mask(entity, world.layers, layers_are_listed, reading.diagnostics);
     world.entities.push_back(std::move(entity));
   }
@@ -172,7 +230,7 @@ void read_world(const Value& root, Scenario& scenario, Reading& reading) {
   }
   const bool are_listed = layers != nullptr && (!layers->items().empty() || !is_whole(*layers));
   if (const Value* const entities = part_of(*value, "entities")) {
-    read_entities(*entities, world, are_listed, reading);
+    read_entities(*entities, scenario, are_listed, reading);
   }
 }
 

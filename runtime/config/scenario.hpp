@@ -28,7 +28,7 @@ enum class Overrun : std::uint8_t { skip, queue, abort };
 
 struct Realtime {
   Scheduler scheduler = Scheduler::fifo;
-  int priority = 0;  ///< 1..98
+  int priority = 0;  ///< 2..98
   bool lock_memory = true;
   std::vector<int> cpus;         ///< empty: no affinity
   std::int64_t watchdog_ns = 0;  ///< 0: the executive's own choice
@@ -65,6 +65,7 @@ struct WorldEntity {
   std::array<double, 3> velocity_mps{};
   std::array<double, 3> angular_velocity_radps{};
   double scale = 1.0;
+  Place scale_place;
   std::vector<Word> mask;       ///< layer names, at least one
   std::uint32_t mask_bits = 0;  ///< the same by Layers
 };

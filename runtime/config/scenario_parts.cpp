@@ -20,8 +20,10 @@ std::string format_frequency(double hz) {
 void UniqueNames::add(const Word& name) {
   const auto [first, is_new] = first_.try_emplace(name.text, name.place);
   if (is_new) return;
+  const Place& place = first->second;
+  const std::string file = place.file == name.place.file ? "" : " of " + place.file;
   diagnostics_.add(name.place, "the " + what_ + " " + in_quotes(name.text) +
-                                   " stands here twice; first in line " + std::to_string(first->second.line));
+                                   " stands here twice; first in line " + std::to_string(place.line) + file);
 }
 
 Word word_of(const Value& text) {

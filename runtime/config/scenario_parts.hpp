@@ -29,7 +29,8 @@ struct Reading {
   std::vector<std::string> modbus_units;  ///< likewise
 };
 
-/// Names that may stand once. A second one is a mistake that names the line of the first.
+/// Names that may stand once. A second one is a mistake that names the line of the first, and its
+/// file when it is another one (--set).
 class UniqueNames {
  public:
   /// `what`: "module", "bus", ...

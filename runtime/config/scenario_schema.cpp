@@ -5,18 +5,13 @@
 #include <utility>
 
 #include "runtime/config/scenario.hpp"
+#include "runtime/config/world_limits.hpp"
 
 namespace hil::config {
 namespace {
 
 constexpr double any_low = -std::numeric_limits<double>::infinity();
 constexpr double any_high = std::numeric_limits<double>::infinity();
-// The database's own limits: beyond them single precision is too coarse for a scene.
-constexpr double farthest_m = 1e5;
-constexpr double fastest_mps = 1e5;
-constexpr double fastest_turn_radps = 1e4;
-constexpr double smallest_scale = 1e-6;
-constexpr double largest_scale = 1e5;
 constexpr double longest_s = 7.0 * 24.0 * 3600.0;
 constexpr double shortest_s = 1e-9;
 
@@ -32,8 +27,11 @@ Schema rate() {
 Schema angle() {
   return Schema::quantity(Quantity::angle_rad, -1000.0, 1000.0);
 }
-Schema priority() {
-  return Schema::integer(1, 98);
+/// 99 is for threads of the kernel, which everything waits for.
+constexpr int highest_priority = 98;
+
+Schema thread_priority() {
+  return Schema::integer(1, highest_priority);
 }
 
 Schema vector3(Quantity quantity, double largest) {
@@ -45,7 +43,9 @@ Schema realtime_schema() {
       Field::with_default(
           "scheduler", Schema::one_of({"fifo", "other"}), "fifo",
           "The Linux scheduling class of the base thread; what the machine refuses is reported as degraded."),
-      Field::with_default("priority", priority(), "60", "The priority under fifo."),
+      Field::with_default("priority", Schema::integer(2, highest_priority), "60",
+                          "The priority under fifo. The database's thread has the same, the GPU driver's "
+                          "threads lie two below, and the tasks' threads from one below on, never below 1."),
       Field::with_default("lock_memory", Schema::boolean(), "true", "Keep all memory of the program in RAM."),
       Field::with_default("cpus", Schema::list(Schema::integer(0, 1023), 0, 1024), "[]",
                           "The processors the base thread may run on; none listed: any."),
@@ -196,7 +196,7 @@ Schema can_schema() {
       Field::needed("rate", rate(), "How often frames are taken in and sent; has to divide the base rate."),
       Field::with_default("bit_rate", Schema::integer(1'000, 20'000'000), "500000",
                           "Bits per second, for the bus load."),
-      Field::optional("priority", priority(),
+      Field::optional("priority", thread_priority(),
                       "The real-time priority of its thread; left out: an ordinary thread."),
       Field::with_default("send", Schema::list(sent_schema()), "[]", "The messages the run sends."),
       Field::with_default("receive", Schema::list(received_schema()), "[]", "The messages the run reads."),
@@ -230,7 +230,7 @@ Schema modbus_schema() {
       Field::optional("run_time", Schema::name(),
                       "A register that the run's time in milliseconds is written to."),
       Field::optional("heartbeat", Schema::name(), "A register that is counted up in each cycle."),
-      Field::optional("priority", priority(),
+      Field::optional("priority", thread_priority(),
                       "The real-time priority of its thread; left out: an ordinary thread."),
       Field::with_default("write", Schema::map(Schema::signal()), "{}",
                           "The signal that each register is written from."),

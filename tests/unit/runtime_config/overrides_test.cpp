@@ -24,8 +24,8 @@ std::string mistakes_with(const std::vector<std::string>& overrides) {
 
 TEST(Overrides, SetWhatIsWritten) {
   EXPECT_EQ(load_with({"seed=9"}).seed, 9U);
-  EXPECT_EQ(load_with({"duration=5 s"}).duration_ticks, 5000U);
-  EXPECT_EQ(load_with({"realtime.priority=1"}).realtime.priority, 1);
+  EXPECT_EQ(load_with({"duration=9 s"}).duration_ticks, 9000U);
+  EXPECT_EQ(load_with({"realtime.priority=3"}).realtime.priority, 3);
   EXPECT_FALSE(load_with({"realtime={lock_memory: false}"}).realtime.lock_memory);
   EXPECT_EQ(load_with({"realtime.cpus=[3]"}).realtime.cpus, std::vector<int>{3});
 }

@@ -119,6 +119,8 @@ class ScenarioFolder {
     folder_.write("crossing.dbc", "VERSION \"\"\n");
     folder_.write("house.obj", "v 0 0 0\n");
     folder_.write("map.yaml", register_map_text);
+    folder_.write("served.yaml",
+                  "registers: [{name: mode, table: holding, address: 0, type: u16, access: read}]\n");
   }
 
   const TemporaryFolder& folder() const { return folder_; }

@@ -48,7 +48,28 @@ TEST(ScenarioMistakes, OfKeysAndWords) {
   EXPECT_TRUE(is_refused_with("seed: 7", "@sed: 7", "unknown key 'sed'; did you mean 'seed'?"));
   EXPECT_TRUE(is_refused_with("scenario: everything\n", "\n@", "missing key 'scenario'"));
   EXPECT_TRUE(is_refused_with("clock: realtime", "clock: @virtal", "did you mean 'virtual'?"));
-  EXPECT_TRUE(is_refused_with("priority: 42", "priority: @99", "from 1 to 98"));
+}
+
+/// The executive keeps a priority below the base thread free for the tasks' threads.
+TEST(ScenarioMistakes, OfPriorities) {
+  EXPECT_TRUE(is_refused_with("priority: 42", "priority: @1", "from 2 to 98"));
+  EXPECT_TRUE(is_refused_with("priority: 42", "priority: @99", "from 2 to 98"));
+  EXPECT_TRUE(is_refused_with("priority: 55", "priority: @0", "from 1 to 98"));
+  const ScenarioFolder files;
+  Diagnostics diagnostics;
+  EXPECT_TRUE(files.load(with_change("priority: 42", "priority: 2"), diagnostics)) << diagnostics.to_text();
+  EXPECT_TRUE(files.load(with_change("priority: 55", "priority: 1"), diagnostics)) << diagnostics.to_text();
+}
+
+TEST(ScenarioMistakes, OfNamesInTwoFilesNameTheFile) {
+  const ScenarioFolder files;
+  Diagnostics diagnostics;
+  EXPECT_FALSE(files.load(testing::scenario_text, diagnostics, {"tasks.traffic.module=scanner"}));
+  ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
+  EXPECT_NE(diagnostics.to_text().find(
+                "the module 'scanner' stands here twice; first in line 1 of --set tasks.traffic.module"),
+            std::string::npos)
+      << diagnostics.to_text();
 }
 
 TEST(ScenarioMistakes, OfRates) {
@@ -125,6 +146,21 @@ TEST(ScenarioMistakes, OfTheWorld) {
                          "5 entities, but max_entities is 4"));
 }
 
+TEST(ScenarioMistakes, OfMotionBeyondTheWorld) {
+  EXPECT_TRUE(is_refused_with("[36 km/h, 0 m/s, 0 m/s]", "@[80000 m/s, 80000 m/s, 0 m/s]",
+                              "'velocity' is 113137.08499 m/s in all; at most 100000 m/s is possible"));
+  EXPECT_TRUE(is_refused_with("[0 deg/s, 0 deg/s, 180 deg/s]", "@[9000 rad/s, 9000 rad/s, 0 deg/s]",
+                              "'angular_velocity' is 12727.9"));
+  EXPECT_TRUE(is_refused_with("[36 km/h, 0 m/s, 0 m/s]", "@[0 m/s, -10001 m/s, 0 m/s]",
+                              "its y is -100010 m at the end of the run"));
+  EXPECT_TRUE(is_refused_with("scale: 2\n", "scale: @20000\n",
+                              "'scale' makes 120000 m of 6 m; the largest size is 100000 m"));
+  const ScenarioFolder files;
+  Diagnostics diagnostics;
+  EXPECT_TRUE(files.load(with_change("[36 km/h, 0 m/s, 0 m/s]", "[0 m/s, -9999 m/s, 0 m/s]"), diagnostics))
+      << diagnostics.to_text();
+}
+
 TEST(ScenarioMistakes, OfLayers) {
   const std::string listed = with_change("max_entities: 100", "layers: [static, grund]");
   const std::string one_ground = with_change("mask: [static, ground]", "mask: [static]", listed);
@@ -161,6 +197,36 @@ TEST(ScenarioMistakes, OfCanBuses) {
   EXPECT_TRUE(is_refused(with_change("\"socketcan:vcan0\"", "@\"socketcan:vcan0\"",
                                      with_change("clock: realtime", "clock: virtual")),
                          "'clock: virtual' needs 'device: virtual'"));
+}
+
+TEST(ScenarioMistakes, OfTwoBusesOnOneInterface) {
+  EXPECT_TRUE(is_refused_with(
+      "  - {bus: bench,",
+      "  - {bus: bank, device: 'socketcan:can1', database: crossing.dbc, rate: 50 Hz}\n"
+      "  - {bus: tank, device: 'socketcan:can2', database: crossing.dbc, rate: 50 Hz}\n"
+      "  - {bus: rank, device: @'socketcan:can1', database: crossing.dbc, rate: 50 Hz}\n  - {bus: bench,",
+      "the bus 'bank' is already on 'can1'"));
+}
+
+TEST(ScenarioMistakes, OfTwoServersOnOnePort) {
+  const auto servers = [](const std::string& first, const std::string& second) {
+    return "scenario: two\nmodbus:\n  - {unit: a, role: server, registers: served.yaml, rate: 1 Hz, device: "
+           "'" +
+           first + "'}\n  - {unit: b, role: server, registers: served.yaml, rate: 1 Hz, device: " + second +
+           "}\n";
+  };
+  EXPECT_TRUE(is_refused(servers("127.0.0.1:1502", "@'127.0.0.1:1502'"), "'a' already listens on port 1502"));
+  EXPECT_TRUE(is_refused(servers("[::]:1502", "@'127.0.0.1:1502'"), "'a' already listens on port 1502"));
+  const ScenarioFolder files;
+  for (const char* other : {"'127.0.0.2:1502'", "'127.0.0.1:1503'", "'127.0.0.1:auto'"}) {
+    Diagnostics diagnostics;
+    EXPECT_TRUE(files.load(servers("127.0.0.1:1502", other), diagnostics)) << diagnostics.to_text();
+  }
+}
+
+TEST(ScenarioMistakes, OfARegisterFilledTwice) {
+  EXPECT_TRUE(is_refused_with("heartbeat: alive", "heartbeat: @time_ms",
+                              "the register 'time_ms' is already written with the run's time"));
 }
 
 TEST(ScenarioMistakes, OfModbusUnits) {
@@ -210,6 +276,10 @@ TEST(ScenarioMistakes, OfExpectations) {
                               "always: \"ego.speed == 0\", by: @9 s",
                               "'by' belongs to 'eventually', not to 'always'"));
   EXPECT_TRUE(is_refused_with("within: 50 ms", "within: @50", "no unit"));
+  EXPECT_TRUE(
+      is_refused_with("by: 9 s", "by: @1000 s", "1000 s is after the end of the run, which takes 10 s"));
+  EXPECT_TRUE(is_refused_with("reply: can.car.BrakeCommand.AnswerTo", "reply: @can.car.Objects.Counter",
+                              "'can.car.Objects.Counter' is the request itself"));
   EXPECT_TRUE(
       is_refused("scenario: a\nexpectations: [@{name: nothing}]\n", "exactly one of these keys is needed"));
 }
