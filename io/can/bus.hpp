@@ -28,11 +28,20 @@ enum class ReceiveResult : std::uint8_t {
   lost,   ///< the bus is gone for now (interface down or deleted, hub closed)
 };
 
+/// What an injection of faults did to frames (io/virtual/faults.hpp); a real bus has none.
+struct InjectedFaults {
+  std::uint64_t dropped_tx = 0;  ///< frames this station sent that never were on the bus
+  std::uint64_t dropped_rx = 0;  ///< the same of other stations' frames
+  std::uint64_t corrupted = 0;
+  std::uint64_t delayed = 0;
+};
+
 struct BusCounters {
   std::uint64_t dropped =
       0;  ///< frames that this station (or, for a hub, one of its clients) was too slow to take
   std::uint64_t malformed = 0;  ///< packets that were no frame
   std::uint64_t reopened = 0;   ///< times the bus came back after it was lost
+  InjectedFaults injected;
 };
 
 /// What settle() found.

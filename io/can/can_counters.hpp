@@ -4,13 +4,14 @@
 #include <atomic>
 #include <cstdint>
 
+#include "io/can/bus.hpp"
 #include "io/can/frame.hpp"
 
 namespace hil::io::can {
 
 struct CanCounters {
   std::uint64_t rx = 0;       ///< frames of other stations, error frames not among them
-  std::uint64_t tx = 0;       ///< frames sent
+  std::uint64_t tx = 0;       ///< frames sent: those seen on the bus and injected.dropped_tx
   std::uint64_t dropped = 0;  ///< frames the bus lost because someone was too slow (Bus::counters)
   std::uint64_t errors = 0;   ///< error frames
   std::uint64_t no_buffer =
@@ -25,6 +26,8 @@ struct CanCounters {
   std::uint64_t refused_values = 0;    ///< output values that were NaN
   std::uint64_t dropped_releases = 0;  ///< ticks whose outputs found the hand-over queue full
   std::uint64_t log_dropped = 0;       ///< frames missing in the log
+  std::uint64_t lost_arrivals = 0;     ///< CanDevice::lost_arrivals
+  InjectedFaults injected;
   double bus_load = 0.0;  ///< share of the bit rate in the last whole tenth of a second, stuff bits left out
 };
 

@@ -147,7 +147,9 @@ CanCounters CanDevice::counters() const noexcept {
   CanCounters all;
   all.rx = counts_.rx.get();
   all.tx = counts_.tx.get();
-  all.dropped = bus_->counters().dropped;
+  const BusCounters bus = bus_->counters();
+  all.dropped = bus.dropped;
+  all.injected = bus.injected;
   all.errors = counts_.errors.get();
   all.no_buffer = counts_.no_buffer.get();
   all.send_errors = counts_.send_errors.get();
@@ -159,6 +161,7 @@ CanCounters CanDevice::counters() const noexcept {
   all.refused_values = counts_.refused_values.get();
   all.dropped_releases = counts_.dropped_releases.get();
   all.log_dropped = log_ ? log_->dropped() : 0;
+  all.lost_arrivals = counts_.lost_arrivals.get();
   all.bus_load = load_.load();
   return all;
 }

@@ -264,8 +264,10 @@ SettleResult SocketCanBus::settle(RunTimeNs) {
 }
 
 BusCounters SocketCanBus::counters() const noexcept {
-  return {dropped_.load(std::memory_order_relaxed), malformed_.load(std::memory_order_relaxed),
-          reopened_.load(std::memory_order_relaxed)};
+  return {dropped_.load(std::memory_order_relaxed),
+          malformed_.load(std::memory_order_relaxed),
+          reopened_.load(std::memory_order_relaxed),
+          {}};
 }
 
 std::string SocketCanBus::fault() const {

@@ -130,7 +130,7 @@ can::SettleResult Client::settle(RunTimeNs) {
 }
 
 can::BusCounters Client::counters() const noexcept {
-  return {0, malformed_.load(std::memory_order_relaxed), 0};
+  return {0, malformed_.load(std::memory_order_relaxed), 0, {}};
 }
 
 std::string Client::fault() const {

@@ -110,6 +110,8 @@ void Hub::close() noexcept {
   if (epoll_ >= 0) ::close(epoll_);
   if (timer_ >= 0) ::close(timer_);
   listener_ = epoll_ = timer_ = -1;
+  for (const auto& [due_ns, held] : delayed_)
+    faults_.count_lost(held.sender == own_station);
   delayed_.clear();
 }
 
@@ -239,7 +241,7 @@ void Hub::close_client(Client& client) noexcept {
 }
 
 void Hub::route(can::Frame frame, Station sender) {
-  switch (faults_.decide(frame)) {
+  switch (faults_.decide(frame, sender == own_station)) {
     case FaultInjector::Fate::drop:
       return;
     case FaultInjector::Fate::delay: {
@@ -294,7 +296,8 @@ void Hub::arm_timer() noexcept {
 }
 
 can::BusCounters Hub::counters() const noexcept {
-  return {dropped_.load(std::memory_order_relaxed), malformed_.load(std::memory_order_relaxed), 0};
+  return {dropped_.load(std::memory_order_relaxed), malformed_.load(std::memory_order_relaxed), 0,
+          faults_.counters()};
 }
 
 std::string Hub::fault() const {

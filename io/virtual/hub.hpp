@@ -70,7 +70,8 @@ class Hub final : public can::Bus {
   can::ReceiveResult receive(can::Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
   can::SettleResult settle(RunTimeNs now_ns) override;
-  /// dropped: the sum over all clients.
+  /// dropped: the sum over all clients. injected: a frame that is still held back when the bus closes is
+  /// counted among the dropped ones then.
   can::BusCounters counters() const noexcept override;
   std::string fault() const override;
 
@@ -78,7 +79,6 @@ class Hub final : public can::Bus {
   std::size_t station_count() const noexcept { return station_count_.load(std::memory_order_relaxed); }
   /// Every client there ever was, in the order of connecting.
   std::vector<ClientCounters> client_counters() const;
-  FaultCounters fault_counters() const noexcept { return faults_.counters(); }
 
  private:
   struct Client {

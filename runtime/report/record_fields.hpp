@@ -144,6 +144,17 @@ void each_field(T& bus, Visit&& visit) {
   visit("bad_counter", bus.bad_counter);
   visit("unknown_id", bus.unknown_id);
   visit("bus_load", bus.bus_load);
+  visit("send_errors", bus.send_errors);
+  visit("wrong_length", bus.wrong_length);
+  visit("saturated", bus.saturated);
+  visit("refused_values", bus.refused_values);
+  visit("dropped_releases", bus.dropped_releases);
+  visit("log_dropped", bus.log_dropped);
+  visit("lost_arrivals", bus.lost_arrivals);
+  visit("fault_dropped_tx", bus.fault_dropped_tx);
+  visit("fault_dropped_rx", bus.fault_dropped_rx);
+  visit("fault_corrupted", bus.fault_corrupted);
+  visit("fault_delayed", bus.fault_delayed);
 }
 
 template <Is<ModbusUnit> T, class Visit>

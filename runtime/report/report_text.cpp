@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "runtime/report/bus_words.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/text_safety.hpp"
 
@@ -78,6 +79,10 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   add_expectations(out, record);
   for (const Task& task : record.tasks)
     add_misses(out, task);
+  for (const CanBus& bus : record.can) {
+    for (const std::string& sentence : can_shortfalls(bus))
+      out += "  can." + one_line(bus.bus) + ": " + to_ascii(sentence) + '\n';
+  }
   for (const std::string& sentence : record.realtime.degraded)
     out += "  degraded: " + one_line(sentence) + '\n';
   out += "  " + to_ascii(counted(record.ticks, "tick", "ticks")) + " in " +

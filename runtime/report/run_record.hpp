@@ -17,8 +17,9 @@
 
 namespace hil::report {
 
-/// Written into report.json. A file with another number is refused by the reader.
-inline constexpr int schema_version = 1;
+/// Written into report.json. A file with another number is refused by the reader. It counts up with every key
+/// that is added, removed or changes its meaning, since the reader wants all of them.
+inline constexpr int schema_version = 2;
 
 inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
@@ -150,18 +151,30 @@ struct Transactions {
   std::uint64_t hard_misses = 0;
 };
 
+/// The log holds what was on the bus: rx + tx + errors - fault_dropped_tx - log_dropped frames.
 struct CanBus {
   std::string bus;
   std::string driver;
   std::uint64_t rx = 0;
-  std::uint64_t tx = 0;
-  std::uint64_t dropped = 0;
-  std::uint64_t errors = 0;
-  std::uint64_t no_buffer = 0;
+  std::uint64_t tx = 0;         ///< sent, fault_dropped_tx among them
+  std::uint64_t dropped = 0;    ///< lost because someone was too slow
+  std::uint64_t errors = 0;     ///< error frames
+  std::uint64_t no_buffer = 0;  ///< sends that found the queue full; each was tried once more
   std::uint64_t bad_checksum = 0;
   std::uint64_t bad_counter = 0;
   std::uint64_t unknown_id = 0;
   double bus_load = not_known;
+  std::uint64_t send_errors = 0;       ///< sends that failed because the bus was lost
+  std::uint64_t wrong_length = 0;      ///< received frames refused for it
+  std::uint64_t saturated = 0;         ///< output values beyond their signal's range
+  std::uint64_t refused_values = 0;    ///< output values that were no numbers
+  std::uint64_t dropped_releases = 0;  ///< ticks whose outputs were not sent
+  std::uint64_t log_dropped = 0;       ///< frames missing in the log
+  std::uint64_t lost_arrivals = 0;     ///< received values that response times lack
+  std::uint64_t fault_dropped_tx = 0;  ///< sent, dropped by the injection of faults: never on the bus
+  std::uint64_t fault_dropped_rx = 0;  ///< the same of other stations' frames
+  std::uint64_t fault_corrupted = 0;
+  std::uint64_t fault_delayed = 0;
 };
 
 struct ModbusUnit {

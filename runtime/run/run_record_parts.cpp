@@ -155,13 +155,24 @@ report::CanBus can_bus_of(const io::can::CanDevice& device) {
   bus.driver = device.bus().description();
   bus.rx = counters.rx;
   bus.tx = counters.tx;
-  bus.dropped = counters.dropped + counters.dropped_releases;
-  bus.errors = counters.errors + counters.send_errors + counters.wrong_length;
+  bus.dropped = counters.dropped;
+  bus.errors = counters.errors;
   bus.no_buffer = counters.no_buffer;
   bus.bad_checksum = counters.bad_checksum;
   bus.bad_counter = counters.bad_counter;
   bus.unknown_id = counters.unknown_id;
   bus.bus_load = counters.bus_load;
+  bus.send_errors = counters.send_errors;
+  bus.wrong_length = counters.wrong_length;
+  bus.saturated = counters.saturated;
+  bus.refused_values = counters.refused_values;
+  bus.dropped_releases = counters.dropped_releases;
+  bus.log_dropped = counters.log_dropped;
+  bus.lost_arrivals = counters.lost_arrivals;
+  bus.fault_dropped_tx = counters.injected.dropped_tx;
+  bus.fault_dropped_rx = counters.injected.dropped_rx;
+  bus.fault_corrupted = counters.injected.corrupted;
+  bus.fault_delayed = counters.injected.delayed;
   return bus;
 }
 

@@ -115,6 +115,21 @@ TEST(Leftovers, TheCanLogHoldsWhatTheReportCounts) {
   }
 }
 
+TEST(Leftovers, FramesDroppedOnPurposeAreCountedAndTheCanLogHoldsTheOthers) {
+  const Folder folder;
+  const Ended run = run_hil(joined({{"run", crossing(), "--clock", "virtual", "--duration", "2s", "--out",
+                                     folder / "out", "--set", "can.car.faults={drop: 0.2}"},
+                                    few_beams()}));
+  ASSERT_EQ(run.code, 1) << "too few answers in 2 s: " << run.output << run.errors;
+  const auto bus = read_report(folder / "out")["can"][0];
+  const auto count = [&](const char* key) { return bus[key].get<std::size_t>(); };
+  EXPECT_GT(count("fault_dropped_tx"), 100U);
+  EXPECT_EQ(count("dropped"), 0U);
+  EXPECT_EQ(read_can_log(folder / "out/can-car.log").size(),
+            count("rx") + count("tx") - count("fault_dropped_tx"));
+  EXPECT_NE(read_text(folder / "out/report.html").find("sent frames dropped on purpose"), std::string::npos);
+}
+
 TEST(Commands, CheckSaysWhatIsThere) {
   const Ended ended = run_hil({"check", crossing()});
   EXPECT_EQ(ended.code, 0) << ended.errors;

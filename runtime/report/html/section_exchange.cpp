@@ -1,3 +1,4 @@
+#include "runtime/report/bus_words.hpp"
 #include "runtime/report/html/sections.hpp"
 #include "runtime/report/html/table.hpp"
 #include "runtime/report/quantities.hpp"
@@ -16,6 +17,21 @@ std::string cpus_text(const Realtime& realtime) {
   for (const int cpu : realtime.cpus)
     text += (text.empty() ? "" : ", ") + std::to_string(cpu);
   return text.empty() ? "no affinity" : text;
+}
+
+void can_sentences(Markup& out, const RunRecord& record) {
+  std::vector<std::string> all;
+  for (const CanBus& bus : record.can) {
+    for (const auto& sentences : {can_shortfalls(bus), can_remarks(bus)}) {
+      for (const std::string& sentence : sentences)
+        all.push_back(bus.bus + ": " + sentence + ".");
+    }
+  }
+  if (all.empty()) return;
+  out.open("ul");
+  for (const std::string& sentence : all)
+    out.element("li", sentence);
+  out.close();
 }
 
 void can_table(Markup& out, const RunRecord& record) {
@@ -39,6 +55,7 @@ void can_table(Markup& out, const RunRecord& record) {
                count_text(bus.unknown_id), percent(bus.bus_load)});
   }
   table.end();
+  can_sentences(out, record);
 }
 
 void modbus_table(Markup& out, const RunRecord& record) {

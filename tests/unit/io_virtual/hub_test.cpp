@@ -271,18 +271,19 @@ TEST(HubFaults, DropCorruptAndDelayComeFromTheSeed) {
                            .delay_ns = 2'000'000,
                            .seed = 42};
   std::vector<std::uint32_t> orders[2];
-  FaultCounters counted[2];
+  can::InjectedFaults counted[2];
   for (int run = 0; run < 2; ++run) {
     FaultInjector injector(faults);
     for (std::uint32_t number = 0; number < 1000; ++number) {
       can::Frame frame = numbered(1, number);
-      orders[run].push_back(static_cast<std::uint32_t>(injector.decide(frame)));
+      orders[run].push_back(static_cast<std::uint32_t>(injector.decide(frame, number % 2 == 0)));
       orders[run].push_back(number_of(frame));
     }
     counted[run] = injector.counters();
   }
   EXPECT_EQ(orders[0], orders[1]);
-  EXPECT_NEAR(static_cast<double>(counted[0].dropped), 200.0, 50.0);
+  EXPECT_NEAR(static_cast<double>(counted[0].dropped_tx), 100.0, 30.0);
+  EXPECT_NEAR(static_cast<double>(counted[0].dropped_rx), 100.0, 30.0);
   EXPECT_GT(counted[0].corrupted, 100U);
 
   Hub hub(HubConfig{.name = "car", .path = {}, .faults = faults});
@@ -299,8 +300,9 @@ TEST(HubFaults, DropCorruptAndDelayComeFromTheSeed) {
       changed += number_of(frame) != number ? 1 : 0;
     }
   }
-  const FaultCounters so_far = hub.fault_counters();
-  EXPECT_EQ(seen + so_far.dropped + so_far.delayed, 500U);
+  const can::InjectedFaults so_far = hub.counters().injected;
+  EXPECT_EQ(seen + so_far.dropped_tx + so_far.delayed, 500U);
+  EXPECT_EQ(so_far.dropped_rx, 0U);
   EXPECT_GT(changed, 0U);
   EXPECT_GT(so_far.delayed, 0U);
   std::size_t late = 0;

@@ -106,6 +106,17 @@ TEST(ReportHtml, SaysWhatTheRecordHolds) {
                                "With the scan",
                                "Against the scan",
                                "limit 50.0 ms",
+                               "car: 5 output values beyond the range",
+                               "car: 7 output values that no signal can carry",
+                               "car: 11 ticks whose outputs were not sent",
+                               "car: 13 frames missing in the log",
+                               "car: 1 frame could not be sent",
+                               "car: 3 received frames refused",
+                               "car: 17 received values missing",
+                               "car: 19 sent frames dropped on purpose",
+                               "car: 23 frames of other stations dropped on purpose",
+                               "car: 29 frames corrupted on purpose",
+                               "car: 1\u202F031 frames delayed on purpose",
                                "y north"}) {
     EXPECT_NE(text.find(expected), std::string::npos) << expected;
   }

@@ -47,7 +47,10 @@ TEST(ReportJson, HasEveryKeyOfTheDesign) {
       "transactions.committed "
       "transactions.late transactions.missed transactions.refused transactions.conflicts "
       "transactions.firm_late_commits "
-      "transactions.hard_misses can.bus can.driver can.rx can.tx can.dropped can.errors modbus.device "
+      "transactions.hard_misses can.bus can.driver can.rx can.tx can.dropped can.errors can.send_errors "
+      "can.wrong_length can.saturated can.refused_values can.dropped_releases can.log_dropped "
+      "can.lost_arrivals can.fault_dropped_tx can.fault_dropped_rx can.fault_corrupted can.fault_delayed "
+      "modbus.device "
       "modbus.requests "
       "modbus.replies modbus.timeouts modbus.errors expectations.name expectations.passed "
       "expectations.detail "
@@ -154,8 +157,8 @@ TEST(ParseReport, RefusesWithThePlace) {
   EXPECT_NE(refusal("{}").find("schema_version is missing"), std::string::npos);
 
   Json changed = json;
-  changed["schema_version"] = 2;
-  refused_with(changed, "schema_version is 2; this program reads 1");
+  changed["schema_version"] = 1;
+  refused_with(changed, "schema_version is 1; this program reads 2");
   changed = json;
   changed["tasks"][1]["wall_ns"].erase("p50");
   refused_with(changed, "tasks[1].wall_ns.p50 is missing");

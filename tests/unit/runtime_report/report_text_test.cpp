@@ -51,6 +51,21 @@ TEST(ReportText, SaysVerdictReasonsMissesAndPlace) {
   EXPECT_TRUE(text.ends_with("  10000 ticks in 10.0 s, report in out/run-1\n"));
 }
 
+TEST(ReportText, SaysWhatABusDidNotSendOrLog) {
+  const std::string text = report_text(test::full_record(), "d");
+  for (const char* line :
+       {"  can.car: 5 output values beyond the range of the signal: its limit was sent instead\n",
+        "  can.car: 7 output values that no signal can carry (not a number): the value before was sent "
+        "again\n",
+        "  can.car: 11 ticks whose outputs were not sent: the bus's thread was too slow\n",
+        "  can.car: 13 frames missing in the log: the disk was too slow\n"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << text;
+  EXPECT_EQ(text.find("on purpose"), std::string::npos) << "that was asked for";
+  RunRecord sound;
+  sound.can = {{"car", "virtual", 1, 1, 2, 3, 4, 5, 6, 7, 0.5}};
+  EXPECT_EQ(report_text(sound, "d").find("can.car"), std::string::npos);
+}
+
 TEST(ReportText, EveryVerdictHasASentence) {
   for (const Verdict verdict : {Verdict::passed, Verdict::failed, Verdict::timing_broken, Verdict::io_failed,
                                 Verdict::gpu_failed, Verdict::interrupted}) {

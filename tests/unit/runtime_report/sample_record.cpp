@@ -257,7 +257,8 @@ RunRecord full_record() {
                         {"idle", 9'175 * millisecond, spread(10'000, 921'000, 975'000, 980'000, 981'000)}};
   record.watchdog = {{7'041 * millisecond, "no tick for 20 ms; outputs set to their safe values"}};
   record.transactions = {12'345, 12'340, 2, 1, 1, 0, 0, 1, 0, 0, 0, 2};
-  record.can = {{"car", "virtual", 1'000, 3'021, 0, 0, 0, 2, 1, 0, 0.124}};
+  record.can = {
+      {"car", "virtual", 1'000, 3'021, 0, 0, 0, 2, 1, 0, 0.124, 1, 3, 5, 7, 11, 13, 17, 19, 23, 29, 1'031}};
   record.modbus = {{"plc at 127.0.0.1:40213", 400, 398, 2, 0, 1}};
   record.processes = {{"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
                        "signal 11 (SIGSEGV)", 6'210 * millisecond},

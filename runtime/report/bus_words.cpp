@@ -1,0 +1,52 @@
+#include "runtime/report/bus_words.hpp"
+
+#include "runtime/report/quantities.hpp"
+
+namespace hil::report {
+namespace {
+
+class Sentences {
+ public:
+  /// Nothing for a count of zero. The words follow "3 frames".
+  void add(std::uint64_t count, const char* one, const char* many, const std::string& words) {
+    if (count > 0) all_.push_back(counted(count, one, many) + ' ' + words);
+  }
+  std::vector<std::string> take() { return std::move(all_); }
+
+ private:
+  std::vector<std::string> all_;
+};
+
+}  // namespace
+
+std::vector<std::string> can_shortfalls(const CanBus& bus) {
+  Sentences sentences;
+  sentences.add(bus.saturated, "output value", "output values",
+                "beyond the range of the signal: its limit was sent instead");
+  sentences.add(bus.refused_values, "output value", "output values",
+                "that no signal can carry (not a number): the value before was sent again");
+  sentences.add(bus.dropped_releases, "tick", "ticks",
+                "whose outputs were not sent: the bus's thread was too slow");
+  sentences.add(bus.log_dropped, "frame", "frames", "missing in the log: the disk was too slow");
+  return sentences.take();
+}
+
+std::vector<std::string> can_remarks(const CanBus& bus) {
+  Sentences sentences;
+  sentences.add(bus.fault_dropped_tx, "sent frame", "sent frames",
+                "dropped on purpose (faults): counted as sent, never on the bus, not in the log");
+  sentences.add(bus.fault_dropped_rx, "frame of other stations", "frames of other stations",
+                "dropped on purpose (faults): neither received nor in the log");
+  sentences.add(bus.fault_corrupted, "frame", "frames",
+                "corrupted on purpose (faults): the log shows them as they were on the bus");
+  sentences.add(bus.fault_delayed, "frame", "frames",
+                "delayed on purpose (faults): the log shows when they were on the bus");
+  sentences.add(bus.send_errors, "frame", "frames", "could not be sent: the bus was lost");
+  sentences.add(bus.wrong_length, "received frame", "received frames",
+                "refused: a wrong length, or a remote request");
+  sentences.add(bus.lost_arrivals, "received value", "received values",
+                "missing in the measured response times: more came in one tick than are kept");
+  return sentences.take();
+}
+
+}  // namespace hil::report

@@ -1,0 +1,17 @@
+#pragma once
+// What went wrong on a CAN bus, in words: one sentence per counter that is not zero.
+
+#include <string>
+#include <vector>
+
+#include "runtime/report/run_record.hpp"
+
+namespace hil::report {
+
+/// What the run itself did not send, or not log, as it was told to. They belong on the console too.
+std::vector<std::string> can_shortfalls(const CanBus& bus);
+
+/// What else its counters tell beyond the columns of the page's table, injected faults among it.
+std::vector<std::string> can_remarks(const CanBus& bus);
+
+}  // namespace hil::report
