@@ -22,23 +22,6 @@ namespace hil::io::process {
 
 namespace {
 
-/// A file descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) noexcept : fd_(fd) {}
-  ~Descriptor() { reset(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const noexcept { return fd_; }
-  void reset() noexcept {
-    if (fd_ >= 0) ::close(fd_);
-    fd_ = -1;
-  }
-
- private:
-  int fd_;
-};
-
 std::string find_program(const ChildConfig& config) {
   const std::string& program = config.command.front();
   if (program.find('/') != std::string::npos) return program;
@@ -95,6 +78,36 @@ struct Launch {
   ::_exit(127);
 }
 
+/// Waits in the group of a child, and kills that group when `watched` has no writer any more: when this
+/// process is gone. The child itself dies by PR_SET_PDEATHSIG then, but what it started does not. A shell,
+/// since a fork alone would share this process's memory, whose first write to each page would then be slow.
+[[noreturn]] void become_guardian(int watched, pid_t group) noexcept {
+  if (::setpgid(0, group) != 0) ::_exit(0);  // the child leads no group any more
+  for (int signal = 1; signal < NSIG; ++signal)
+    ::signal(signal, SIG_IGN);  // it gets those of the group
+  sigset_t none;
+  sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  const sched_param ordinary{};
+  static_cast<void>(::sched_setscheduler(0, SCHED_OTHER, &ordinary));
+  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere < 0 || ::chdir("/") != 0) ::_exit(127);
+  if (::dup2(watched, STDIN_FILENO) < 0 || ::dup2(nowhere, STDOUT_FILENO) < 0 ||
+      ::dup2(nowhere, STDERR_FILENO) < 0) {
+    ::_exit(127);
+  }
+  ::execl("/bin/sh", "sh", "-c", "read -r nothing; kill -KILL 0", "hil-guardian", nullptr);
+  ::_exit(127);
+}
+
+/// Waits for the end of a child; its status.
+int collect(pid_t pid) noexcept {
+  int status = 0;
+  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  return status;
+}
+
 }  // namespace
 
 std::string describe(const Exit& exit) {
@@ -115,16 +128,27 @@ Child::Child(const ChildConfig& config) : name_(config.name) {
     arguments.push_back(word.data());
   arguments.push_back(nullptr);
   const std::string folder = config.working_folder.string();
-  const std::string output_name = config.output_file.empty() ? "/dev/null" : config.output_file.string();
-  const Descriptor output(::open(output_name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-  if (output.get() < 0) refuse("its output file '" + output_name + "' can not be written", errno);
+  Descriptor nowhere;
+  if (config.output_file.empty()) {
+    nowhere = Descriptor(::open("/dev/null", O_WRONLY | O_CLOEXEC));
+    if (nowhere.get() < 0) refuse("'/dev/null' can not be written", errno);
+  } else {
+    output_ = std::make_unique<OutputKeeper>(config.output_file);
+    if (!output_->open()) {
+      refuse("its output file '" + config.output_file.string() + "' can not be written", errno);
+    }
+  }
   std::array<int, 2> report{-1, -1};
   if (::pipe2(report.data(), O_CLOEXEC) != 0) refuse("can not be started: pipe", errno);
   const Descriptor report_in(report[0]);
   Descriptor report_out(report[1]);
 
-  const Launch launch{program.c_str(), arguments.data(), folder.empty() ? nullptr : folder.c_str(),
-                      output.get(),    report_out.get(), ::getpid()};
+  const Launch launch{program.c_str(),
+                      arguments.data(),
+                      folder.empty() ? nullptr : folder.c_str(),
+                      output_ ? output_->input_fd() : nowhere.get(),
+                      report_out.get(),
+                      ::getpid()};
   pid_ = ::fork();
   if (pid_ < 0) refuse("can not be started: fork", errno);
   if (pid_ == 0) become_program(launch);
@@ -133,18 +157,29 @@ Child::Child(const ChildConfig& config) : name_(config.name) {
   ssize_t got = 0;
   while ((got = ::read(report_in.get(), &error, sizeof error)) < 0 && errno == EINTR) {
   }
-  if (got == 0) pidfd_ = static_cast<int>(::syscall(SYS_pidfd_open, pid_, 0));
-  if (pidfd_ >= 0) return;
+  if (got == 0) pidfd_ = Descriptor(static_cast<int>(::syscall(SYS_pidfd_open, pid_, 0)));
+  if (pidfd_.get() >= 0 && start_guardian()) {
+    if (output_) output_->begin();
+    return;
+  }
   const int reason = got == 0 ? errno : error;
   ::kill(pid_, SIGKILL);
-  while (::waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
-  }
+  collect(pid_);
   refuse("'" + program + "' can not be run", reason);
 }
 
 Child::~Child() {
   stop(1'000'000'000);
-  if (pidfd_ >= 0) ::close(pidfd_);
+}
+
+bool Child::start_guardian() {
+  std::array<int, 2> ends{-1, -1};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return false;
+  const Descriptor watched(ends[0]);
+  alive_ = Descriptor(ends[1]);
+  guardian_ = ::fork();
+  if (guardian_ == 0) become_guardian(watched.get(), pid_);
+  return guardian_ > 0;
 }
 
 bool Child::try_collect() {
@@ -155,9 +190,10 @@ bool Child::try_collect() {
     return false;
   }
   signal_group(SIGKILL);  // what it started itself and left behind; before its number can be given away again
-  int status = 0;
-  while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
-  }
+  ::kill(guardian_, SIGKILL);  // not in the group when the child itself had left it
+  const int status = collect(pid_);
+  collect(guardian_);
+  if (output_) output_->finish();
   ended_ = true;
   exit_.how = WIFEXITED(status) ? Exit::How::exited : Exit::How::killed;
   exit_.code = WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status);
@@ -169,7 +205,7 @@ bool Child::wait_for_exit(std::int64_t limit_ns) {
   while (!try_collect()) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
     if (left.count() <= 0) return false;
-    pollfd watched{pidfd_, POLLIN, 0};
+    pollfd watched{pidfd_.get(), POLLIN, 0};
     static_cast<void>(::poll(&watched, 1, static_cast<int>(std::min<std::int64_t>(left.count(), 1'000'000))));
   }
   return true;

@@ -1,9 +1,10 @@
 #pragma once
 // A child process of the run: a device under test or a simulated unit that is a program of its own.
 //
-// The child dies with this process, even when this process is killed; it has a process group of its own, so
-// that Ctrl-C in a terminal reaches it through the run and not beside it; it starts with default signal
-// handling and ordinary scheduling.
+// The child dies with this process, even when this process is killed, and with it what it has started, unless
+// that has left its process group. It has a group of its own, so that Ctrl-C in a terminal reaches it through
+// the run and not beside it; a guardian process in that group waits for the end of this process. It starts
+// with default signal handling and ordinary scheduling.
 //
 // Threads: one at a time. The kernel ties the child to the *thread* that started it: that thread must live as
 // long as the child is wanted (the main thread, as a rule).
@@ -12,10 +13,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "io/device.hpp"
+#include "io/virtual/descriptor.hpp"
+#include "io/virtual/output_keeper.hpp"
 
 namespace hil::io::process {
 
@@ -25,7 +29,8 @@ struct ChildConfig {
   /// Where a program without '/' in its name is looked for before PATH.
   std::vector<std::filesystem::path> search_folders;
   std::filesystem::path working_folder;  ///< empty: this process's own
-  std::filesystem::path output_file;     ///< stdout and stderr; replaced; empty: /dev/null
+  std::filesystem::path output_file;     ///< stdout and stderr, the first 16 MiB (output_keeper.hpp);
+                                         ///< replaced; empty: /dev/null
 };
 
 /// How a child ended.
@@ -57,7 +62,7 @@ class Child {
   const std::string& name() const noexcept { return name_; }
   pid_t pid() const noexcept { return pid_; }
   /// Becomes readable when the child ends. Valid as long as this object lives.
-  int exit_fd() const noexcept { return pidfd_; }
+  int exit_fd() const noexcept { return pidfd_.get(); }
 
   /// Never blocks.
   bool running() { return !try_collect(); }
@@ -71,11 +76,16 @@ class Child {
  private:
   /// True when the child has ended, now or before.
   bool try_collect();
+  /// False: errno says why.
+  bool start_guardian();
   void signal_group(int signal) const noexcept;
 
   std::string name_;
   pid_t pid_ = -1;
-  int pidfd_ = -1;
+  Descriptor pidfd_;
+  pid_t guardian_ = -1;
+  Descriptor alive_;  ///< its other end is the guardian's; nobody writes
+  std::unique_ptr<OutputKeeper> output_;
   bool ended_ = false;
   Exit exit_;
 };

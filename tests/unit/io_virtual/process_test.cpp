@@ -172,5 +172,75 @@ TEST(Process, DiesWithItsParentEvenWhenThatIsKilled) {
   std::filesystem::remove(file);
 }
 
+/// A process in a group that nobody signals any more; also a zombie that waits for another's reaping is gone.
+bool gone_soon(pid_t pid) {
+  for (int wait = 0; wait < 500; ++wait) {
+    if (!alive(pid)) return true;
+    if (content_of("/proc/" + std::to_string(pid) + "/stat").find(") Z ") != std::string::npos) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+TEST(Process, WhatItStartedDiesWhenItsParentIsKilled) {
+  const auto file = scratch("grandchild-of-killed");
+  const pid_t parent = ::fork();
+  ASSERT_GE(parent, 0);
+  if (parent == 0) {
+    const std::string name = file.string();
+    const Child child(
+        shell("sleep 1000 & echo $! > " + name + ".tmp; mv " + name + ".tmp " + name + "; wait"));
+    ::pause();
+    ::_exit(0);
+  }
+  for (int wait = 0; wait < 500 && !std::filesystem::exists(file); ++wait)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const int grandchild = std::stoi(content_of(file));
+  EXPECT_TRUE(alive(grandchild));
+  ::kill(parent, SIGKILL);
+  ::waitpid(parent, nullptr, 0);
+  EXPECT_TRUE(gone_soon(grandchild));
+  std::filesystem::remove(file);
+}
+
+TEST(Process, LeavesNoGuardian) {
+  Child child(shell("exit 0"));
+  ASSERT_TRUE(child.wait_for_exit(5 * second_ns));
+  EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
+  EXPECT_EQ(errno, ECHILD);
+}
+
+TEST(Process, KeepsTheFirstPartOfEndlessOutputAndSaysSo) {
+  const auto file = scratch("endless");
+  ChildConfig config = shell("echo first; exec yes 'and so on'");
+  config.output_file = file;
+  {
+    Child child(config);
+    for (int wait = 0; wait < 1000 && std::filesystem::file_size(file) <= OutputKeeper::kept_bytes; ++wait)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    EXPECT_TRUE(child.running()) << "it is neither blocked nor ended";
+    EXPECT_EQ(child.stop(5 * second_ns), (Exit{Exit::How::killed, SIGTERM, false}));
+  }
+  const std::string kept = content_of(file);
+  EXPECT_TRUE(kept.starts_with("first\nand so on\n"));
+  EXPECT_TRUE(kept.ends_with("[hil: this program printed more than 16 MiB; the rest was left out]\n"));
+  EXPECT_LT(kept.size(), OutputKeeper::kept_bytes + 100);
+  std::filesystem::remove(file);
+}
+
+TEST(Process, KeepsAllOfALargeOutputThatFits) {
+  const auto file = scratch("large");
+  ChildConfig config = shell("head -c 3000000 /dev/zero; echo end");
+  config.output_file = file;
+  {
+    Child child(config);
+    ASSERT_TRUE(child.wait_for_exit(30 * second_ns));
+  }
+  EXPECT_EQ(std::filesystem::file_size(file), 3'000'004U);
+  EXPECT_TRUE(content_of(file).ends_with("end\n"));
+  std::filesystem::remove(file);
+}
+
 }  // namespace
 }  // namespace hil::io::process
