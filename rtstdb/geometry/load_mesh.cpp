@@ -20,6 +20,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/bounded_reading.hpp"
+#include "rtstdb/geometry/json_depth.hpp"
 #include "rtstdb/geometry/ply_file.hpp"
 #include "rtstdb/geometry/polygon.hpp"
 
@@ -27,6 +28,8 @@ namespace rtstdb {
 namespace {
 
 constexpr std::array extensions{".obj", ".stl", ".ply", ".gltf", ".glb"};
+/// glTF itself needs less than ten levels; extensions and extras some more.
+constexpr std::size_t deepest_json = 100;
 
 /// A node's transform to the file's root, summed up in double precision.
 struct Affine {
@@ -151,7 +154,19 @@ std::string whole_file(const std::filesystem::path& path) {
   return bytes;
 }
 
+/// What can be said of a glTF file before assimp reads it.
+Result<void> check_nesting(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  if (extension != ".gltf" && extension != ".glb") return {};
+  const std::string file = whole_file(path);
+  const std::size_t depth = json_depth(extension == ".glb" ? glb_json(file) : std::string_view(file));
+  if (depth <= deepest_json) return {};
+  return file_error(path, "nests its JSON " + std::to_string(depth) + " levels deep; " +
+                              std::to_string(deepest_json) + " are read");
+}
+
 Result<TriangleMesh> read_by_assimp(const std::filesystem::path& path, double scale) {
+  if (Result<void> checked = check_nesting(path); !checked) return checked.error();
   Assimp::Importer importer;
   importer.SetIOHandler(std::make_unique<BoundedReading>().release());  // the importer deletes it
   const aiScene* scene = importer.ReadFile(path.string(), 0);

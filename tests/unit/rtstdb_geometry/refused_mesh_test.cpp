@@ -43,6 +43,26 @@ TEST(RefusedMesh, NoFileToSpeakOf) {
   expect_refused("/dev/null", ErrorCode::file, "is not a regular file");
 }
 
+TEST(RefusedMesh, JsonThatNestsTooDeep) {
+  const Folder folder;
+  expect_refused(folder.write("deep.gltf", std::string(200'000, '[')), ErrorCode::file,
+                 "nests its JSON 200000 levels deep; 100 are read");
+  std::string glb = mesh_files::glb(make_box({1.0, 1.0, 1.0}), plain_node);
+  const std::string brackets(400'000, '[');
+  const auto length = static_cast<std::uint32_t>(brackets.size());
+  glb.replace(12, 4, reinterpret_cast<const char*>(&length), 4);
+  glb = glb.substr(0, 20) + brackets;
+  expect_refused(folder.write("deep.glb", glb), ErrorCode::file, "nests its JSON 400000 levels deep");
+}
+
+TEST(RefusedMesh, BracketsInStringsAreNoNesting) {
+  const Folder folder;
+  std::string text = mesh_files::gltf(make_box({1.0, 1.0, 1.0}), plain_node);
+  text.insert(text.find('{') + 1, R"("extras":{"note":")" + std::string(500, '[') + R"(\"{{"},)");
+  const auto loaded = load_mesh(folder.write("body.gltf", text));
+  EXPECT_TRUE(loaded.ok()) << loaded.error().message;
+}
+
 TEST(RefusedMesh, AnExtensionThatIsNotRead) {
   const Folder folder;
   expect_refused(folder.write("body.fbx", "x"), ErrorCode::file, "'.fbx'");
