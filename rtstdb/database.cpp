@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -65,6 +66,16 @@ Result<std::unique_ptr<gpu::Device>> open_device(const gpu::DeviceOptions& optio
   return std::move(*device);
 }
 
+/// Setup answers with an error when memory runs out; the tick allocates nothing.
+template <class Value, class Work>
+Result<Value> unless_out_of_memory(const std::string& what, const Work& work) {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::out_of_memory, what + " does not fit into memory"};
+  }
+}
+
 class DatabaseImpl final : public Database {
  public:
   DatabaseImpl(std::unique_ptr<gpu::Device> device, std::unique_ptr<query::GpuExecutor> executor,
@@ -82,14 +93,8 @@ class DatabaseImpl final : public Database {
 
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) override {
     if (auto valid = validate(mesh); !valid) return named(name, valid.error());
-    // Held over both, so that meshes stand in the order of their ids.
-    const std::lock_guard lock(adding_mutex_);
-    std::optional<Result<GeometryId>> added;
-    engine_.call([&] { added.emplace(executor_->add_geometry(mesh)); });
-    if (!*added) return named(name, added->error());
-    const std::lock_guard reading_lock(meshes_mutex_);
-    meshes_.push_back(mesh);
-    return *added;
+    return unless_out_of_memory<GeometryId>("geometry '" + std::string(name) + "'",
+                                            [&]() -> Result<GeometryId> { return add_valid(mesh, name); });
   }
 
   Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) override {
@@ -133,12 +138,31 @@ class DatabaseImpl final : public Database {
     return {error.code, "geometry '" + std::string(name) + "': " + error.message};
   }
 
+  Result<GeometryId> add_valid(const TriangleMesh& mesh, std::string_view name) {
+    // Held over both, so that meshes stand in the order of their ids.
+    const std::lock_guard lock(adding_mutex_);
+    TriangleMesh copy = mesh;
+    {
+      const std::lock_guard reading_lock(meshes_mutex_);
+      meshes_.reserve(meshes_.size() + 1);
+    }
+    std::optional<Result<GeometryId>> added;
+    engine_.call([&] {
+      added.emplace(unless_out_of_memory<GeometryId>("it", [&] { return executor_->add_geometry(mesh); }));
+    });
+    if (!*added) return named(name, added->error());
+    const std::lock_guard reading_lock(meshes_mutex_);
+    meshes_.push_back(std::move(copy));
+    return *added;
+  }
+
   template <class Public, class Prepared, class Options>
   Result<std::unique_ptr<Public>> prepare_on_engine(const Options& options) {
     std::optional<Result<std::unique_ptr<Prepared>>> made;
     Result<void> bound;
     engine_.call([&] {
-      made.emplace(Prepared::create(*device_, options));
+      made.emplace(unless_out_of_memory<std::unique_ptr<Prepared>>(
+          "query '" + options.name + "'", [&] { return Prepared::create(*device_, options); }));
       if (*made) bound = executor_->bind(*made->value());
     });
     if (!*made) return made->error();
@@ -167,10 +191,13 @@ Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options)
                           (options.validation == Validation::build_default && validation_default);
   auto device = open_device({.select = options.gpu, .validation = validation}, options.thread_priority);
   if (!device) return device.error();
-  auto executor = query::GpuExecutor::create(*device.value(), options);
-  if (!executor) return executor.error();
-  return std::unique_ptr<Database>(
-      std::make_unique<DatabaseImpl>(std::move(device).value(), std::move(executor).value(), options));
+  return unless_out_of_memory<std::unique_ptr<Database>>(
+      "the database", [&]() -> Result<std::unique_ptr<Database>> {
+        auto executor = query::GpuExecutor::create(*device.value(), options);
+        if (!executor) return executor.error();
+        return std::unique_ptr<Database>(
+            std::make_unique<DatabaseImpl>(std::move(device).value(), std::move(executor).value(), options));
+      });
 }
 
 }  // namespace rtstdb

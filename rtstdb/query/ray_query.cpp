@@ -41,9 +41,6 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
   }
   auto query = std::make_unique<GpuRayQuery>();
   query->options_ = options;
-  query->rays_.resize(options.capacity);
-  query->hits_.resize(options.capacity);
-  query->incomplete_.reserve(options.capacity);
   auto pipeline = device.create_pipeline(options.mode == RayMode::any ? gpu::ShaderId::ray_any
                                                                       : gpu::ShaderId::ray_closest);
   if (!pipeline) return pipeline.error();
@@ -60,6 +57,10 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
                                            .memory = gpu::Memory::readback});
   if (!hit_records) return hit_records.error();
   query->hit_records_ = std::move(hit_records).value();
+  // What the device can not hold has been refused by now.
+  query->rays_.resize(options.capacity);
+  query->hits_.resize(options.capacity);
+  query->incomplete_.reserve(options.capacity);
   return query;
 }
 

@@ -18,9 +18,6 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string
   }
   RegionRunner runner;
   runner.ids_per_region_ = ids_per_region;
-  runner.entities_.resize(std::size_t{capacity} * ids_per_region);
-  runner.answers_.resize(capacity);
-  runner.incomplete_.reserve(capacity);
   auto pipeline = device.create_pipeline(gpu::ShaderId::region);
   if (!pipeline) return pipeline.error();
   runner.pipeline_ = std::move(pipeline).value();
@@ -43,6 +40,10 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string
     if (!made) return made.error();
     *buffer = std::move(made).value();
   }
+  // What the device can not hold has been refused by now.
+  runner.entities_.resize(std::size_t{capacity} * ids_per_region);
+  runner.answers_.resize(capacity);
+  runner.incomplete_.reserve(capacity);
   return runner;
 }
 
