@@ -13,6 +13,7 @@
 #include "runtime/report/report_files.hpp"
 #include "runtime/report/report_json.hpp"
 #include "runtime/report/report_text.hpp"
+#include "runtime/run/run_folder.hpp"
 #include "runtime/run/session.hpp"
 
 namespace hil::cli {
@@ -20,7 +21,7 @@ namespace {
 
 std::atomic<bool> stop_requested{false};
 
-/// The first SIGINT or SIGTERM ends the run in order; a second one ends the program.
+/// The first SIGINT, SIGTERM or SIGHUP (the terminal has gone, unless nohup said to stay) ends the run in order; a second one ends the program.
 void request_stop(int signal) {
   if (stop_requested.exchange(true)) {
     std::signal(signal, SIG_DFL);
@@ -33,8 +34,13 @@ void catch_signals() {
   action.sa_handler = request_stop;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
-  // A broken pipe of a console that has gone is no reason to leave outputs as they are.
+  struct sigaction before {};
+  if (sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
+    sigaction(SIGHUP, &action, nullptr);
+  // A console that has gone, or a file beyond its permitted size, is no reason to leave outputs as they are: writing
+  // then fails, and that is said.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 struct Arguments {
@@ -87,6 +93,54 @@ std::size_t terminal_columns() {
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
+/// Leaves the report and prints it. A folder that does not take the report whole is a failure of its own: then the
+/// console tells how the run ended, and no file there claims that it passed.
+int leave_report(run::SessionResult& result, const std::filesystem::path& directory) {
+  report::RunRecord& record = result.record;
+  try {
+    report::write_trace(result.trace, directory);
+    report::write_report(record, directory);
+  } catch (const report::ReportError& error) {
+    std::fputs(report::report_text(record, directory.string()).c_str(), stdout);
+    std::fprintf(stderr, "hil run: %s\n", error.what());
+    if (record.exit_code != run::exit_gpu_failed) {
+      record.reason = std::string(error.what()) + " (before that: " + report::reason_sentence(record) + ")";
+      record.verdict = report::Verdict::io_failed;
+      record.exit_code = run::exit_io_failed;
+    }
+    try {
+      report::write_report(record, directory);
+    } catch (const report::ReportError&) {
+      std::error_code ignored;
+      for (const char* file : {"report.json", "junit.xml", "report.html"})
+        std::filesystem::remove(directory / file, ignored);
+    }
+    return record.exit_code;
+  }
+  std::fputs(report::report_text(record, directory.string()).c_str(), stdout);
+  return record.exit_code;
+}
+
+int run_in_folder(Loaded& loaded, const run::SessionOptions& options, bool live) {
+  const config::Scenario& scenario = *loaded.scenario;
+  run::SessionResult result;
+  const auto refuse = [&](const std::exception& error, report::Verdict verdict, int exit_code) {
+    std::fprintf(stderr, "hil run: %s\n", error.what());
+    result.record = run::record_of_refusal(scenario, options, verdict, exit_code, error.what());
+  };
+  try {
+    result = run::run_session(std::move(loaded.wiring), options, stop_requested);
+    if (live) std::fputs("\r\033[K", stdout);
+  } catch (const run::GpuError& error) {
+    refuse(error, report::Verdict::gpu_failed, run::exit_gpu_failed);
+  } catch (const io::DeviceError& error) {
+    refuse(error, report::Verdict::io_failed, run::exit_io_failed);
+  } catch (const modules::SetupError& error) {
+    refuse(error, report::Verdict::refused, run::exit_bad_config);
+  }
+  return leave_report(result, options.directory);
+}
+
 int run(const Arguments& arguments, bool seed_given) {
   const std::vector<std::string> overrides = all_overrides(arguments, seed_given);
   run::SessionOptions options;
@@ -113,27 +167,12 @@ int run(const Arguments& arguments, bool seed_given) {
     };
   }
   catch_signals();
-  const auto refuse = [](const std::exception& error, int code) {
-    std::fprintf(stderr, "hil run: %s\n", error.what());
-    return code;
-  };
   try {
-    const run::SessionResult result = run::run_session(std::move(loaded->wiring), options, stop_requested);
-    if (live) std::fputs("\r\033[K", stdout);
-    report::write_report(result.record, options.directory);
-    report::write_trace(result.trace, options.directory);
-    std::fputs(report::report_text(result.record, options.directory.string()).c_str(), stdout);
-    return result.record.exit_code;
-  } catch (const run::GpuError& error) {
-    return refuse(error, run::exit_gpu_failed);
+    const run::RunFolder folder(options.directory);
+    return run_in_folder(*loaded, options, live);
   } catch (const io::DeviceError& error) {
-    return refuse(error, run::exit_io_failed);
-  } catch (const report::ReportError& error) {
-    return refuse(error, run::exit_io_failed);
-  } catch (const std::filesystem::filesystem_error& error) {
-    return refuse(error, run::exit_io_failed);
-  } catch (const modules::SetupError& error) {
-    return refuse(error, run::exit_bad_config);
+    std::fprintf(stderr, "hil run: %s\n", error.what());
+    return run::exit_io_failed;
   }
 }
 

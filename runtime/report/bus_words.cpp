@@ -49,4 +49,12 @@ std::vector<std::string> can_remarks(const CanBus& bus) {
   return sentences.take();
 }
 
+std::vector<std::string> unit_shortfalls(const ModbusUnit& unit) {
+  Sentences sentences;
+  sentences.add(unit.timeouts, "request", "requests", "had no answer in time");
+  sentences.add(unit.errors, "request", "requests", "answered by an exception or by what is no answer");
+  sentences.add(unit.reconnects, "time", "times", "connected anew after the connection was lost");
+  return sentences.take();
+}
+
 }  // namespace hil::report

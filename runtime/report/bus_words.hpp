@@ -1,5 +1,5 @@
 #pragma once
-// What went wrong on a CAN bus, in words: one sentence per counter that is not zero.
+// What went wrong on a CAN bus or with a Modbus unit, in words: one sentence per counter that is not zero.
 
 #include <string>
 #include <vector>
@@ -13,5 +13,8 @@ std::vector<std::string> can_shortfalls(const CanBus& bus);
 
 /// What else its counters tell beyond the columns of the page's table, injected faults among it.
 std::vector<std::string> can_remarks(const CanBus& bus);
+
+/// Values that did not come, or came late: for the console too.
+std::vector<std::string> unit_shortfalls(const ModbusUnit& unit);
 
 }  // namespace hil::report

@@ -8,7 +8,7 @@
 
 namespace hil::report {
 
-/// "run completed" is an error for io_failed, gpu_failed and interrupted; "timing kept" a failure for
+/// "run completed" is an error for io_failed, gpu_failed, interrupted and refused; "timing kept" a failure for
 /// timing_broken. Misses of a run whose verdict tolerates them are listed in the case's system-out.
 std::string junit_xml(const RunRecord& record);
 

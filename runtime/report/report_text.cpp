@@ -83,6 +83,10 @@ std::string report_text(const RunRecord& record, const std::string& report_place
     for (const std::string& sentence : can_shortfalls(bus))
       out += "  can." + one_line(bus.bus) + ": " + to_ascii(sentence) + '\n';
   }
+  for (const ModbusUnit& unit : record.modbus) {
+    for (const std::string& sentence : unit_shortfalls(unit))
+      out += "  modbus." + one_line(unit.device) + ": " + to_ascii(sentence) + '\n';
+  }
   for (const std::string& sentence : record.realtime.degraded)
     out += "  degraded: " + one_line(sentence) + '\n';
   out += "  " + to_ascii(counted(record.ticks, "tick", "ticks")) + " in " +
@@ -104,6 +108,8 @@ const char* headline(Verdict verdict) noexcept {
       return "GPU failed";
     case Verdict::interrupted:
       return "Interrupted";
+    case Verdict::refused:
+      return "Refused";
   }
   return "";
 }
@@ -127,6 +133,8 @@ std::string reason_sentence(const RunRecord& record) {
       return "The GPU failed.";
     case Verdict::interrupted:
       return "The run was stopped before its duration was over.";
+    case Verdict::refused:
+      return "The run could not be set up.";
   }
   return "";
 }

@@ -3,8 +3,8 @@
 namespace hil::report {
 namespace {
 
-constexpr std::array verdict_words{"passed",    "failed",     "timing_broken",
-                                   "io_failed", "gpu_failed", "interrupted"};
+constexpr std::array verdict_words{"passed",     "failed",      "timing_broken", "io_failed",
+                                   "gpu_failed", "interrupted", "refused"};
 constexpr std::array layer_words{"ground", "road", "marking", "detector", "static", "pole", "vehicle", "ego"};
 
 template <class Enum, std::size_t Count>

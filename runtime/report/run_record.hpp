@@ -30,6 +30,7 @@ enum class Verdict : std::uint8_t {
   io_failed,
   gpu_failed,
   interrupted,  ///< ended by the user before its duration was over
+  refused,      ///< never began: what the scenario asks for can not be set up
 };
 
 struct Scenario {

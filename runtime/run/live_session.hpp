@@ -47,7 +47,7 @@ class LiveSession final : public executive::TickHooks {
         virtual_(scenario_.clock == config::ClockKind::virtual_time),
         database_clock_(clock()),
         device_clock_(clock()),
-        run_log_(made(options.directory) / "run.log", options.verbose) {}
+        run_log_(options.directory / "run.log", options.verbose) {}
   ~LiveSession() override { close_devices(); }
 
   void open(const std::atomic<bool>& stop_requested) {
@@ -89,11 +89,15 @@ class LiveSession final : public executive::TickHooks {
   }
 
  private:
+  struct Station {
+    const config::ProcessSection* program = nullptr;
+    std::size_t connections = 0;
+  };
   struct Bus {
     const WiredCan* wired = nullptr;
     std::unique_ptr<io::can::CanDevice> device;
-    const io::virtual_bus::Hub* hub = nullptr;  // of a virtual bus
-    std::size_t stations = 0;                   // programs that connect to it
+    io::virtual_bus::Hub* hub = nullptr;  // of a virtual bus
+    std::vector<Station> stations;        // programs that connect to it
   };
 
   executive::Clock& clock() noexcept {
@@ -102,17 +106,13 @@ class LiveSession final : public executive::TickHooks {
   }
   io::Pacing pacing() const noexcept { return virtual_ ? io::Pacing::lockstep : io::Pacing::realtime; }
 
-  static const std::filesystem::path& made(const std::filesystem::path& directory) {
-    std::filesystem::create_directories(directory);
-    return directory;
-  }
-
   void open_world();
   void open_buses();
   void keep_judged_arrivals(Bus& bus);
   void choose_ports();
   void start_processes();
   void wait_for_stations();
+  bool all_connected(Bus& bus, std::int64_t waited_ns);
   void open_modbus(io::modbus::Role role);
   void link_devices();
   void make_judges();

@@ -40,7 +40,33 @@ executive::OverrunPolicy policy_of(config::Overrun overrun) {
   return executive::OverrunPolicy::skip;
 }
 
+/// What is known of a run before it begins.
+void describe(const config::Scenario& scenario, const SessionOptions& options, report::RunRecord& record) {
+  record.scenario = {scenario.name, scenario.file, scenario.about};
+  record.clock = scenario.clock == config::ClockKind::virtual_time ? "virtual" : "realtime";
+  record.duration_ns = scenario.duration_ns;
+  record.seed = scenario.seed;
+  record.overrides = options.overrides;
+  record.program_version = HIL_VERSION;
+}
+
 }  // namespace
+
+report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
+                                    report::Verdict verdict, int exit_code, const std::string& why) {
+  report::RunRecord record;
+  describe(scenario, options, record);
+  record.started_at = utc_now();
+  record.period_ns = scenario.base_period_ns;
+  record.realtime.kernel = kernel_words();
+  record.verdict = verdict;
+  record.exit_code = exit_code;
+  record.reason = why;
+  for (const config::Expectation& expectation : scenario.expectations)
+    record.expectations.push_back(
+        {expectation.name, false, "not judged: the run did not begin", std::nullopt});
+  return record;
+}
 
 void LiveSession::add_tasks(executive::Executive& executive) {
   for (std::size_t i = 0; i < module_tasks_.size(); ++i) {
@@ -166,12 +192,7 @@ std::string LiveSession::io_fault() const {
 
 void LiveSession::fill_record(const executive::RunResult& result, bool interrupted,
                               report::RunRecord& record) {
-  record.scenario = {scenario_.name, scenario_.file, scenario_.about};
-  record.clock = virtual_ ? "virtual" : "realtime";
-  record.duration_ns = scenario_.duration_ns;
-  record.seed = scenario_.seed;
-  record.overrides = options_.overrides;
-  record.program_version = HIL_VERSION;
+  describe(scenario_, options_, record);
   take_executive(result, scenario_, record);
   record.realtime.kernel = kernel_words();
   const rtstdb::DeviceInfo& device = database_->device();
@@ -206,7 +227,7 @@ void LiveSession::fill_record(const executive::RunResult& result, bool interrupt
                    [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; });
   record.top_view.emplace();
   record.top_view->time_ns = result.run_time_ns;
-  record.top_view->shapes = outlines(scenario_);
+  record.top_view->shapes = outlines(scenario_, wiring_.scenery);
   for (const WiredModule& wired : wiring_.modules)
     wired.module->contribute(record);
   if (log_->lost_rows() > 0) {

@@ -42,7 +42,7 @@ class GpuError : public std::runtime_error {
 };
 
 struct SessionOptions {
-  std::filesystem::path directory;  ///< what the run leaves goes here; made when missing
+  std::filesystem::path directory;  ///< what the run leaves goes here; it is there (RunFolder)
   std::vector<report::Override> overrides;
   std::optional<config::Condition> fail_on;
   std::vector<std::filesystem::path>
@@ -55,6 +55,10 @@ struct SessionResult {
   report::RunRecord record;
   report::TraceRecord trace;
 };
+
+/// The record of a run that never began: every expectation is failed, since nothing was judged.
+report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
+                                    report::Verdict verdict, int exit_code, const std::string& why);
 
 /// Runs to the end, or until `stop_requested`. Throws GpuError, io::DeviceError, modules::SetupError when the
 /// run can not begin; trouble after that is in the record.

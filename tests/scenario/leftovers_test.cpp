@@ -58,6 +58,51 @@ TEST(Leftovers, ARunThatCanNotBeginSaysWhyInItsLog) {
   EXPECT_NE(read_text(folder / "out/run.log").find("the run can not begin: "), std::string::npos);
 }
 
+TEST(Leftovers, NothingOfAnEarlierRunIsTakenForTheResultOfOneThatCouldNotBegin) {
+  const Folder folder;
+  run_shortly(folder);
+  const Ended run =
+      run_hil({"run", crossing(), "--out", folder / "out", "--set", "dut.command=[no-such-program]"});
+  EXPECT_EQ(run.code, 4) << run.output << run.errors;
+  EXPECT_NE(run.output.find("I/O failed: "), std::string::npos) << run.output;
+  const auto report = read_report(folder / "out");
+  EXPECT_EQ(report["verdict"], "io_failed");
+  EXPECT_EQ(report["exit_code"], 4);
+  EXPECT_EQ(report["ticks"], 0);
+  ASSERT_EQ(report["expectations"].size(), 2U);
+  EXPECT_EQ(report["expectations"][0]["passed"], false);
+  const std::string junit = read_text(folder / "out/junit.xml");
+  EXPECT_NE(junit.find("errors=\"1\""), std::string::npos) << junit;
+  EXPECT_NE(junit.find("failures=\"2\""), std::string::npos) << junit;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/pictures/top-view.svg"));
+}
+
+TEST(Leftovers, WithoutAVulkanDeviceTheReportSaysSo) {
+  const Folder folder;
+  const Ended run = run_hil({"run", crossing(), "--out", folder / "out"},
+                            {{"VK_DRIVER_FILES", "/dev/null"}, {"VK_ICD_FILENAMES", "/dev/null"}});
+  EXPECT_EQ(run.code, 5) << run.output << run.errors;
+  EXPECT_EQ(read_report(folder / "out")["verdict"], "gpu_failed");
+  EXPECT_EQ(read_report(folder / "out")["exit_code"], 5);
+}
+
+/// As on a full disk: the trace is too large for what a file may hold here, the report is not.
+TEST(Leftovers, ATraceThatCanNotBeWrittenIsAFailureThatTheReportAgreesWith) {
+  const Folder folder;
+  std::vector<std::string> words =
+      hil(joined({{"run", crossing(), "--clock", "virtual", "--out", folder / "out"}, few_beams()}));
+  std::string command = "ulimit -f 1000; exec";
+  for (const std::string& word : words)
+    command += " '" + word + "'";
+  const Ended run = Program({"bash", "-c", command}).wait();
+  EXPECT_EQ(run.code, 4) << run.output << run.errors;
+  EXPECT_NE(run.errors.find("can not be written: File too large"), std::string::npos) << run.errors;
+  EXPECT_FALSE(run.output.empty()) << "the console tells how the run ended";
+  if (std::filesystem::exists(folder / "out/report.json")) {
+    EXPECT_EQ(read_report(folder / "out")["exit_code"], 4);
+  }
+}
+
 TEST(Leftovers, AFolderWithoutARunIsRefused) {
   const Folder folder;
   const Ended ended = run_hil({"report", folder.path().string()});

@@ -45,14 +45,14 @@ TEST(JunitXml, TellsMissesThatTheVerdictToleratesWithoutFailing) {
 
 TEST(JunitXml, CountsAndNodesAgreeForEveryVerdict) {
   for (const Verdict verdict : {Verdict::passed, Verdict::failed, Verdict::timing_broken, Verdict::io_failed,
-                                Verdict::gpu_failed, Verdict::interrupted}) {
+                                Verdict::gpu_failed, Verdict::interrupted, Verdict::refused}) {
     RunRecord record = test::full_record();
     record.verdict = verdict;
     const XmlElement document = parse_strictly(junit_xml(record));
     EXPECT_EQ(std::to_string(document.all("failure").size()), document.attributes.at("failures"));
     EXPECT_EQ(std::to_string(document.all("error").size()), document.attributes.at("errors"));
-    const bool broken =
-        verdict == Verdict::io_failed || verdict == Verdict::gpu_failed || verdict == Verdict::interrupted;
+    const bool broken = verdict == Verdict::io_failed || verdict == Verdict::gpu_failed ||
+                        verdict == Verdict::interrupted || verdict == Verdict::refused;
     EXPECT_EQ(document.all("error").size(), broken ? 1U : 0U);
     const bool late = verdict == Verdict::timing_broken;
     EXPECT_EQ(case_named(document, "timing kept").all("failure").size(), late ? 1U : 0U);

@@ -68,7 +68,7 @@ TEST(ReportText, SaysWhatABusDidNotSendOrLog) {
 
 TEST(ReportText, EveryVerdictHasASentence) {
   for (const Verdict verdict : {Verdict::passed, Verdict::failed, Verdict::timing_broken, Verdict::io_failed,
-                                Verdict::gpu_failed, Verdict::interrupted}) {
+                                Verdict::gpu_failed, Verdict::interrupted, Verdict::refused}) {
     RunRecord record;
     record.verdict = verdict;
     EXPECT_GT(reason_sentence(record).size(), 10U);
