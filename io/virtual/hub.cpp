@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <ctime>
 
@@ -29,28 +28,17 @@ std::int64_t wall_clock_ns() noexcept {
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-std::string make_folder() {
-  const char* const base = std::getenv("TMPDIR");
-  std::string pattern = std::string(base != nullptr && *base != '\0' ? base : "/tmp") + "/hil-bus-XXXXXX";
-  if (::mkdtemp(pattern.data()) == nullptr) {
-    throw DeviceError("a virtual CAN bus needs a folder for its socket, and '" + pattern +
-                      "' can not be made: " + std::strerror(errno));
-  }
-  return pattern;
-}
-
 }  // namespace
 
 Hub::Hub(HubConfig config) : config_(std::move(config)), faults_(config_.faults) {
   if (config_.path.empty()) {
-    own_folder_ = make_folder();
-    config_.path = own_folder_ + "/" + config_.name;
+    own_folder_ = SocketFolder::make();
+    config_.path = own_folder_.path() + "/" + config_.name;
   }
 }
 
 Hub::~Hub() {
   close();
-  if (!own_folder_.empty()) ::rmdir(own_folder_.c_str());
 }
 
 void Hub::open(const RunClock& clock, Pacing pacing) {
@@ -170,6 +158,7 @@ void Hub::accept_clients() {
     client->counters = std::make_shared<ClientCounters>();
     client->counters->name = client->name;
     client->counters->connection = client->connection;
+    client->counters->process_group = peer.pid > 0 ? ::getpgid(peer.pid) : -1;
     client->counters->connected = true;
     epoll_event event{};
     event.events = EPOLLIN;
@@ -221,6 +210,7 @@ bool Hub::read_packet(Client& client) {
     if (!name->empty()) client.name = *name;
     const std::lock_guard lock(mutex_);
     client.counters->name = client.name;
+    client.counters->greeted = true;
   } else {
     malformed_.fetch_add(1, std::memory_order_relaxed);
   }

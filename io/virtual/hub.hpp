@@ -26,6 +26,7 @@
 #include "io/can/filter.hpp"
 #include "io/virtual/faults.hpp"
 #include "io/virtual/packet.hpp"
+#include "io/virtual/socket_folder.hpp"
 
 namespace hil::io::virtual_bus {
 
@@ -44,6 +45,8 @@ struct HubConfig {
 struct ClientCounters {
   std::string name;
   std::uint64_t connection = 0;  ///< counts from 1, in the order of connecting
+  pid_t process_group = -1;      ///< of the process that connected; -1: not known
+  bool greeted = false;          ///< it said its name: in lock-step, it takes part
   bool connected = false;
   std::uint64_t delivered = 0;  ///< frames handed to it
   std::uint64_t dropped = 0;    ///< frames it was too slow for
@@ -70,6 +73,9 @@ class Hub final : public can::Bus {
   can::ReceiveResult receive(can::Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
   can::SettleResult settle(RunTimeNs now_ns) override;
+  /// Lock-step: takes in who has connected by now; never waits. For an owner that looks at client_counters()
+  /// before the first settle(). In real time receive() does it.
+  void take_in_clients();
   /// dropped: the sum over all clients. injected: a frame that is still held back when the bus closes is
   /// counted among the dropped ones then.
   can::BusCounters counters() const noexcept override;
@@ -124,7 +130,7 @@ class Hub final : public can::Bus {
   void set_fault(std::string text);
 
   HubConfig config_;
-  std::string own_folder_;  ///< made for the socket, removed at the end; empty: none
+  SocketFolder own_folder_;  ///< for a socket without a path of its own
   FaultInjector faults_;
   can::FilterSet filters_;
   const RunClock* clock_ = nullptr;

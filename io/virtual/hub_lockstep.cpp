@@ -70,15 +70,21 @@ std::size_t Hub::greeted_count() const noexcept {
   }));
 }
 
+void Hub::take_in_clients() {
+  can::require(pacing_ == Pacing::lockstep && epoll_ >= 0,
+               "clients are taken in by an open bus in lock-step");
+  accept_clients();
+  for (const auto& client : clients_) {
+    while (!client->greeted && read_packet(*client)) {
+    }
+  }
+  remove_closed_clients();
+}
+
 bool Hub::wait_for_clients() {
   const Limit limit(config_.connect_limit_ns);
   while (true) {
-    accept_clients();
-    for (const auto& client : clients_) {
-      while (!client->greeted && read_packet(*client)) {
-      }
-    }
-    remove_closed_clients();
+    take_in_clients();
     if (greeted_count() >= config_.expected_clients) return true;
     if (!limit.wait(epoll_, POLLIN)) return false;
   }

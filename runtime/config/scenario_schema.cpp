@@ -246,8 +246,10 @@ Schema process_schema() {
           "The program and its words; {can.BUS} and {modbus.UNIT} stand for the addresses of this run."),
       Field::with_default("safe_on_exit", Schema::boolean(), "true",
                           "Outputs go to their safe values when it ends before the run does."),
-      Field::with_default("start_timeout", duration(1e-3, 3600.0), "5 s",
-                          "How long it may take until it is there."),
+      Field::with_default(
+          "start_timeout", duration(1e-3, 3600.0), "5 s",
+          "How long it may take, by the wall clock, until it has connected to the virtual buses of "
+          "its command."),
   });
 }
 

@@ -7,9 +7,11 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <map>
 #include <thread>
 
 #include "io/can/socketcan_bus.hpp"
+#include "runtime/report/quantities.hpp"
 #include "runtime/run/live_session.hpp"
 #include "runtime/run/scenery.hpp"
 
@@ -79,14 +81,18 @@ std::function<void()> LiveSession::thread_start(std::optional<int> priority, con
 void LiveSession::open_buses() {
   for (const WiredCan& wired : wiring_.can) {
     const config::CanSection& section = *wired.section;
-    Bus bus{.wired = &wired, .device = nullptr, .hub = nullptr, .stations = 0};
+    Bus bus{.wired = &wired, .device = nullptr, .hub = nullptr, .stations = {}};
+    std::size_t connections = 0;
     for (const config::ProcessSection& process : scenario_.processes) {
       if (!process.enabled) continue;
+      Station station{&process, 0};
       for (const config::CommandWord& word : process.command) {
         for (const auto& placeholder : word.placeholders) {
-          bus.stations += placeholder.section == "can" && placeholder.name == section.bus.text ? 1 : 0;
+          station.connections += placeholder.section == "can" && placeholder.name == section.bus.text ? 1 : 0;
         }
       }
+      connections += station.connections;
+      if (station.connections > 0) bus.stations.push_back(station);
     }
     std::unique_ptr<io::can::Bus> port;
     if (section.is_virtual()) {
@@ -97,7 +103,7 @@ void LiveSession::open_buses() {
                                                 .delay_probability = section.faults.delay_ns > 0 ? 1.0 : 0.0,
                                                 .delay_ns = section.faults.delay_ns,
                                                 .seed = scenario_.seed},
-                                     .expected_clients = bus.stations};
+                                     .expected_clients = connections};
       auto made = std::make_unique<io::virtual_bus::Hub>(std::move(hub));
       bus.hub = made.get();
       port = std::move(made);
@@ -176,30 +182,62 @@ void LiveSession::start_processes() {
     run_log_.info("started " + started);
 }
 
-/// In real time: until every program that has a bus's address has connected to it, as an ECU is powered
-/// before a test begins. In lock-step the hub's first barrier waits.
+/// Until every program that has a virtual bus's address has connected to it, as an ECU is powered before a
+/// test begins.
 void LiveSession::wait_for_stations() {
-  if (virtual_) return;
-  std::int64_t limit_ns = 0;
-  for (const config::ProcessSection& section : scenario_.processes) {
-    if (section.enabled) limit_ns = std::max(limit_ns, section.start_timeout_ns);
-  }
-  const auto until = std::chrono::steady_clock::now() + std::chrono::nanoseconds(limit_ns);
-  for (const Bus& bus : buses_) {
-    while (bus.hub != nullptr && bus.hub->station_count() < bus.stations) {
-      if (outer_stop_->load()) return;  // the run then ends with its first tick
-      if (const std::string dead = processes_->first_dead(); !dead.empty()) {
-        throw io::DeviceError("process " + dead + " before the run began; its output is in " +
-                              options_.directory.string());
-      }
-      if (std::chrono::steady_clock::now() >= until) {
-        throw io::DeviceError("only " + std::to_string(bus.hub->station_count()) + " of " +
-                              std::to_string(bus.stations) + " programs connected to bus " +
-                              bus.wired->section->bus.text + " within their start_timeout");
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const auto began = std::chrono::steady_clock::now();
+  while (!outer_stop_->load()) {  // a run that is to stop ends with its first tick
+    const std::int64_t waited_ns = (std::chrono::steady_clock::now() - began).count();
+    bool complete = true;
+    for (Bus& bus : buses_)
+      complete = (bus.hub == nullptr || all_connected(bus, waited_ns)) && complete;
+    if (complete) return;
+    if (const std::string dead = processes_->first_dead(); !dead.empty()) {
+      throw io::DeviceError("process " + dead + " before the run began; its output is in " +
+                            options_.directory.string());
     }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
+}
+
+/// Connections belong to a program by its process group, so that a script may start what connects. One that
+/// is in no program's group (it left it) may be anyone's until the last limit has passed. Throws when a
+/// program has not connected within its own limit.
+bool LiveSession::all_connected(Bus& bus, std::int64_t waited_ns) {
+  if (virtual_) bus.hub->take_in_clients();
+  std::map<pid_t, std::size_t> connections;
+  for (const io::virtual_bus::ClientCounters& client : bus.hub->client_counters()) {
+    if (client.connected && (client.greeted || !virtual_)) ++connections[client.process_group];
+  }
+  struct Lack {
+    const config::ProcessSection* program;
+    std::size_t connections;
+  };
+  std::vector<Lack> lacks;
+  std::size_t lacking = 0;
+  std::int64_t last_limit_ns = 0;
+  for (const Station& station : bus.stations) {
+    std::size_t& own = connections[processes_->process_of(station.program->name.text)];
+    last_limit_ns = std::max(last_limit_ns, station.program->start_timeout_ns);
+    if (own < station.connections) {
+      lacks.push_back({station.program, station.connections - own});
+      lacking += station.connections - own;
+    }
+    own -= std::min(own, station.connections);
+  }
+  std::size_t of_nobody = 0;
+  for (const auto& [group, count] : connections)
+    of_nobody += count;
+  if (lacking <= of_nobody) return true;
+  for (const Lack& lack : lacks) {
+    const std::int64_t limit_ns = lack.program->start_timeout_ns;
+    const bool excused = lack.connections <= of_nobody && waited_ns < last_limit_ns;
+    if (waited_ns < limit_ns || excused) continue;
+    throw io::DeviceError("process " + lack.program->name.text + " did not connect to bus " +
+                          bus.wired->section->bus.text + " within its start_timeout of " +
+                          report::to_ascii(report::chosen_time(limit_ns)));
+  }
+  return false;
 }
 
 void LiveSession::open_modbus(io::modbus::Role role) {

@@ -47,6 +47,13 @@ std::vector<std::string> ProcessWatch::started() const {
   return all;
 }
 
+pid_t ProcessWatch::process_of(const std::string& name) const {
+  for (const Watched& watched : watched_) {
+    if (watched.fate.name == name) return watched.child->pid();
+  }
+  return -1;
+}
+
 void ProcessWatch::watch(std::function<void(const ProcessFate&)> on_death,
                          std::function<void()> every_second) {
   on_death_ = std::move(on_death);

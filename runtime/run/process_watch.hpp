@@ -45,6 +45,8 @@ class ProcessWatch {
 
   /// Each with its process id and its command.
   std::vector<std::string> started() const;
+  /// The process, and process group, of a program; -1: no such program.
+  pid_t process_of(const std::string& name) const;
   /// From now on `on_death` is called, on the watching thread, for each program that ends by itself, and
   /// `every_second` once a second.
   void watch(std::function<void(const ProcessFate&)> on_death, std::function<void()> every_second);

@@ -298,6 +298,32 @@ TEST(MissingParts, AProgramThatEndsAtOnce) {
   expect_refused(ended, 4, {"dut", "exited with code 1"});
 }
 
+TEST(MissingParts, AProgramThatDoesNotConnectInItsOwnTimeIsNamed) {
+  for (const char* clock : {"virtual", "realtime"}) {
+    const Folder folder;
+    Program run(hil(joined({{"run", crossing(), "--clock", clock, "--out", folder / "out", "--set",
+                             R"(dut.command=[sh, "-c", "sleep 100", "{can.car}"])", "--set",
+                             "dut.start_timeout=400 ms", "--set", "processes.plc.start_timeout=60 s"},
+                            few_beams()})));
+    const Ended ended = run.wait();
+    expect_refused(ended, 4, {"process dut did not connect to bus car within its start_timeout of 400 ms"});
+    EXPECT_LT(ended.took.count(), 8.0) << "its own limit holds, not another's";
+  }
+}
+
+TEST(MissingParts, AScriptMayStartTheProgramThatConnects) {
+  for (const char* clock : {"virtual", "realtime"}) {
+    const Folder folder;
+    const Ended ended = run_hil(joined(
+        {{"run", crossing(), "--clock", clock, "--duration", "200 ms", "--out", folder / "out", "--set",
+          "dut.command=[sh, -c, \"" + built("hil-aeb-controller") +
+              " --bus {can.car} --database crossing.dbc; true\"]"},
+         few_beams(),
+         patient_watchdog()}));
+    EXPECT_EQ(ended.code, 1) << "too few answers in this time: " << ended.output << ended.errors;
+  }
+}
+
 TEST(MissingParts, AFolderThatCanNotBeWritten) {
   for (const char* folder : {"/proc", "/proc/nothing", "/dev/null", "/dev/null/out"}) {
     const Ended ended = run_hil(joined({{"run", crossing(), "--out", folder}, few_beams()}));
