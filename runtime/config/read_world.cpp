@@ -170,7 +170,7 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   return entity;
 }
 
-void read_entities(const Value& list, Scenario& scenario, bool layers_are_listed, Reading& reading) {
+void read_entities(const Value& list, Scenario& scenario, Reading& reading) {
   World& world = scenario.world;
   UniqueNames names("entity", reading.diagnostics);
   for (const Value& value : list.items()) {
@@ -178,7 +178,7 @@ void read_entities(const Value& list, Scenario& scenario, bool layers_are_listed
     if (!is_whole(value)) continue;
     WorldEntity entity = read_entity(value, reading.diagnostics);
     check_path(value, entity, scenario.duration_ns, reading.diagnostics);
-    entity.mask_bits = read_mask(entity, world.layers, layers_are_listed, reading.diagnostics);
+    entity.mask_bits = read_mask(entity, world.layers, world.layers_are_listed, reading.diagnostics);
     world.entities.push_back(std::move(entity));
   }
   if (list.items().size() > world.max_entities && world.max_entities > 0) {
@@ -228,9 +228,9 @@ void read_world(const Value& root, Scenario& scenario, Reading& reading) {
       world.layers.add(layer.text());
     }
   }
-  const bool are_listed = layers != nullptr && (!layers->items().empty() || !is_whole(*layers));
+  world.layers_are_listed = layers != nullptr && (!layers->items().empty() || !is_whole(*layers));
   if (const Value* const entities = part_of(*value, "entities")) {
-    read_entities(*entities, scenario, are_listed, reading);
+    read_entities(*entities, scenario, reading);
   }
 }
 

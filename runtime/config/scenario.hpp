@@ -92,7 +92,8 @@ struct World {
   std::uint32_t max_geometries = 0;
   std::uint32_t retained_changes = 0;
   std::uint32_t queue_capacity = 0;
-  Layers layers;  ///< those listed under `layers`, then those of the entities in their order
+  Layers layers;  ///< those listed under `layers`; when none are, those of the entities in their order
+  bool layers_are_listed = false;
   std::vector<WorldEntity> entities;
 };
 

@@ -112,13 +112,15 @@ Schema world_schema() {
       Field::with_default("max_entities", Schema::integer(1, 1 << 20), "4096",
                           "Room for so many entities at once."),
       Field::with_default("max_geometries", Schema::integer(1, 1 << 16), "1024",
-                          "Room for so many different shapes."),
+                          "Room for so many different shapes; equal ones share one."),
       Field::with_default("retained_changes", Schema::integer(1, 1 << 26), "65536",
                           "So many written rows are kept for readers of older versions."),
       Field::with_default("queue_capacity", Schema::integer(1, 1 << 16), "256",
                           "So many transactions may wait at once."),
       Field::with_default("layers", Schema::list(Schema::name(), 0, Layers::capacity), "[]",
-                          "The names of the layers; when any are listed, an entity can name no other."),
+                          "The names of the layers; when any are listed, a body can be in no other. When "
+                          "none are, the layers "
+                          "are those that bodies are in."),
       Field::with_default("entities", Schema::list(entity_schema()), "[]",
                           "What is there from the first tick on."),
   });

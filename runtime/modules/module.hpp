@@ -3,7 +3,8 @@
 // and range. It asks for no more than an FMI co-simulation unit could give, so that one can stand behind it.
 //
 // Life of a module:
-// - create, from its checked parameters: declares its ports. No world, no device; `hil check` goes this far.
+// - create, from its checked parameters: declares its ports. No world, no device.
+// - check_task: what the parameters ask of the task. `hil check` goes this far.
 // - configure, on an ordinary thread: creates its entities, prepares its queries, allocates everything
 //   it will ever need.
 // - step, once per release, in the tick: no allocation, no blocking lock, no file or console I/O. It reads
@@ -49,6 +50,10 @@ struct Ports {
   std::vector<config::Word> bodies{};
   /// Bodies that the module makes, without its own name: "ego" of module "traffic" is the body "traffic.ego".
   std::vector<std::string> makes{};
+  /// Layers of those bodies, with their places. A scenario that lists no layers has these.
+  std::vector<config::Word> layers_of_made{};
+  /// Shapes of those bodies, by their keys for World::shared_geometry; one may stand here more than once.
+  std::vector<std::string> shapes{};
 };
 
 /// Thrown by configure: the scenario can not be set up (a mesh can not be read, the database refuses an
@@ -98,6 +103,12 @@ class Module {
  public:
   virtual ~Module() = default;
   virtual const Ports& ports() const noexcept = 0;
+  /// What the parameters (those that create had) ask and this task can not give, each with its place. As create,
+  /// it opens nothing; configure then takes it for granted.
+  virtual void check_task(const config::Value& parameters, const TaskFacts& task,
+                          config::Diagnostics& diagnostics) const {
+    (void)parameters, (void)task, (void)diagnostics;
+  }
   /// Throws SetupError.
   virtual void configure(World& world, EventLog& events, const TaskFacts& task) = 0;
   virtual void step(StepContext& context) noexcept = 0;

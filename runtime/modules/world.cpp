@@ -39,6 +39,13 @@ rtstdb::GeometryId World::add_geometry(const rtstdb::TriangleMesh& mesh, const s
   return added.value();
 }
 
+rtstdb::GeometryId World::shared_geometry(const std::string& key,
+                                          const std::function<rtstdb::TriangleMesh()>& make) {
+  const auto known = shared_.find(key);
+  if (known != shared_.end()) return known->second;
+  return shared_.emplace(key, add_geometry(make(), key)).first->second;
+}
+
 rtstdb::EntityId World::create(const std::string& name, const rtstdb::EntityRow& row) {
   if (by_name_.contains(name)) throw SetupError("two entities are called '" + name + "'");
   creation_->begin({});

@@ -5,6 +5,7 @@
 // Threads: configuration, one thread.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,6 +31,11 @@ class World {
   /// Adds geometry. Throws SetupError with the database's words.
   rtstdb::GeometryId add_geometry(const rtstdb::TriangleMesh& mesh, const std::string& name);
 
+  /// The geometry of a shape, made at the first call with its key and shared from then on. Keys are of all
+  /// modules, so they begin with what the shape is ("car ..."). Throws SetupError.
+  rtstdb::GeometryId shared_geometry(const std::string& key,
+                                     const std::function<rtstdb::TriangleMesh()>& make);
+
   /// Creates an entity at run time 0 and remembers its name ("traffic.ego", "house_1"). Throws SetupError
   /// when the name is taken or the database refuses the row.
   rtstdb::EntityId create(const std::string& name, const rtstdb::EntityRow& row);
@@ -44,7 +50,8 @@ class World {
   rtstdb::Database& database_;
   std::vector<std::string> layers_;
   std::unique_ptr<rtstdb::Transaction> creation_;
-  std::vector<rtstdb::Bounds> geometry_bounds_;  // by geometry index
+  std::vector<rtstdb::Bounds> geometry_bounds_;                 // by geometry index
+  std::unordered_map<std::string, rtstdb::GeometryId> shared_;  // by key
   std::unordered_map<std::string, rtstdb::EntityId> by_name_;
   std::vector<std::string> names_;                 // by entity index
   std::vector<std::uint32_t> geometry_of_entity_;  // by entity index

@@ -50,17 +50,10 @@ void LiveSession::open_world() {
   if (!opened) throw GpuError(opened.error().message);
   database_ = std::move(opened).value();
   run_log_.info("GPU: " + database_->device().name + ", " + database_->device().driver);
-  world_ = std::make_unique<modules::World>(*database_, scenario_.world.layers.names());
-  create_scenery(scenario_, *world_);
+  world_ = std::make_unique<modules::World>(*database_, wiring_.layers.names());
+  create_scenery(scenario_, wiring_.scenery, *world_);
   for (WiredModule& wired : wiring_.modules) {
-    const config::TaskSection& section = *wired.section;
-    const std::int64_t period_ns = scenario_.base_period_ns * section.every_ticks;
-    const modules::TaskFacts facts{.instance = section.module.text,
-                                   .period_ns = period_ns,
-                                   .offset_ns = scenario_.base_period_ns * section.offset_ticks,
-                                   .deadline_ns = section.deadline_ns == 0 ? period_ns : section.deadline_ns,
-                                   .seed = scenario_.seed,
-                                   .own_thread = !section.thread.empty()};
+    const modules::TaskFacts facts = task_facts(scenario_, *wired.section);
     wired.module->configure(*world_, events_, facts);
     module_tasks_.push_back(std::make_unique<ModuleTask>(
         *wired.module, wired.links, facts.deadline_ns, wiring_.signals, *database_, device_clock_, events_));

@@ -2,6 +2,7 @@
 // The bodies that a scenario lists under world.entities: geometry made or read, entities created, outlines
 // for the report.
 
+#include <cstddef>
 #include <vector>
 
 #include "runtime/config/scenario.hpp"
@@ -10,10 +11,23 @@
 
 namespace hil::run {
 
-/// Throws modules::SetupError.
-void create_scenery(const config::Scenario& scenario, modules::World& world);
+/// The shapes of the entities, each different one once.
+struct Scenery {
+  std::vector<rtstdb::TriangleMesh> meshes;
+  std::vector<rtstdb::Bounds> bounds;          ///< by mesh
+  std::vector<const config::WorldEntity*> of;  ///< by mesh: the first entity of that shape
+  std::vector<std::size_t> mesh_of;            ///< by entity
+};
+
+/// Makes the shapes and reads the mesh files. A file that can not be read or used, and an entity that its scale
+/// takes beyond the database's limits, is a mistake at its place; the scenery is then of no use.
+Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostics);
+
+/// Puts the entities into the world, and their meshes with them: those of `scenery` are gone afterwards. Throws
+/// modules::SetupError.
+void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world);
 
 /// Outlines of the scenery from above.
-std::vector<report::Shape> outlines(const config::Scenario& scenario);
+std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scenery& scenery);
 
 }  // namespace hil::run

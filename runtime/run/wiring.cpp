@@ -4,6 +4,8 @@
 #include <chrono>
 
 #include "io/can/socketcan_bus.hpp"
+#include "runtime/config/numbers.hpp"
+#include "runtime/run/world_wiring.hpp"
 
 namespace hil::run {
 namespace {
@@ -69,6 +71,7 @@ void declare_modules(Wiring& wiring, std::vector<std::string>& undeclared, Diagn
     if (wired.module == nullptr) {
       undeclared.push_back(section.module.text + ".");
     } else {
+      wired.module->check_task(section.parameters, task_facts(*wiring.scenario, section), diagnostics);
       for (const modules::Port& port : wired.module->ports().outputs) {
         add_signal(wiring.signals,
                    {.name = section.module.text + "." + port.name,
@@ -79,30 +82,6 @@ void declare_modules(Wiring& wiring, std::vector<std::string>& undeclared, Diagn
       }
     }
     wiring.modules.push_back(std::move(wired));
-  }
-}
-
-/// Layers and bodies that modules name are those of the scenario and of modules before them.
-void check_world_names(const Wiring& wiring, Diagnostics& diagnostics) {
-  const auto check = [&](const std::vector<Word>& named, const std::vector<std::string>& known,
-                         const char* what) {
-    for (const Word& word : named) {
-      if (std::find(known.begin(), known.end(), word.text) != known.end()) continue;
-      diagnostics.add(word.place, std::string("there is no ") + what + " '" + word.text + "'" +
-                                      did_you_mean(config::nearest(word.text, known)));
-    }
-  };
-  const config::World& world = wiring.scenario->world;
-  std::vector<std::string> bodies;
-  for (const config::WorldEntity& entity : world.entities)
-    bodies.push_back(entity.name.text);
-  for (const WiredModule& wired : wiring.modules) {
-    if (wired.module == nullptr) return;  // what it would have made is not known
-    const modules::Ports& ports = wired.module->ports();
-    check(ports.layers, world.layers.names(), "layer");
-    check(ports.bodies, bodies, "body");
-    for (const std::string& made : ports.makes)
-      bodies.push_back(wired.section->module.text + "." + made);
   }
 }
 
@@ -173,6 +152,19 @@ bool check_dbc_signal(const io::can::DbcMessage& message, const Word& signal, Di
   return false;
 }
 
+/// A constant that would be sent as another value, because the signal's bits or its range do not hold it.
+void check_constant(const io::can::DbcMessage& message, const Word& signal, double value,
+                    Diagnostics& diagnostics) {
+  const io::can::DbcSignal* found = message.find_signal(signal.text);
+  if (found == nullptr || !found->fits) return;  // said elsewhere
+  const io::can::SignalCodec codec(*found);
+  if (codec.to_raw(value).verdict != io::can::SignalCodec::Verdict::saturated) return;
+  diagnostics.add(signal.place, "'" + signal.text + "': " + config::format_number(value) +
+                                    " is out of range; the signal holds " +
+                                    config::format_number(codec.physical_minimum()) + " to " +
+                                    config::format_number(codec.physical_maximum()));
+}
+
 template <class Section>
 void take_protection(const Section& section, const io::can::DbcMessage& message,
                      io::can::Protection& protection, std::map<std::string, double>& safe_values,
@@ -207,8 +199,13 @@ std::optional<io::can::CanDeviceConfig> describe_device(const config::CanSection
                                       .protection = {},
                                       .safe_values = {}};
     take_protection(sent, *message, config.protection, config.safe_values, diagnostics);
-    for (const config::SignalSource& source : sent.signals)
+    for (const config::SafeValue& safe : sent.safe)
+      check_constant(*message, safe.dbc_signal, safe.value, diagnostics);
+    for (const config::SignalSource& source : sent.signals) {
       check_dbc_signal(*message, source.dbc_signal, diagnostics);
+      if (const double* constant = std::get_if<double>(&source.source))
+        check_constant(*message, source.dbc_signal, *constant, diagnostics);
+    }
     device.send.push_back(std::move(config));
   }
   for (const config::ReceivedMessage& received : section.receive) {
@@ -342,6 +339,16 @@ void check_expectations(const config::Scenario& scenario, const Known& known, Di
 
 }  // namespace
 
+modules::TaskFacts task_facts(const config::Scenario& scenario, const config::TaskSection& section) {
+  const std::int64_t period_ns = scenario.base_period_ns * section.every_ticks;
+  return {.instance = section.module.text,
+          .period_ns = period_ns,
+          .offset_ns = scenario.base_period_ns * section.offset_ticks,
+          .deadline_ns = section.deadline_ns == 0 ? period_ns : section.deadline_ns,
+          .seed = scenario.seed,
+          .own_thread = !section.thread.empty()};
+}
+
 config::SchemaOfModules module_schemas() {
   config::SchemaOfModules schemas;
   for (const modules::ModuleType& type : modules::module_types())
@@ -403,7 +410,7 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   }
   for (std::size_t i = 0; i < modbus.size(); ++i)
     connect_modbus(*modbus[i], wiring.modbus[i], known, diagnostics);
-  check_world_names(wiring, diagnostics);
+  wire_world(wiring, diagnostics);
   check_expectations(scenario, known, diagnostics);
   if (diagnostics.mistakes().size() != before) return std::nullopt;
   return wiring;

@@ -1,5 +1,6 @@
 #pragma once
-// Connects the parts of a scenario by their signals: who writes which, who reads which. Opens nothing, so
+// Connects the parts of a scenario by their signals: who writes which, who reads which. Makes
+// the scenery's meshes, so that files are read once and refused in time. Opens no device, so
 // `hil check` can go this far; every mistake is reported with its place and the nearest name there is.
 //
 // Names of signals: "<module>.<output>", "can.<bus>.<Message>.<Signal>", "modbus.<unit>.<entry>".
@@ -15,6 +16,7 @@
 #include "runtime/modules/module.hpp"
 #include "runtime/run/device_link.hpp"
 #include "runtime/run/module_task.hpp"
+#include "runtime/run/scenery.hpp"
 
 namespace hil::run {
 
@@ -38,6 +40,9 @@ struct WiredModbus {
 /// The scenario outlives it.
 struct Wiring {
   const config::Scenario* scenario = nullptr;
+  /// Those of the scenario; when it lists none, those of the bodies that modules make, too.
+  config::Layers layers;
+  Scenery scenery;
   signals::SignalTable signals;
   std::vector<WiredModule> modules;
   std::vector<WiredCan> can;
@@ -46,6 +51,9 @@ struct Wiring {
 
 /// The schemas of all module types, for config::load_scenario.
 config::SchemaOfModules module_schemas();
+
+/// What a module is told of its task.
+modules::TaskFacts task_facts(const config::Scenario& scenario, const config::TaskSection& section);
 
 /// Empty when there was any mistake.
 std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics& diagnostics);

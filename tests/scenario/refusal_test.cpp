@@ -145,9 +145,9 @@ TEST(BadConfig, MeshesThatAreNone) {
       copy.replace("shape: {box: [30 m, 20 m, 9 m]}", "shape: {file: house.obj}", "house.obj");
   expect_refused(run_copy(copy), 2, {place + ": ", "there is no such file", "house.obj"});
   write_text(copy.folder() / "house.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
-  expect_refused(run_copy(copy), 2, {"house_sw", "house.obj", "triangle"});
+  expect_refused(run_copy(copy), 2, {place + ": ", "house.obj", "triangle"});
   write_text(copy.folder() / "house.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n");
-  expect_refused(run_copy(copy), 2, {"house_sw", "house.obj"});
+  expect_refused(run_copy(copy), 2, {place + ": ", "house.obj"});
 }
 
 TEST(BadConfig, APoseThatIsNoNumber) {
@@ -157,10 +157,10 @@ TEST(BadConfig, APoseThatIsNoNumber) {
   expect_refused(run_copy(copy), 2, {place + ": "});
 }
 
-TEST(BadConfig, AModuleThatCanNotBeSetUp) {
+TEST(BadConfig, WhatATaskCanNotGiveItsModule) {
   ScenarioCopy copy;
-  copy.replace("scan_rate: 1 Hz", "scan_rate: 0.7 Hz", "0.7");
-  expect_refused(run_copy(copy), 2, {"module scanner", "not a whole number of the task's periods"});
+  const std::string place = copy.replace("scan_rate: 1 Hz", "scan_rate: 0.7 Hz", "0.7");
+  expect_refused(run_copy(copy), 2, {place + ": ", "not a whole number of the task's periods"});
 }
 
 TEST(FailOn, AConditionThatCanNotBeReadIsExitCode2) {

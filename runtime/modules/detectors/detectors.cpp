@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include <rtstdb/limits.hpp>
+
 namespace hil::modules {
 namespace {
 
@@ -115,9 +117,17 @@ ModuleType detectors_type() {
           .parameters = Schema::record({
               Field::needed("layers", Schema::list(Schema::text(), 1, 32),
                             "Layers of the bodies that are counted."),
-              Field::needed("loops", Schema::map(loop), "The loops by name."),
+              Field::needed("loops", Schema::map(loop), "The loops by name, at least one."),
           }),
-          .create = [](const config::Value& parameters, config::Diagnostics&) -> std::unique_ptr<Module> {
+          .create = [](const config::Value& parameters,
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+            const std::size_t loops = parameters["loops"].entries().size();
+            if (loops == 0 || loops > rtstdb::max_regions_per_query) {
+              diagnostics.add(parameters["loops"].place(),
+                              "'loops': " + std::to_string(loops) + " loops; from 1 to " +
+                                  std::to_string(rtstdb::max_regions_per_query) + " are possible");
+              return nullptr;
+            }
             return std::make_unique<Detectors>(parameters);
           }};
 }

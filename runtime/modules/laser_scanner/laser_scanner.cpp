@@ -6,6 +6,9 @@
 #include <bit>
 #include <cmath>
 
+#include <rtstdb/limits.hpp>
+
+#include "runtime/config/numbers.hpp"
 #include "runtime/modules/laser_scanner/object_list.hpp"
 #include "runtime/modules/laser_scanner/sweep_comparison.hpp"
 
@@ -76,12 +79,14 @@ class LaserScanner final : public Module {
   explicit LaserScanner(const config::Value& parameters);
 
   const Ports& ports() const noexcept override { return ports_; }
+  void check_task(const config::Value& parameters, const TaskFacts& task,
+                  config::Diagnostics& diagnostics) const override;
   void configure(World& world, EventLog& events, const TaskFacts& task) override;
   void step(StepContext& context) noexcept override;
   void contribute(report::RunRecord& record) const override;
 
  private:
-  void check_period(const TaskFacts& task) const;
+  std::uint64_t most_beams_in_a_step(std::int64_t step_ns) const noexcept;
   void fill_rays() noexcept;
   void begin_sweep(const StepContext& context) noexcept;
   void take_hits(StepContext& context, const rtstdb::Motion& carrier) noexcept;
@@ -149,16 +154,45 @@ LaserScanner::LaserScanner(const config::Value& parameters)
   view_every_ = (pattern_.beams() + most_view_points - 1) / most_view_points;
 }
 
-void LaserScanner::check_period(const TaskFacts& task) const {
-  if (options_.pattern.period_ns % task.period_ns != 0) {
-    throw SetupError(
-        "module " + task.instance + ": a sweep of " + std::to_string(options_.pattern.period_ns) +
-        " ns is not a whole number of the task's periods of " + std::to_string(task.period_ns) + " ns");
+std::uint64_t LaserScanner::most_beams_in_a_step(std::int64_t step_ns) const noexcept {
+  std::uint64_t most = 0;
+  for (std::int64_t t_ns = 0; t_ns < options_.pattern.period_ns; t_ns += step_ns)
+    most = std::max(most, pattern_.first_beam_at(t_ns + step_ns) - pattern_.first_beam_at(t_ns));
+  return most;
+}
+
+void LaserScanner::check_task(const config::Value& parameters, const TaskFacts& task,
+                              config::Diagnostics& diagnostics) const {
+  const std::int64_t sweep_ns = options_.pattern.period_ns;
+  if (sweep_ns % task.period_ns != 0) {
+    const auto rate_of = [&](std::int64_t steps) {
+      const double sweep_s = static_cast<double>(steps * task.period_ns) * 1e-9;
+      return config::format_number(1.0 / sweep_s) + " Hz";
+    };
+    const std::int64_t fewer = sweep_ns / task.period_ns;
+    diagnostics.add(parameters["scan_rate"].place(),
+                    "'scan_rate': a sweep of " + std::to_string(sweep_ns) +
+                        " ns is not a whole number of the task's periods of " +
+                        std::to_string(task.period_ns) + " ns; with " +
+                        (fewer > 0 ? rate_of(fewer) + " or " : "") + rate_of(fewer + 1) + " it is");
+    return;
+  }
+  const std::uint64_t beams = most_beams_in_a_step(task.period_ns);
+  if (beams > rtstdb::max_rays_per_query) {
+    diagnostics.add(parameters["columns"].place(),
+                    std::to_string(pattern_.beams()) + " beams in a sweep are " + std::to_string(beams) +
+                        " in a step of the task; " + std::to_string(rtstdb::max_rays_per_query) +
+                        " are possible: fewer beams, or a faster task");
+  }
+  if (!options_.ignore_motion && task.period_ns > rtstdb::max_query_window_ns) {
+    diagnostics.add(parameters["scan_rate"].place(),
+                    "the beams of a step leave within the task's period of " +
+                        std::to_string(task.period_ns) + " ns; within " +
+                        std::to_string(rtstdb::max_query_window_ns) + " ns is possible: a faster task");
   }
 }
 
 void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts& task) {
-  check_period(task);
   first_release_ns_ = task.offset_ns;
   const std::string who = "module " + task.instance;
   database_ = &world.database();
@@ -179,11 +213,7 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts
   }
   compared_motion_.resize(compared.size());
 
-  std::uint64_t most_beams = 0;
-  for (std::int64_t t_ns = 0; t_ns < options_.pattern.period_ns; t_ns += task.period_ns) {
-    most_beams =
-        std::max(most_beams, pattern_.first_beam_at(t_ns + task.period_ns) - pattern_.first_beam_at(t_ns));
-  }
+  const std::uint64_t most_beams = most_beams_in_a_step(task.period_ns);
   const auto prepare = [&](const char* suffix, bool ignore_motion) {
     auto query = database_->prepare(rtstdb::RayQueryOptions{
         .name = task.instance + suffix,
@@ -441,12 +471,20 @@ config::Schema parameters() {
 }  // namespace
 
 ModuleType laser_scanner_type() {
-  return {.name = "laser_scanner",
-          .about = "A laser scanner with one turning beam, carried by a body.",
-          .parameters = parameters(),
-          .create = [](const config::Value& values, config::Diagnostics&) -> std::unique_ptr<Module> {
-            return std::make_unique<LaserScanner>(values);
-          }};
+  return {
+      .name = "laser_scanner",
+      .about = "A laser scanner with one turning beam, carried by a body.",
+      .parameters = parameters(),
+      .create = [](const config::Value& values, config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+        const std::string& carrier = values["carrier"].text();
+        for (const config::Value& body : values["compare"].items()) {
+          if (body.text() != carrier) continue;
+          diagnostics.add(body.place(), "'compare': " + config::in_quotes(carrier) +
+                                            " carries the scanner, which never sees it pass");
+          return nullptr;
+        }
+        return std::make_unique<LaserScanner>(values);
+      }};
 }
 
 }  // namespace hil::modules

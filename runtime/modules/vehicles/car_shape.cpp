@@ -1,5 +1,7 @@
 #include "runtime/modules/vehicles/car_shape.hpp"
 
+#include <cstdio>
+
 namespace hil::modules {
 namespace {
 
@@ -20,6 +22,12 @@ void add(rtstdb::TriangleMesh& mesh, const rtstdb::TriangleMesh& part, const glm
 
 double body_height_m(const glm::dvec3& size_m) noexcept {
   return body_share * size_m.z;
+}
+
+std::string car_key(const glm::dvec3& size_m) {
+  char key[96];
+  std::snprintf(key, sizeof key, "car %a %a %a", size_m.x, size_m.y, size_m.z);  // hexadecimal: exact
+  return key;
 }
 
 rtstdb::TriangleMesh make_car(const glm::dvec3& size_m) {

@@ -137,8 +137,9 @@ Vehicles::Vehicles(const config::Value& parameters, config::Diagnostics& diagnos
     if (value.has("light")) v.light = value["light"].text();
     const config::Value& layer = value.has("layer") ? value["layer"] : parameters["layer"];
     v.layer = layer.text();
-    ports_.layers.push_back({layer.text(), layer.place()});
+    ports_.layers_of_made.push_back({layer.text(), layer.place()});
     ports_.makes.push_back(name);
+    ports_.shapes.push_back(car_key(v.size_m));
     v.runs_light = value["runs_light"].boolean();
     v.is_ego = value["ego"].boolean();
     v.braked_from_outside = value["braked_from_outside"].boolean();
@@ -197,7 +198,7 @@ void Vehicles::configure(World& world, EventLog& events, const TaskFacts& task) 
   transaction_ = database_->make_transaction({.max_writes = static_cast<std::uint32_t>(vehicles_.size())});
   for (Vehicle& v : vehicles_) {
     rtstdb::EntityRow row;
-    row.geometry = world.add_geometry(make_car(v.size_m), task.instance + "." + v.name);
+    row.geometry = world.shared_geometry(car_key(v.size_m), [&] { return make_car(v.size_m); });
     row.mask = world.mask_of({v.layer}, "module " + task.instance);
     row.motion = motion_of(v, 0);
     v.entity = world.create(task.instance + "." + v.name, row);
@@ -343,14 +344,16 @@ void Vehicles::contribute(report::RunRecord& record) const {
 ModuleType vehicles_type() {
   using config::Field;
   using config::Schema;
-  return {.name = "vehicles",
-          .about = "Road vehicles on straight lanes.",
-          .parameters = Schema::record({
-              Field::with_default("layer", Schema::text(), "vehicle", "The layer of the vehicles."),
-              Field::needed("vehicles", Schema::map(vehicle_schema()), "The vehicles by name."),
-          }),
-          .create = [](const config::Value& parameters, config::Diagnostics& diagnostics)
-              -> std::unique_ptr<Module> { return std::make_unique<Vehicles>(parameters, diagnostics); }};
+  return {
+      .name = "vehicles",
+      .about = "Road vehicles on straight lanes.",
+      .parameters = Schema::record({
+          Field::with_default("layer", Schema::text(), "vehicle",
+                              "The layer of the vehicles, one of world.layers when any are listed there."),
+          Field::needed("vehicles", Schema::map(vehicle_schema()), "The vehicles by name."),
+      }),
+      .create = [](const config::Value& parameters, config::Diagnostics& diagnostics)
+          -> std::unique_ptr<Module> { return std::make_unique<Vehicles>(parameters, diagnostics); }};
 }
 
 }  // namespace hil::modules

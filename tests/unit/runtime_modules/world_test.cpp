@@ -50,6 +50,19 @@ TEST_F(WorldOf, AnUnknownLayerIsRefusedWithTheNearest) {
             "module loops: the scenario has no layer 'zebra'");
 }
 
+TEST_F(WorldOf, BodiesOfOneShapeShareItsGeometry) {
+  int made = 0;
+  const auto box = [&] {
+    ++made;
+    return rtstdb::make_box({2.0, 4.0, 6.0});
+  };
+  const rtstdb::GeometryId first = world_->shared_geometry("box 2 4 6", box);
+  EXPECT_EQ(world_->shared_geometry("box 2 4 6", box), first);
+  EXPECT_EQ(made, 1);
+  EXPECT_NE(world_->shared_geometry("box 9", box), first);
+  EXPECT_EQ(made, 2);
+}
+
 TEST_F(WorldOf, EntitiesAreFoundByTheirNamesAndKeepTheirBounds) {
   rtstdb::EntityRow row;
   row.geometry = world_->add_geometry(rtstdb::make_box({2.0, 4.0, 6.0}), "box");

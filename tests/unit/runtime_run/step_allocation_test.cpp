@@ -69,8 +69,8 @@ TEST(StepAllocation, NoModuleOfTheCrossingTouchesTheHeapInRealTime) {
   auto opened = rtstdb::Database::open(options);
   ASSERT_TRUE(opened) << opened.error().message;
   const auto database = std::move(opened).value();
-  modules::World world(*database, scenario->world.layers.names());
-  create_scenery(*scenario, world);
+  modules::World world(*database, wiring->layers.names());
+  create_scenery(*scenario, wiring->scenery, world);
   modules::EventLog events;
 
   struct Origin final : executive::TickHooks {
@@ -90,16 +90,10 @@ TEST(StepAllocation, NoModuleOfTheCrossingTouchesTheHeapInRealTime) {
   std::vector<std::unique_ptr<Guarded>> guarded;
   for (WiredModule& wired : wiring->modules) {
     const config::TaskSection& section = *wired.section;
-    const std::int64_t period_ns = scenario->base_period_ns * section.every_ticks;
-    const std::int64_t deadline_ns = section.deadline_ns == 0 ? period_ns : section.deadline_ns;
-    wired.module->configure(world, events,
-                            {.instance = section.module.text,
-                             .period_ns = period_ns,
-                             .deadline_ns = deadline_ns,
-                             .seed = 1,
-                             .own_thread = !section.thread.empty()});
-    tasks.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, deadline_ns, wiring->signals,
-                                                 *database, run_clock, events));
+    const modules::TaskFacts facts = task_facts(*scenario, section);
+    wired.module->configure(world, events, facts);
+    tasks.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
+                                                 wiring->signals, *database, run_clock, events));
     guarded.push_back(std::make_unique<Guarded>(*tasks.back(), 5));
     executive.add_task({.name = section.module.text,
                         .every_ticks = section.every_ticks,

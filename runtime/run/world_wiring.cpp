@@ -1,0 +1,122 @@
+#include "runtime/run/world_wiring.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include <rtstdb/limits.hpp>
+
+namespace hil::run {
+namespace {
+
+using config::Diagnostics;
+using config::Word;
+
+bool every_module_is_there(const Wiring& wiring) {
+  return std::none_of(wiring.modules.begin(), wiring.modules.end(),
+                      [](const WiredModule& wired) { return wired.module == nullptr; });
+}
+
+/// Bodies that modules make are in layers of the scenario; one that lists none has their layers as well.
+void take_layers(Wiring& wiring, Diagnostics& diagnostics) {
+  const config::World& world = wiring.scenario->world;
+  wiring.layers = world.layers;
+  for (const WiredModule& wired : wiring.modules) {
+    if (wired.module == nullptr) continue;
+    std::string said;  // once for many bodies
+    for (const Word& layer : wired.module->ports().layers_of_made) {
+      const bool has_bit =
+          (world.layers_are_listed ? wiring.layers.bit(layer.text) : wiring.layers.add(layer.text))
+              .has_value();
+      if (has_bit || said == layer.text) continue;
+      said = layer.text;
+      const std::string bodies =
+          "module " + wired.section->module.text + " has bodies in the layer '" + layer.text;
+      if (world.layers_are_listed) {
+        diagnostics.add(layer.place, bodies + "', which world.layers does not list" +
+                                         config::suggestion(layer.text, wiring.layers.names()));
+      } else {
+        diagnostics.add(layer.place, bodies + "', which is one too many; there can be " +
+                                         std::to_string(config::Layers::capacity));
+      }
+    }
+  }
+}
+
+/// Layers and bodies that modules name are those of the scenario and of modules before them.
+void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
+  const auto check = [&](const std::vector<Word>& named, const std::vector<std::string>& known,
+                         const char* what) {
+    for (const Word& word : named) {
+      if (std::find(known.begin(), known.end(), word.text) != known.end()) continue;
+      diagnostics.add(word.place, std::string("there is no ") + what + " '" + word.text + "'" +
+                                      config::suggestion(word.text, known));
+    }
+  };
+  const config::World& world = wiring.scenario->world;
+  const bool all_layers_are_known = world.layers_are_listed || every_module_is_there(wiring);
+  std::vector<std::string> bodies;
+  for (const config::WorldEntity& entity : world.entities)
+    bodies.push_back(entity.name.text);
+  for (const WiredModule& wired : wiring.modules) {
+    if (wired.module == nullptr) return;  // what it would have made is not known
+    const modules::Ports& ports = wired.module->ports();
+    if (all_layers_are_known) check(ports.layers, wiring.layers.names(), "layer");
+    check(ports.bodies, bodies, "body");
+    for (const std::string& made : ports.makes)
+      bodies.push_back(wired.section->module.text + "." + made);
+  }
+}
+
+/// The database has room for what a scenario asks, and for no more.
+void check_room(const Wiring& wiring, Diagnostics& diagnostics) {
+  const config::World& world = wiring.scenario->world;
+  const Scenery& scenery = wiring.scenery;
+  std::size_t bodies = world.entities.size();
+  std::size_t shapes = scenery.meshes.size();
+  const auto too_many_shapes = [&] {
+    return std::to_string(shapes) + " different shapes so far, but world.max_geometries is " +
+           std::to_string(world.max_geometries);
+  };
+  if (shapes > world.max_geometries)
+    diagnostics.add(scenery.of[world.max_geometries]->shape_place, too_many_shapes());
+  std::size_t triangles = 0;
+  for (std::size_t i = 0; i < shapes; ++i) {
+    triangles += scenery.meshes[i].triangles.size();
+    if (triangles <= rtstdb::max_triangles_total) continue;
+    diagnostics.add(scenery.of[i]->shape_place, std::to_string(triangles) +
+                                                    " triangles so far; all shapes together can have " +
+                                                    std::to_string(rtstdb::max_triangles_total));
+    break;
+  }
+  std::unordered_set<std::string> keys;
+  for (const WiredModule& wired : wiring.modules) {
+    if (wired.module == nullptr) continue;
+    const modules::Ports& ports = wired.module->ports();
+    const bool had_room = bodies <= world.max_entities;
+    const bool had_room_for_shapes = shapes <= world.max_geometries;
+    bodies += ports.makes.size();
+    for (const std::string& key : ports.shapes)
+      shapes += keys.insert(key).second ? 1 : 0;
+    if (had_room && bodies > world.max_entities) {
+      diagnostics.add(wired.section->module.place,
+                      "module " + wired.section->module.text + ": " + std::to_string(bodies) +
+                          " bodies with those before it, but world.max_entities is " +
+                          std::to_string(world.max_entities));
+    }
+    if (had_room_for_shapes && shapes > world.max_geometries) {
+      diagnostics.add(wired.section->module.place,
+                      "module " + wired.section->module.text + ": " + too_many_shapes());
+    }
+  }
+}
+
+}  // namespace
+
+void wire_world(Wiring& wiring, Diagnostics& diagnostics) {
+  wiring.scenery = make_scenery(wiring.scenario->world, diagnostics);
+  take_layers(wiring, diagnostics);
+  check_names(wiring, diagnostics);
+  check_room(wiring, diagnostics);
+}
+
+}  // namespace hil::run

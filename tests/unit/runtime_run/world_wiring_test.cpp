@@ -1,0 +1,168 @@
+// What `hil check` finds of a scenario's world: shapes, layers, room, and what modules ask of their tasks.
+
+#include <gtest/gtest.h>
+
+#include "runtime/run/wiring.hpp"
+#include "tests/unit/runtime_run/run_test.hpp"
+
+namespace hil::run {
+namespace {
+
+using testing::Folder;
+
+class WorldWiringOf : public ::testing::Test {
+ protected:
+  /// All mistakes as text, without the folder; empty when the scenario is wired.
+  std::string mistakes_of(const std::string& text) {
+    config::Diagnostics diagnostics;
+    const std::string file = folder_.write("scenario.yaml", text);
+    auto loaded = config::load_scenario(file, {}, module_schemas(), diagnostics);
+    if (!loaded) throw std::runtime_error("refused before the wiring:\n" + diagnostics.to_text());
+    scenario_ = std::make_unique<config::Scenario>(std::move(*loaded));
+    wiring_ = wire(*scenario_, diagnostics);
+    EXPECT_EQ(wiring_.has_value(), diagnostics.empty());
+    std::string mistakes = diagnostics.to_text();
+    const std::string path = folder_.path().string() + "/";
+    for (std::size_t at = mistakes.find(path); at != std::string::npos; at = mistakes.find(path))
+      mistakes.erase(at, path.size());
+    return mistakes;
+  }
+
+  std::string mistakes_of_mesh(const std::string& name, const std::string& mesh) {
+    folder_.write(name, mesh);
+    return mistakes_of("scenario: a\nworld:\n  entities:\n    - {name: a, shape: {file: " + name + "}}\n");
+  }
+
+  static std::string scanner(const std::string& rate, const std::string& parameters) {
+    return "scenario: a\nworld: {entities: [{name: a, shape: {sphere: 1 m}}]}\ntasks:\n  - module: scanner\n"
+           "    type: laser_scanner\n    rate: " +
+           rate + "\n    parameters:\n      {carrier: a, layers: [static], object_layers: [static], " +
+           parameters + "}\n";
+  }
+
+  Folder folder_;
+  std::unique_ptr<config::Scenario> scenario_;
+  std::optional<Wiring> wiring_;
+};
+
+::testing::AssertionResult begins(const std::string& text, const std::string& with) {
+  if (text.starts_with(with)) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "\"" << text << "\" does not begin with \"" << with << "\"";
+}
+
+TEST_F(WorldWiringOf, AMeshFileThatCanNotBeUsedIsRefusedAtItsPlace) {
+  const std::pair<const char*, const char*> meshes[] = {
+      {"none.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"},
+      {"nan.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n"},
+      {"flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"},
+      {"far.obj", "v 0 0 0\nv 200000 0 0\nv 0 1 0\nf 1 2 3\n"},
+      {"cut.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"},
+      {"cut.ply", "ply\nformat ascii 1.0\nelement vertex 3\n"},
+      {"cut.gltf", "{\"asset\": "}};
+  for (const auto& [name, mesh] : meshes)
+    EXPECT_TRUE(begins(mistakes_of_mesh(name, mesh), "scenario.yaml:4:31: ")) << name;
+}
+
+TEST_F(WorldWiringOf, AMeshIsReadOnceForAllOfItsEntities) {
+  folder_.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_EQ(mistakes_of("scenario: a\nworld:\n  entities:\n    - {name: a, shape: {file: a.obj}}\n"
+                        "    - {name: b, shape: {file: a.obj}, scale: 3}\n"
+                        "    - {name: c, shape: {file: {path: a.obj, scale: 2}}}\n"),
+            "");
+  EXPECT_EQ(wiring_->scenery.meshes.size(), 2U);
+  EXPECT_EQ(wiring_->scenery.mesh_of, (std::vector<std::size_t>{0, 0, 1}));
+  EXPECT_FLOAT_EQ(wiring_->scenery.bounds[1].maximum_m.x, 2.0F);
+}
+
+TEST_F(WorldWiringOf, AScaleThatTakesAMeshOutOfTheWorldIsRefused) {
+  folder_.write("a.obj", "v 0 0 0\nv 70000 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_TRUE(begins(
+      mistakes_of("scenario: a\nworld:\n  entities:\n    - {name: a, shape: {file: a.obj}, scale: 2}\n"),
+      "scenario.yaml:4:46: 'scale' takes a corner of the mesh to 140000 m; 100000 m is the farthest"));
+}
+
+TEST_F(WorldWiringOf, EqualShapesTakeOnePlace) {
+  std::string text = "scenario: a\nworld:\n  max_geometries: 1\n  entities:\n";
+  for (int i = 0; i < 1025; ++i)
+    text += "    - {name: e" + std::to_string(i) + ", shape: {sphere: 1 m}}\n";
+  EXPECT_EQ(mistakes_of(text), "");
+  EXPECT_EQ(wiring_->scenery.meshes.size(), 1U);
+  // A cylinder as wide as the sphere is another shape.
+  EXPECT_TRUE(
+      begins(mistakes_of(text + "    - {name: other, shape: {cylinder: {radius: 1 m, height: 1 m}}}\n"),
+             "scenario.yaml:1030:28: 2 different shapes so far, but world.max_geometries is 1"));
+}
+
+TEST_F(WorldWiringOf, VehiclesCountAsBodiesAndByTheirSizeAsShapes) {
+  const auto traffic = [](const std::string& limits, int cars, const std::string& more) {
+    std::string text =
+        "scenario: a\nworld: {" + limits +
+        "}\ntasks:\n  - module: traffic\n    type: vehicles\n    rate: 1 kHz\n    parameters:\n"
+        "      vehicles:\n";
+    for (int i = 0; i < cars; ++i)
+      text += "        v" + std::to_string(i) + ": {position: [0 m, 0 m], speed: 1 m/s}\n";
+    return text + more;
+  };
+  EXPECT_EQ(mistakes_of(traffic("max_geometries: 1, max_entities: 3000", 3000, "")), "");
+  EXPECT_TRUE(begins(mistakes_of(traffic("max_entities: 2", 3, "")),
+                     "scenario.yaml:4:13: module traffic: 3 bodies with those before it, but "
+                     "world.max_entities is 2"));
+  EXPECT_TRUE(begins(
+      mistakes_of(traffic("max_geometries: 1", 2,
+                          "        lorry: {position: [0 m, 0 m], speed: 1 m/s, size: [9 m, 2 m, 3 m]}\n")),
+      "scenario.yaml:4:13: module traffic: 2 different shapes so far, but world.max_geometries is 1"));
+}
+
+TEST_F(WorldWiringOf, AScenarioThatListsNoLayersHasThoseOfItsBodies) {
+  const std::string vehicles =
+      "tasks:\n  - module: traffic\n    type: vehicles\n    rate: 1 kHz\n    parameters: {vehicles: {a: "
+      "{position: [0 m, 0 m], speed: 1 m/s}, b: {position: [9 m, 0 m], speed: 1 m/s}}}\n"
+      "  - module: crash\n    type: collision\n    rate: 1 kHz\n    parameters: {body: traffic.a, against: [";
+  EXPECT_EQ(mistakes_of("scenario: a\nworld: {entities: [{name: e, shape: {sphere: 1 m}}]}\n" + vehicles +
+                        "vehicle, static]}\n"),
+            "");
+  EXPECT_EQ(wiring_->layers.names(), (std::vector<std::string>{"static", "vehicle"}));
+  EXPECT_TRUE(begins(mistakes_of("scenario: a\n" + vehicles + "car]}\n"),
+                     "scenario.yaml:10:45: there is no layer 'car'; known here: vehicle"));
+  EXPECT_EQ(
+      mistakes_of("scenario: a\nworld: {layers: [ground]}\n" + vehicles + "ground]}\n"),
+      "scenario.yaml:7:17: module traffic has bodies in the layer 'vehicle', which world.layers does not "
+      "list; known here: ground\n");
+}
+
+TEST_F(WorldWiringOf, ASweepIsAWholeNumberOfTheTasksPeriods) {
+  EXPECT_EQ(mistakes_of(scanner("100 Hz", "scan_rate: 0.5 Hz")), "");
+  EXPECT_TRUE(begins(mistakes_of(scanner("100 Hz", "scan_rate: 33 Hz")),
+                     "scenario.yaml:8:74: 'scan_rate': a sweep of 30303030 ns is not a whole number of the "
+                     "task's periods of 10000000 ns; with 33.3333333333 Hz or 25 Hz it is"));
+  EXPECT_EQ(mistakes_of(scanner("100 Hz", "scan_rate: 33.3333333333 Hz")), "")
+      << "the rate it names is taken";
+  EXPECT_TRUE(begins(mistakes_of(scanner("100 Hz", "scan_rate: 0.3 Hz")), "scenario.yaml:8:74: 'scan_rate'"));
+  EXPECT_TRUE(begins(mistakes_of(scanner("1 Hz", "scan_rate: 2 Hz")), "scenario.yaml:8:74: 'scan_rate'"));
+}
+
+TEST_F(WorldWiringOf, AStepHasNoMoreBeamsThanAQueryTakes) {
+  EXPECT_EQ(mistakes_of(scanner("1 Hz", "columns: 2048, rows: 2048")), "");
+  EXPECT_TRUE(
+      begins(mistakes_of(scanner("1 Hz", "columns: 16384, rows: 8192")),
+             "scenario.yaml:8:72: 134217728 beams in a sweep are 134217728 in a step of the task; 4194304"));
+  EXPECT_TRUE(
+      begins(mistakes_of(scanner("0.5 Hz", "scan_rate: 0.5 Hz")),
+             "scenario.yaml:8:74: the beams of a step leave within the task's period of 2000000000 ns"));
+  EXPECT_EQ(mistakes_of(scanner("0.5 Hz", "scan_rate: 0.5 Hz, ignore_motion: true")), "");
+}
+
+TEST_F(WorldWiringOf, AScannerIsNotComparedWithItsCarrier) {
+  EXPECT_EQ(mistakes_of(scanner("100 Hz", "compare: [a]")),
+            "scenario.yaml:8:73: 'compare': 'a' carries the scanner, which never sees it pass\n");
+}
+
+TEST_F(WorldWiringOf, DetectorsHaveALoop) {
+  EXPECT_EQ(
+      mistakes_of("scenario: a\nworld: {layers: [car]}\ntasks:\n  - module: loops\n    type: detectors\n"
+                  "    rate: 50 Hz\n    parameters: {layers: [car], loops: {}}\n"),
+      "scenario.yaml:7:40: 'loops': 0 loops; from 1 to 65536 are possible\n");
+}
+
+}  // namespace
+}  // namespace hil::run
