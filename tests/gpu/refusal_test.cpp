@@ -165,6 +165,15 @@ TEST_F(Refusals, RegionsThatCanNotBeAsked) {
       bad_region, {-0.5});
 }
 
+/// Each number is within its limit; 17 GB of ids are beyond what a device binds at once.
+TEST_F(Refusals, AnAnswerThatNoDeviceHolds) {
+  const auto query = database().prepare(RegionQueryOptions{
+      .name = "vast", .capacity = max_regions_per_query, .ids_per_region = max_ids_per_region});
+  ASSERT_FALSE(query);
+  EXPECT_TRUE(query.error().code == ErrorCode::capacity || query.error().code == ErrorCode::out_of_memory);
+  EXPECT_NE(query.error().message.find("vast"), std::string::npos) << query.error().message;
+}
+
 TEST_F(Refusals, RowsThatCanNotBe) {
   using enum BadInputReason;
   const auto expect_refused = [&](const std::function<void(EntityRow&)>& spoil, BadInputReason reason) {
