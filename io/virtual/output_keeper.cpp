@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <string_view>
+#include <system_error>
 
 namespace hil::io::process {
 
@@ -37,9 +38,15 @@ OutputKeeper::OutputKeeper(const std::filesystem::path& file)
   into_ = Descriptor(ends[1]);
 }
 
-void OutputKeeper::begin() {
+bool OutputKeeper::begin() {
   into_.reset();
-  thread_ = std::thread([this] { serve(); });
+  try {
+    thread_ = std::thread([this] { serve(); });
+  } catch (const std::system_error& error) {
+    errno = error.code().value();
+    return false;
+  }
+  return true;
 }
 
 void OutputKeeper::finish() noexcept {

@@ -27,8 +27,9 @@ class OutputKeeper {
   bool open() const noexcept { return file_.get() >= 0 && into_.get() >= 0; }
   /// Where the child writes; closed by begin().
   int input_fd() const noexcept { return into_.get(); }
-  /// Once the child has its descriptors: reads from now on.
-  void begin();
+  /// Once the child has its descriptors: reads from now on. False: there is no thread to be had; errno says
+  /// why.
+  bool begin();
   /// Takes in what has been printed so far, and ends. What is printed later has no reader.
   void finish() noexcept;
 

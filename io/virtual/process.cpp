@@ -158,13 +158,13 @@ Child::Child(const ChildConfig& config) : name_(config.name) {
   while ((got = ::read(report_in.get(), &error, sizeof error)) < 0 && errno == EINTR) {
   }
   if (got == 0) pidfd_ = Descriptor(static_cast<int>(::syscall(SYS_pidfd_open, pid_, 0)));
-  if (pidfd_.get() >= 0 && start_guardian()) {
-    if (output_) output_->begin();
-    return;
-  }
+  if (pidfd_.get() >= 0 && start_guardian() && (!output_ || output_->begin())) return;
   const int reason = got == 0 ? errno : error;
-  ::kill(pid_, SIGKILL);
-  collect(pid_);
+  for (const pid_t started : {pid_, guardian_}) {
+    if (started <= 0) continue;
+    ::kill(started, SIGKILL);
+    collect(started);
+  }
   refuse("'" + program + "' can not be run", reason);
 }
 
