@@ -2,6 +2,7 @@
 
 #include "runtime/cli/load.hpp"
 #include "runtime/cli/subcommands.hpp"
+#include "runtime/cli/told.hpp"
 #include "runtime/run/session.hpp"
 
 namespace hil::cli {
@@ -38,6 +39,7 @@ void add_check(CLI::App& app, int& exit_code) {
     exit_code = loaded ? run::exit_passed : run::exit_bad_config;
     if (!loaded) return;
     std::printf("%s: %s; no mistakes\n", arguments->scenario.c_str(), contents(*loaded).c_str());
+    exit_code = told("check", exit_code);
   });
 }
 

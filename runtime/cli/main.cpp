@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <new>
 
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/run/session.hpp"
@@ -22,6 +23,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     const int answer = app.exit(error);
     return answer == 0 ? 0 : hil::run::exit_bad_config;
+  } catch (const std::bad_alloc&) {
+    std::fputs("hil: memory ran out\n", stderr);
+    return hil::run::exit_internal;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hil: internal fault: %s\n", error.what());
     return hil::run::exit_internal;

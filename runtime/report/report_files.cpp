@@ -92,7 +92,11 @@ RunRecord load_report(const fs::path& directory) {
   std::ifstream in(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   if (!in.is_open() || in.bad()) refuse(path, "read", last_system_answer());
-  return parse_report(text);
+  try {
+    return parse_report(text);
+  } catch (const ReportError& error) {
+    throw ReportError((directory / "").string() + error.what());  // it begins with the file's name
+  }
 }
 
 }  // namespace hil::report

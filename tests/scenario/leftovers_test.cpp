@@ -203,6 +203,32 @@ TEST(Commands, KeysKnowsEveryModuleTypeAndTheKeysOfEveryPart) {
   }
 }
 
+TEST(Commands, OutputThatCanNotBeWrittenIsExitCode4) {
+  const Folder folder;
+  run_shortly(folder);
+  const std::vector<std::vector<std::string>> commands{
+      {"keys"}, {"check", crossing()}, {"report", folder / "out"}, {"doctor"}};
+  for (const std::vector<std::string>& command : commands) {
+    const Ended ended = Program(joined({{"sh", "-c", "exec \"$@\" > /dev/full", "sh"}, hil(command)})).wait();
+    EXPECT_EQ(ended.code, 4) << command.front();
+    EXPECT_EQ(ended.errors,
+              "hil " + command.front() + ": the output can not be written: No space left on device\n");
+  }
+}
+
+TEST(Commands, LackOfMemoryIsSaidInWords) {
+  const Folder folder;
+  std::string many = "world:\n  entities:\n";
+  for (int i = 0; i < 30'000; ++i)
+    many += "    - {name: a, mask: [b, c, d]}\n";
+  write_text(folder / "many.yaml", many);
+  const Ended ended = Program(joined({{"sh", "-c", "ulimit -v 60000; exec \"$@\"", "sh"},
+                                      hil({"check", folder / "many.yaml"})}))
+                          .wait();
+  EXPECT_EQ(ended.code, 70);
+  EXPECT_EQ(ended.errors, "hil: memory ran out\n");
+}
+
 TEST(Commands, AnUnknownCommandOrOptionIsExitCode2) {
   EXPECT_EQ(run_hil({"rum", crossing()}).code, 2);
   EXPECT_EQ(run_hil({"run", crossing(), "--speed", "3"}).code, 2);

@@ -88,6 +88,9 @@ TEST_F(ReportFiles, RefusalsNameThePath) {
               load_report(directory_);
             }).find((directory_ / "report.json").string() + " can not be read: No such file"),
             std::string::npos);
+  std::ofstream(directory_ / "report.json") << "{}";
+  EXPECT_EQ(message([&] { load_report(directory_); }),
+            (directory_ / "report.json").string() + ": schema_version is missing");
   std::ofstream(directory_ / "file") << "x";
   EXPECT_NE(message([&] { write_report(RunRecord{}, directory_ / "file"); }).find("can not be made"),
             std::string::npos);

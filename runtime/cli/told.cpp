@@ -1,0 +1,22 @@
+#include "runtime/cli/told.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <string>
+
+#include "runtime/run/session.hpp"
+
+namespace hil::cli {
+
+int told(const char* command, int exit_code) {
+  errno = 0;
+  const bool sent = std::fflush(stdout) == 0;
+  if (sent && std::ferror(stdout) == 0) return exit_code;
+  // What failed while it was still being printed has left no reason behind.
+  const std::string reason = errno == 0 ? "" : std::string(": ") + std::strerror(errno);
+  std::fprintf(stderr, "hil %s: the output can not be written%s\n", command, reason.c_str());
+  return exit_code == run::exit_passed ? run::exit_io_failed : exit_code;
+}
+
+}  // namespace hil::cli
