@@ -9,7 +9,9 @@
 // - It ignores the length in a reply's header. Bytes beyond the parsed reply are found by the same test.
 // - Its byte time-out (500 ms between two bytes) would let a slow server hold a request for minutes. It is
 //   off; the response time-out then bounds the whole reply, to the microsecond.
-// - It does not compare unit identifiers in replies. Neither is it done here: one connection serves one unit.
+// - It does not compare unit identifiers in replies, and never shows a reply's header. Neither is it done here: its
+//   raw requests would show it, but they all carry transaction id 0, and that check is worth more. One
+//   connection serves one unit.
 //
 // Threads: one at a time.
 
