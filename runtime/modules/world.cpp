@@ -23,8 +23,10 @@ std::uint32_t World::mask_of(const std::vector<std::string>& layers, const std::
     const auto bit = layer_bit(layer);
     if (!bit) {
       const std::string near = config::nearest(layer, layers_);
-      throw SetupError(who + ": the scenario has no layer '" + layer + "'" +
-                       (near.empty() ? "" : "; did you mean '" + near + "'?"));
+      std::string sentence = who;
+      sentence.append(": the scenario has no layer '").append(layer).append("'");
+      if (!near.empty()) sentence.append("; did you mean '").append(near).append("'?");
+      throw SetupError(sentence);
     }
     mask |= *bit;
   }

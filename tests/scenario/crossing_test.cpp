@@ -30,6 +30,15 @@ void leave_out_measurements(nlohmann::json& node) {
   }
 }
 
+TEST(VirtualCrossing, ReachesThePlcOverIpv6) {
+  const Folder folder;
+  const Ended run = run_hil(joined({{"run", crossing(), "--clock", "virtual", "--duration", "1 s", "--out",
+                                     folder / "out", "--set", "modbus.plc.device=\"[::1]:auto\""},
+                                    few_beams()}));
+  EXPECT_EQ(run.code, 1) << "too few answers in this time: " << run.output << run.errors;
+  EXPECT_TRUE(read_text(folder / "out/plc.out").starts_with("listening [::1]:"));
+}
+
 TEST(VirtualCrossing, TheControllerStopsTheCarBeforeTheOneThatRunsItsRed) {
   const Folder folder;
   const Ended run = run_hil({"run", crossing(), "--clock", "virtual", "--out", folder / "out"});

@@ -81,6 +81,12 @@ TEST(BadConfig, OneNameForTwoModules) {
                  {copy.file() + ":", "the module 'collision' stands here twice; first in line"});
 }
 
+TEST(BadConfig, ASeedBelowZero) {
+  const Folder folder;
+  expect_refused(run_hil({"run", crossing(), "--seed", "-1", "--out", folder / "out"}), 2,
+                 {"--set seed:1:6: 'seed': -1 is out of range; it can be at least 0"});
+}
+
 TEST(BadConfig, AllMistakesAtOnce) {
   ScenarioCopy copy;
   const std::string first = copy.replace("seed: 1\n", "seeed: 1\n", "seeed");
