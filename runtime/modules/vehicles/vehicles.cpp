@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include <rtstdb/limits.hpp>
+
 #include "runtime/modules/vehicles/car_shape.hpp"
 #include "runtime/modules/vehicles/driver.hpp"
 
@@ -44,6 +46,8 @@ struct Vehicle {
   double brake_mps2 = 0.0;  ///< what the actuator has built up
   double written_speed_mps = -1.0;
   bool was_braking = false;
+  bool has_left = false;  ///< the world: its row stays as it was
+  EventLog::Kind leaves;
   std::vector<report::TrackPoint> track;
 
   glm::dvec2 center_m() const { return start_m + direction * travelled_m; }
@@ -203,6 +207,7 @@ void Vehicles::configure(World& world, EventLog& events, const TaskFacts& task) 
     row.motion = motion_of(v, 0);
     v.entity = world.create(task.instance + "." + v.name, row);
     v.written_speed_mps = v.speed_mps;
+    v.leaves = events.add_kind(v.name + " leaves the world");
     v.track.reserve(most_track_points);
   }
   braking_begins_ = events.add_kind("the device under test asks for {} m/s2");
@@ -298,6 +303,14 @@ void Vehicles::write_rows(StepContext& context) noexcept {
                        .read_at = {}});
   bool any = false;
   for (Vehicle& v : vehicles_) {
+    if (v.has_left) continue;
+    const glm::dvec2 at = v.center_m();
+    if (std::max(std::abs(at.x), std::abs(at.y)) > rtstdb::max_coordinate_m) {
+      // The database refuses such a row, and with it those of all others.
+      v.has_left = true;
+      context.events->note(v.leaves, context.time_ns);
+      continue;
+    }
     // At a constant speed the row of before says it all.
     if (v.speed_mps == v.written_speed_mps && v.acceleration_mps2 == 0.0) continue;
     transaction_->update_motion(v.entity, motion_of(v, context.time_ns));

@@ -1,0 +1,80 @@
+// Vehicles in a world: what their rows say while they drive.
+
+#include "runtime/modules/vehicles/vehicles.hpp"
+
+#include <gtest/gtest.h>
+
+#include "runtime/config/parse.hpp"
+
+namespace hil::modules {
+namespace {
+
+constexpr std::int64_t second_ns = 1'000'000'000;
+
+class VehiclesIn : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = rtstdb::Database::open({});
+    ASSERT_TRUE(opened) << opened.error().message;
+    database_ = std::move(opened).value();
+    world_ = std::make_unique<World>(*database_, std::vector<std::string>{"vehicle"});
+  }
+
+  std::unique_ptr<Module> make(const std::string& parameters) {
+    const ModuleType type = vehicles_type();
+    const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
+    if (!value) return nullptr;
+    auto module = type.create(*value, diagnostics_);
+    module->configure(*world_, events_, {.instance = "traffic", .period_ns = 100 * second_ns});
+    return module;
+  }
+
+  std::vector<double> step(Module& module, std::uint64_t run) {
+    std::vector<double> outputs(module.ports().outputs.size());
+    StepContext context;
+    context.run = run;
+    context.period_ns = 100 * second_ns;
+    context.time_ns = static_cast<std::int64_t>(run) * context.period_ns;
+    context.deadline = rtstdb::ClockTime::max();
+    context.version = database_->latest().version;
+    context.outputs = outputs;
+    context.events = &events_;
+    module.step(context);
+    return outputs;
+  }
+
+  rtstdb::Motion motion_of(const std::string& name) const {
+    const auto states = database_->snapshot({});
+    if (!states) throw std::runtime_error(states.error().message);
+    for (const rtstdb::EntityState& state : states.value()) {
+      if (world_->name_of(state.id) == name) return state.row.motion;
+    }
+    throw std::runtime_error("no body " + name);
+  }
+
+  std::unique_ptr<rtstdb::Database> database_;
+  std::unique_ptr<World> world_;
+  EventLog events_;
+  config::Diagnostics diagnostics_;
+};
+
+TEST_F(VehiclesIn, OneThatLeavesTheWorldHoldsNoOtherUp) {
+  const auto module = make(
+      "{vehicles: {far: {position: [9 km, 0 m], speed: 99 m/s, desired_speed: 100 m/s, acceleration: 0.1 "
+      "m/s2},"
+      " slow: {position: [-9 km, 50 m], speed: 1 m/s, desired_speed: 100 m/s, acceleration: 0.1 m/s2}}}");
+  ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  for (std::uint64_t run = 0; run < 13; ++run) {
+    const std::vector<double> outputs = step(*module, run);
+    if (run == 0) continue;
+    EXPECT_DOUBLE_EQ(motion_of("traffic.slow").v_world_mps.x, outputs[7]) << "after step " << run;
+  }
+  const rtstdb::Motion far = motion_of("traffic.far");
+  EXPECT_LE(far.p_world_m.x, 1e5);
+  const auto events = events_.events();
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].text, "far leaves the world");
+}
+
+}  // namespace
+}  // namespace hil::modules
