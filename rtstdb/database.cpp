@@ -7,6 +7,7 @@
 #include <mutex>
 #include <new>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -73,6 +74,8 @@ Result<Value> unless_out_of_memory(const std::string& what, const Work& work) {
     return work();
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::out_of_memory, what + " does not fit into memory"};
+  } catch (const std::system_error& failure) {
+    return Error{ErrorCode::out_of_memory, what + " can have no thread: " + failure.what()};
   }
 }
 
@@ -187,12 +190,12 @@ std::vector<DeviceInfo> Database::devices() {
 
 Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options) {
   if (auto checked = check_options(options); !checked) return checked.error();
-  const bool validation = options.validation == Validation::on ||
-                          (options.validation == Validation::build_default && validation_default);
-  auto device = open_device({.select = options.gpu, .validation = validation}, options.thread_priority);
-  if (!device) return device.error();
   return unless_out_of_memory<std::unique_ptr<Database>>(
       "the database", [&]() -> Result<std::unique_ptr<Database>> {
+        const bool validation = options.validation == Validation::on ||
+                                (options.validation == Validation::build_default && validation_default);
+        auto device = open_device({.select = options.gpu, .validation = validation}, options.thread_priority);
+        if (!device) return device.error();
         auto executor = query::GpuExecutor::create(*device.value(), options);
         if (!executor) return executor.error();
         return std::unique_ptr<Database>(

@@ -57,7 +57,12 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
       runner_(store_, executor, clock, costs_) {
   const SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run_thread(); });
-  relief_ = std::thread([this] { relieve(); });
+  try {
+    relief_ = std::thread([this] { relieve(); });
+  } catch (...) {
+    close();
+    throw;
+  }
   pthread_setname_np(thread_.native_handle(), "rtstdb");
   pthread_setname_np(relief_.native_handle(), "rtstdb relief");
   set_priority(thread_, options.thread_priority);
@@ -131,7 +136,7 @@ void Engine::close() noexcept {
   ring();
   thread_.join();
   wake_relief();
-  relief_.join();
+  if (relief_.joinable()) relief_.join();
 }
 
 void Engine::ring() noexcept {
