@@ -2,10 +2,10 @@
 # each room has an include root of its own (a link farm in the build tree), so a wrong arrow does not compile.
 # Headers are included by their path in the repository: #include "rtstdb/gpu/device.hpp".
 
-# In sanitizer builds alone what most sources include is compiled once: nothing but the compiler reads those trees, while
-# clang-tidy and ccache, which can not read GCC's precompiled headers, read the others.
+# What most tests include is compiled once, and with sanitizers what most rooms include. Not in the dev preset, whose tree is also for ccache and tools that can not
+# read GCC's precompiled headers, and where a source that lacks an include is found.
 function(hil_precompile name collection)
-  if(NOT HIL_SANITIZE)
+  if(NOT HIL_PRECOMPILE)
     return()
   endif()
   if(NOT TARGET ${collection})
@@ -36,7 +36,9 @@ function(hil_room name)
     target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${root}>)
     target_link_libraries(${name} PRIVATE hil_compile_options PUBLIC ${ROOM_USES} ${ROOM_LIBS})
     set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-    hil_precompile(${name} hil_room_headers)
+    if(HIL_SANITIZE)
+      hil_precompile(${name} hil_room_headers)
+    endif()
   else()
     add_library(${name} INTERFACE)
     target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${root}>)

@@ -5,13 +5,13 @@
 namespace hil::executive {
 
 void HostWitness::note_sleep(std::int64_t wake_ns, std::int64_t now_ns) noexcept {
-  if (now_ns - wake_ns >= smallest_pause_ns) keep({wake_ns, now_ns, now_ns - wake_ns});
+  if (now_ns - wake_ns >= smallest_pause_ns) keep({wake_ns, now_ns, now_ns - wake_ns, false});
 }
 
 void HostWitness::note_steal(std::int64_t now_ns, std::int64_t steal_total_ns) noexcept {
   if (steal_known_ && steal_total_ns > steal_total_ns_) {
     const std::int64_t stolen_ns = std::min(steal_total_ns - steal_total_ns_, now_ns - steal_read_ns_);
-    keep({steal_read_ns_, now_ns, stolen_ns});
+    keep({steal_read_ns_, now_ns, stolen_ns, true});
   }
   steal_known_ = true;
   steal_total_ns_ = steal_total_ns;
@@ -25,13 +25,18 @@ void HostWitness::keep(const Pause& pause) noexcept {
 
 std::int64_t HostWitness::pause_ns(std::int64_t begin_ns, std::int64_t end_ns,
                                    std::int64_t off_cpu_ns) const noexcept {
-  std::int64_t longest_ns = 0;
+  std::int64_t longest_ns = 0, stolen_ns = 0;
   for (const Pause& pause : pauses_) {
     const std::int64_t overlap_ns = std::min(end_ns, pause.end_ns) - std::max(begin_ns, pause.begin_ns);
     if (overlap_ns <= 0 || off_cpu_ns * 2 < pause.length_ns) continue;
-    longest_ns = std::max(longest_ns, std::min({overlap_ns, pause.length_ns, off_cpu_ns}));
+    const std::int64_t length_ns = std::min(overlap_ns, pause.length_ns);
+    if (pause.stolen) {
+      stolen_ns += length_ns;
+    } else {
+      longest_ns = std::max(longest_ns, length_ns);
+    }
   }
-  return longest_ns;
+  return std::min(std::max(longest_ns, stolen_ns), off_cpu_ns);
 }
 
 }  // namespace hil::executive

@@ -34,6 +34,7 @@ class HostWitness {
     std::int64_t begin_ns = 0;
     std::int64_t end_ns = 0;
     std::int64_t length_ns = 0;  ///< at most end - begin
+    bool stolen = false;         ///< as the kernel counts; such pauses do not overlap, so they add up
   };
   void keep(const Pause& pause) noexcept;
 

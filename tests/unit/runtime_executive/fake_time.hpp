@@ -35,13 +35,17 @@ class FakeProbe final : public Probe {
   std::int64_t thread_cpu_ns() const noexcept override { return cpu_ns.load(); }
   PageFaults thread_faults() const noexcept override { return {minor_faults.load(), major_faults.load()}; }
   std::int64_t host_now_ns() const noexcept override { return host_ns.load(); }
-  std::int64_t host_steal_ns() const noexcept override { return steal_ns.load(); }
+  std::int64_t host_steal_ns() const noexcept override {
+    ++steal_looks;
+    return steal_ns.load();
+  }
 
   std::atomic<std::int64_t> cpu_ns{0};
   std::atomic<std::int64_t> minor_faults{0};
   std::atomic<std::int64_t> major_faults{0};
   std::atomic<std::int64_t> host_ns{0};
   std::atomic<std::int64_t> steal_ns{0};
+  mutable std::atomic<int> steal_looks{0};
 };
 
 /// A task made of functions; those not given do nothing.

@@ -177,12 +177,13 @@ TEST(MissInjection, HostPauseSeenAsStolenTime) {
   run.task.on_step = [&](const TickInfo& tick) {
     if (tick.tick != 5) return;
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));  // a look at the steal counter falls in here
+    while (run.fake.probe.steal_looks == 0)  // the witness has to know where to count from
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     run.fake.clock.advance(12 * ms);
-    // The witness ran on: it saw its clock move in small steps.
+    // The witness ran on: it saw its clock move in small steps, and may look at what was stolen at any of them.
     for (int step = 0; step < 12; ++step) {
       run.fake.probe.host_ns += ms;
-      if (step == 6) run.fake.probe.steal_ns += 10 * ms;
+      run.fake.probe.steal_ns += 900 * us;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   };
