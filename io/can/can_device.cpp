@@ -73,8 +73,8 @@ void CanDevice::stop() noexcept {
     stopping_.store(true, std::memory_order_release);
     wake();
     thread_.join();
-  } else if (connected_ && last_tick_ns_) {
-    exchange(*last_tick_ns_);
+  } else if (last_tick_ns_) {
+    exchange(*last_tick_ns_);  // safe values go out also when a station is lost
   }
   started_ = false;
   bus_->close();

@@ -108,8 +108,11 @@ void Hub::open_step() {
 
 can::SettleResult Hub::settle(RunTimeNs now_ns) {
   can::require(pacing_ == Pacing::lockstep && epoll_ >= 0, "settle belongs to an open bus in lock-step");
-  if (!lost_.settled()) return lost_;
   lockstep_now_ns_ = now_ns;
+  if (!lost_.settled()) {
+    open_step();  // what was sent, safe values for instance, reaches those that are left
+    return lost_;
+  }
   if (!complete_ && !wait_for_clients()) {
     return fail(can::SettleResult::Status::clients_missing,
                 std::to_string(greeted_count()) + " of " + std::to_string(config_.expected_clients));

@@ -176,6 +176,35 @@ TEST(CanDevice, AControllerThatDiesInLockstepIsSaid) {
   std::filesystem::remove(scratch("dut-output"));
 }
 
+/// A station that is lost takes nothing from the others: they are told.
+TEST(CanDevice, SafeValuesGoOutAlsoWhenAStationIsLostInLockstep) {
+  auto hub = std::make_unique<virtual_bus::Hub>(hub_config(1));
+  process::Child controller(controller_config(hub->address()));
+  SetClock clock;
+  CanDeviceConfig config = crossing_config();
+  config.log_file = scratch("lost.log");
+  const auto log_file = config.log_file;
+  CanDevice device(std::move(config), std::move(hub));
+  device.start(clock, Pacing::lockstep);
+  device.release_outputs(std::vector<double>(device.outputs().size(), 7.0), 0);
+  ASSERT_TRUE(device.exchange(0));
+  controller.stop(1'000 * ms);
+  EXPECT_FALSE(device.exchange(ms));
+  device.enter_safe_state();
+  device.stop();
+  int driving = 0, safe = 0;
+  for (const LoggedFrame& logged : read_candump_log(log_file).frames) {
+    if (logged.frame.raw.can_id != 0x100) continue;
+    const bool stands = logged.frame.raw.data[0] == 0 && logged.frame.raw.data[1] == 0;
+    ++(stands ? safe : driving);
+    EXPECT_EQ(safe > 0, stands) << "the safe values come last";
+  }
+  EXPECT_EQ(driving, 1);
+  EXPECT_EQ(safe, 1);
+  std::filesystem::remove(log_file);
+  std::filesystem::remove(scratch("dut-output"));
+}
+
 TEST(CanDevice, SafeValuesGoOutOnce) {
   auto hub = std::make_unique<virtual_bus::Hub>(hub_config(0));
   SetClock clock;
