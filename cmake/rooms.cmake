@@ -2,8 +2,9 @@
 # each room has an include root of its own (a link farm in the build tree), so a wrong arrow does not compile.
 # Headers are included by their path in the repository: #include "rtstdb/gpu/device.hpp".
 
-# What most tests include is compiled once, and with sanitizers what most rooms include. Not in the dev preset, whose tree is also for ccache and tools that can not
-# read GCC's precompiled headers, and where a source that lacks an include is found.
+# What most tests include is compiled once, and with sanitizers what most rooms include. Not in the dev preset, whose tree
+# is also for ccache and tools that can not read GCC's precompiled headers, and where a source that lacks an include is
+# found.
 function(hil_precompile name collection)
   if(NOT HIL_PRECOMPILE)
     return()
