@@ -1,8 +1,7 @@
 #pragma once
 // What the tests of runtime/run share.
 
-#include <stdlib.h>
-
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
