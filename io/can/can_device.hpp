@@ -4,8 +4,8 @@
 //
 // Inputs are, in this order: the counter of each sent message that has one ("EgoStatus.Counter", with the
 // send instant as its time, so that a response time can be measured from it), then every signal of every
-// received message ("BrakeCommand.Deceleration"). Outputs are every signal of every sent message except its counter and its
-// checksum.
+// received message ("BrakeCommand.Deceleration"). Outputs are every signal of every sent message except its
+// counter and its checksum.
 //
 // Real time: one thread per device receives, stamps, decodes, encodes and sends. Lock-step: exchange() does
 // that work.

@@ -21,7 +21,8 @@ namespace {
 
 std::atomic<bool> stop_requested{false};
 
-/// The first SIGINT, SIGTERM or SIGHUP (the terminal has gone, unless nohup said to stay) ends the run in order; a second one ends the program.
+/// The first SIGINT, SIGTERM or SIGHUP (the terminal has gone, unless nohup said to stay) ends the run in
+/// order; a second one ends the program.
 void request_stop(int signal) {
   if (stop_requested.exchange(true)) {
     std::signal(signal, SIG_DFL);
