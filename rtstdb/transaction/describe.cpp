@@ -78,6 +78,8 @@ std::string fault_itself(const BadInput& fault) {
       return "a ray can not be cast: " + values_of(fault);
     case BadInputReason::bad_region:
       return "a region can not be asked: " + values_of(fault);
+    case BadInputReason::bad_nearest:
+      return sentence("the radius of a search for what is nearest is %g m", fault.values[0]);
   }
   return "an unnamed fault";
 }
@@ -192,6 +194,8 @@ const char* to_string(BadInputReason reason) noexcept {
       return "bad_ray";
     case BadInputReason::bad_region:
       return "bad_region";
+    case BadInputReason::bad_nearest:
+      return "bad_nearest";
   }
   return "unknown";
 }

@@ -18,6 +18,7 @@
 #include <glm/ext/vector_float3.hpp>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -124,6 +125,70 @@ class RegionQuery {
   virtual ~RegionQuery() = default;
   virtual std::span<Region> regions() noexcept = 0;
   virtual std::span<const RegionAnswer> answers() const noexcept = 0;
+};
+
+// ---- nearest
+
+/// What the distance is measured to.
+enum class NearestTarget : std::uint8_t {
+  center,    ///< the centre of the entity's oriented bounds; its origin may lie far outside of it
+  bounds,    ///< the entity's oriented bounds, which are solid: zero inside
+  surface,   ///< the entity's nearest triangle: one answer an entity
+  triangle,  ///< every triangle by itself: an entity may answer several times
+};
+
+/// What is nearest to a point at one instant (paper, Section 4 and Table 2), not farther than radius_m. With a carrier, the point is given
+/// in the carrier's frame (unscaled) and moves with it: it is where the carrier is at `t`, and its velocity
+/// takes part in `v_relative_mps`. Entities without geometry are never found. Triangles without area count as
+/// the lines or points that they are.
+struct Nearest {
+  glm::vec3 point_m{0.0f};
+  float radius_m = std::numeric_limits<float>::infinity();  ///< not negative; what lies on it is found
+  WorldTime t{};
+  std::uint32_t mask = mask_all;
+  EntityId carrier;   ///< default: none, the point is in the world frame
+  EntityId excluded;  ///< never found: most often the carrier itself; default: none
+};
+
+struct Neighbor {
+  EntityId entity;
+  std::uint32_t mask = 0;      ///< the entity's
+  std::uint32_t material = 0;  ///< the entity's
+  std::uint32_t triangle = 0;  ///< surface, triangle
+  /// Metres. Negative where the query is signed, `has_sign` is set and the point lies inside the entity.
+  float distance_m = 0.0f;
+  float u = 0.0f, v = 0.0f;        ///< surface, triangle: barycentric weights of the second and third corner
+  bool has_sign = false;           ///< the query is signed and the entity's geometry is closed
+  glm::vec3 p_world_m{0.0f};       ///< the point of the target that is nearest
+  glm::vec3 v_relative_mps{0.0f};  ///< world frame: velocity of that point minus velocity of the query's
+};
+
+/// Answer to one point: the nearest first, whatever its sign, thus by |distance_m|; at the same distance the
+/// lowest entity index, then the lowest triangle index. At most `k`, fewer where the radius holds no more;
+/// empty when it holds nothing.
+struct NearestAnswer {
+  std::span<const Neighbor> neighbors;
+  /// Cut short by the device's limits: no answer may be drawn from it, and `neighbors` is empty.
+  bool incomplete = false;
+};
+
+/// The sign. A geometry is closed when its triangles, by the places of their corners, run along every edge as
+/// often in one direction as in the other: solids, also hollow ones and several that meet or overlap, whether
+/// or not their corners are shared by index. A point lies inside where the surface winds around it, whichever
+/// way its fronts face. Of an open geometry no sign is known: its distances are answered without one.
+struct NearestQueryOptions {
+  std::string name;
+  std::uint32_t capacity = 0;  ///< points in a batch
+  NearestTarget target = NearestTarget::surface;
+  std::uint32_t k = 1;     ///< answers to a point: 1 to max_neighbors
+  bool is_signed = false;  ///< for surface and triangle; refused for the other targets
+};
+
+class NearestQuery {
+ public:
+  virtual ~NearestQuery() = default;
+  virtual std::span<Nearest> points() noexcept = 0;
+  virtual std::span<const NearestAnswer> answers() const noexcept = 0;
 };
 
 // ---- overlap

@@ -84,6 +84,7 @@ enum class BadInputReason : std::uint8_t {
   unknown_version,
   bad_ray,
   bad_region,
+  bad_nearest,
 };
 
 /// What was wrong, with the values. `element`: index of the write, or of the query's element.
