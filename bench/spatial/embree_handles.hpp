@@ -1,0 +1,37 @@
+#pragma once
+// Embree (package libembree-dev) as the peer: what its files share. Seen by embree_*.cpp only.
+
+#include <embree3/rtcore.h>
+
+#include <memory>
+
+#include <rtstdb/geometry.hpp>
+#include <rtstdb/query.hpp>
+
+#include "bench/spatial/embree_hit.hpp"
+
+namespace hil::bench {
+
+struct EmbreeRelease {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+using EmbreeDevice = std::unique_ptr<RTCDeviceTy, EmbreeRelease>;
+using EmbreeSceneHandle = std::unique_ptr<RTCSceneTy, EmbreeRelease>;
+using EmbreeGeometry = std::unique_ptr<RTCGeometryTy, EmbreeRelease>;
+
+/// With threads_per_side threads. Throws std::runtime_error.
+EmbreeDevice open_embree();
+/// Throws std::runtime_error when any call on the device has failed since the last check.
+void check_embree(RTCDevice device);
+/// A copy of the mesh, committed.
+EmbreeGeometry embree_triangles(RTCDevice device, const rtstdb::TriangleMesh& mesh);
+/// One mesh that stands still, committed.
+EmbreeSceneHandle embree_mesh_scene(RTCDevice device, const rtstdb::TriangleMesh& mesh,
+                                    RTCBuildQuality quality);
+
+/// `time` in [0, 1] of the scene's motion.
+RTCRay embree_ray(const rtstdb::Ray& ray, float time);
+
+}  // namespace hil::bench

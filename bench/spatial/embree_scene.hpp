@@ -1,0 +1,32 @@
+#pragma once
+// One mesh that stands still, in Embree.
+
+#include <memory>
+#include <span>
+
+#include <rtstdb/geometry.hpp>
+#include <rtstdb/query.hpp>
+
+#include "bench/spatial/embree_hit.hpp"
+
+namespace hil::bench {
+
+class EmbreeScene {
+ public:
+  /// Built with quality medium: binned SAH, Embree's default.
+  explicit EmbreeScene(const rtstdb::TriangleMesh& mesh);
+  ~EmbreeScene();
+  EmbreeScene(const EmbreeScene&) = delete;
+  EmbreeScene& operator=(const EmbreeScene&) = delete;
+
+  /// rtcIntersect1. hits.size() == rays.size().
+  void closest(std::span<const rtstdb::Ray> rays, std::span<PeerHit> hits) const;
+  /// rtcOccluded1: lambda 0 where something is hit.
+  void any(std::span<const rtstdb::Ray> rays, std::span<PeerHit> hits) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hil::bench

@@ -1,0 +1,58 @@
+#pragma once
+// A database filled for a bench, and a prepared batch of rays that is asked again and again.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+namespace hil::bench {
+
+class OurWorld {
+ public:
+  explicit OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries = 16);
+
+  rtstdb::Database& database() { return *database_; }
+  rtstdb::GeometryId add(const rtstdb::TriangleMesh& mesh);
+  /// In one version, from world time zero on.
+  std::vector<rtstdb::EntityId> create(std::span<const rtstdb::EntityRow> rows);
+
+ private:
+  std::unique_ptr<rtstdb::Database> database_;
+};
+
+/// One prepared query in a transaction of its own.
+template <class Query>
+class Asked {
+ public:
+  Asked(rtstdb::Database& database, std::unique_ptr<Query> query, std::uint32_t count)
+      : database_(database),
+        query_(std::move(query)),
+        transaction_(database.make_transaction({.max_queries = 1})),
+        count_(count) {}
+
+  Query& query() { return *query_; }
+  /// Returns how long the device itself was busy. Throws when the answers do not stand.
+  double run() {
+    transaction_->begin({});
+    transaction_->ask(*query_, count_);
+    const rtstdb::Outcome& outcome = database_.execute(*transaction_);
+    if (outcome.status != rtstdb::Status::committed) throw std::runtime_error(rtstdb::describe(outcome));
+    return static_cast<double>(outcome.gpu_time.count()) * 1e-9;
+  }
+
+ private:
+  rtstdb::Database& database_;
+  std::unique_ptr<Query> query_;
+  std::unique_ptr<rtstdb::Transaction> transaction_;
+  std::uint32_t count_;
+};
+
+Asked<rtstdb::RayQuery> ask_rays(OurWorld& world, std::span<const rtstdb::Ray> rays, rtstdb::RayMode mode);
+
+/// The device that all of this runs on: name and driver.
+std::string spatial_device();
+
+}  // namespace hil::bench

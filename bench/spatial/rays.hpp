@@ -1,0 +1,15 @@
+#pragma once
+// Rays through one standing mesh, beside Embree's.
+
+#include <vector>
+
+#include "bench/figure/figure.hpp"
+#include "bench/spatial/side_by_side.hpp"
+
+namespace hil::bench {
+
+/// ray_closest_coherent, ray_closest_incoherent, ray_any_incoherent; each with a figure `_device`: the same
+/// rate by the device's own time alone. Throws std::runtime_error when the sides disagree.
+std::vector<Figure> measure_rays(const SpatialOptions& options);
+
+}  // namespace hil::bench

@@ -1,0 +1,93 @@
+#include "bench/spatial/scene.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <numbers>
+
+namespace hil::bench {
+namespace {
+
+constexpr float pi = std::numbers::pi_v<float>;
+
+}  // namespace
+
+glm::vec3 Random::direction() noexcept {
+  const float z = between(-1.0f, 1.0f);
+  const float turn = between(0.0f, 2.0f * pi);
+  const float across = std::sqrt((std::max)(0.0f, 1.0f - z * z));
+  return {across * std::cos(turn), across * std::sin(turn), z};
+}
+
+rtstdb::TriangleMesh lumpy_body(std::uint32_t rows, std::uint32_t columns, std::uint64_t seed) {
+  Random random(seed);
+  struct Lump {
+    glm::vec3 axis;
+    float frequency, height, phase;
+  };
+  std::vector<Lump> lumps;
+  for (int i = 0; i < 12; ++i) {
+    const float frequency = random.between(2.0f, 24.0f);
+    lumps.push_back({random.direction(), frequency, 0.35f / frequency, random.between(0.0f, 2.0f * pi)});
+  }
+  const auto corner = [&](const glm::vec3& direction) {
+    float radius = 0.9f;
+    for (const Lump& lump : lumps)
+      radius += lump.height * std::sin(lump.frequency * glm::dot(direction, lump.axis) + lump.phase);
+    return direction * radius;
+  };
+  rtstdb::TriangleMesh mesh;
+  mesh.positions_m.push_back(corner({0.0f, 0.0f, 1.0f}));
+  for (std::uint32_t row = 1; row < rows; ++row) {
+    const float down = pi * static_cast<float>(row) / static_cast<float>(rows);
+    for (std::uint32_t column = 0; column < columns; ++column) {
+      const float turn = 2.0f * pi * static_cast<float>(column) / static_cast<float>(columns);
+      mesh.positions_m.push_back(
+          corner({std::sin(down) * std::cos(turn), std::sin(down) * std::sin(turn), std::cos(down)}));
+    }
+  }
+  mesh.positions_m.push_back(corner({0.0f, 0.0f, -1.0f}));
+  const auto at = [&](std::uint32_t row, std::uint32_t column) {
+    return 1 + (row - 1) * columns + column % columns;
+  };
+  const auto last = static_cast<std::uint32_t>(mesh.positions_m.size()) - 1;
+  for (std::uint32_t column = 0; column < columns; ++column) {
+    mesh.triangles.push_back({0, at(1, column), at(1, column + 1)});
+    for (std::uint32_t row = 1; row + 1 < rows; ++row) {
+      mesh.triangles.push_back({at(row, column), at(row + 1, column), at(row + 1, column + 1)});
+      mesh.triangles.push_back({at(row, column), at(row + 1, column + 1), at(row, column + 1)});
+    }
+    mesh.triangles.push_back({at(rows - 1, column), last, at(rows - 1, column + 1)});
+  }
+  return mesh;
+}
+
+std::vector<rtstdb::Ray> camera_rays(std::uint32_t width, std::uint32_t height) {
+  std::vector<rtstdb::Ray> rays;
+  rays.reserve(std::size_t{width} * height);
+  for (std::uint32_t y = 0; y < height; ++y) {
+    for (std::uint32_t x = 0; x < width; ++x) {
+      rtstdb::Ray ray;
+      ray.origin_m = {3.0f, 0.2f, 0.1f};
+      const float right = (static_cast<float>(x) + 0.5f) / static_cast<float>(width) - 0.5f;
+      const float up = 0.5f - (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
+      ray.direction = glm::normalize(glm::vec3(-1.0f, 0.8f * right, 0.8f * up));
+      ray.lambda_max = 100.0f;
+      rays.push_back(ray);
+    }
+  }
+  return rays;
+}
+
+std::vector<rtstdb::Ray> scattered_rays(std::uint32_t count, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<rtstdb::Ray> rays(count);
+  for (rtstdb::Ray& ray : rays) {
+    ray.origin_m = random.in_box({1.5f, 1.5f, 1.5f});
+    ray.direction = random.direction();
+    ray.lambda_max = 100.0f;
+  }
+  return rays;
+}
+
+}  // namespace hil::bench

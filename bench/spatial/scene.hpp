@@ -1,0 +1,43 @@
+#pragma once
+// Inputs of the spatial suite: meshes and rays made of a fixed seed, the same for both sides.
+
+#include <cstdint>
+#include <vector>
+
+#include <rtstdb/geometry.hpp>
+#include <rtstdb/query.hpp>
+
+namespace hil::bench {
+
+/// SplitMix64: small, and the same on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t next() noexcept {
+    std::uint64_t z = state_ += 0x9E3779B97F4A7C15u;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return z ^ (z >> 31);
+  }
+  /// In [low, high).
+  float between(float low, float high) noexcept {
+    return low + (high - low) * static_cast<float>(next() >> 40) * 0x1p-24f;
+  }
+  glm::vec3 in_box(const glm::vec3& half) noexcept {
+    return {between(-half.x, half.x), between(-half.y, half.y), between(-half.z, half.z)};
+  }
+  glm::vec3 direction() noexcept;
+
+ private:
+  std::uint64_t state_;
+};
+
+/// A closed lumpy body about the origin, roughly 1 m in radius, of 2 * rows * columns - 2 * columns triangles.
+rtstdb::TriangleMesh lumpy_body(std::uint32_t rows, std::uint32_t columns, std::uint64_t seed);
+
+/// A camera outside that sees the whole body: neighbouring rays lie side by side.
+std::vector<rtstdb::Ray> camera_rays(std::uint32_t width, std::uint32_t height);
+/// From anywhere near the body into any direction; more than a third of them hit.
+std::vector<rtstdb::Ray> scattered_rays(std::uint32_t count, std::uint64_t seed);
+
+}  // namespace hil::bench

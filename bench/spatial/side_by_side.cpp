@@ -1,0 +1,66 @@
+#include "bench/spatial/side_by_side.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+namespace hil::bench {
+
+void limit_software_device() {
+  setenv("LP_NUM_THREADS", std::to_string(threads_per_side).c_str(), 0);
+}
+
+double seconds_of(const std::function<void()>& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+RoundTimes in_turns(int rounds, const std::function<void()>& ours, const std::function<void()>& theirs) {
+  ours();
+  theirs();
+  RoundTimes times;
+  for (int round = 0; round < rounds; ++round) {
+    const bool we_begin = round % 2 == 0;
+    if (we_begin) times.ours_s.push_back(seconds_of(ours));
+    times.theirs_s.push_back(seconds_of(theirs));
+    if (!we_begin) times.ours_s.push_back(seconds_of(ours));
+  }
+  return times;
+}
+
+void over_chunks(std::size_t count, std::size_t chunk,
+                 const std::function<void(std::size_t begin, std::size_t end)>& each) {
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t begin = next.fetch_add(chunk); begin < count; begin = next.fetch_add(chunk))
+      each(begin, std::min(begin + chunk, count));
+  };
+  std::vector<std::thread> others;
+  for (unsigned i = 1; i < threads_per_side; ++i)
+    others.emplace_back(work);
+  work();
+  for (std::thread& other : others)
+    other.join();
+}
+
+Figure rate_figure(const std::string& name, const RoundTimes& times, std::size_t things, double scale,
+                   const std::string& unit, const std::string& peer) {
+  const auto rate = [&](const std::vector<double>& seconds) {
+    return static_cast<double>(things) / median(seconds) / scale;
+  };
+  Figure figure{name, rate(times.ours_s), unit, peer, std::nullopt, Better::higher, times.ours_s.size()};
+  if (!times.theirs_s.empty()) figure.theirs = rate(times.theirs_s);
+  return figure;
+}
+
+Figure time_figure(const std::string& name, const RoundTimes& times, const std::string& peer) {
+  Figure figure{name,          1e3 * median(times.ours_s), "ms", peer, std::nullopt,
+                Better::lower, times.ours_s.size()};
+  if (!times.theirs_s.empty()) figure.theirs = 1e3 * median(times.theirs_s);
+  return figure;
+}
+
+}  // namespace hil::bench

@@ -1,0 +1,56 @@
+#pragma once
+// What every family of figures shares: both sides in turns, two threads each, and the failure that ends a
+// bench.
+
+#include <cstddef>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <rtstdb/result.hpp>
+
+#include "bench/figure/figure.hpp"
+
+namespace hil::bench {
+
+struct SpatialOptions {
+  bool tiny = false;  ///< only shows that it works
+};
+
+/// Of either side, whatever the machine has; a GPU has its own.
+inline constexpr unsigned threads_per_side = 2;
+/// Tells lavapipe, unless the user has told it otherwise. Before the first device is opened.
+void limit_software_device();
+
+double seconds_of(const std::function<void()>& work);
+
+struct RoundTimes {
+  std::vector<double> ours_s, theirs_s;
+};
+
+/// Both once to warm up, then `rounds` times each; who begins takes turns.
+RoundTimes in_turns(int rounds, const std::function<void()>& ours, const std::function<void()>& theirs);
+
+/// `each(begin, end)` over chunks of [0, count) as they come free, on threads_per_side threads.
+void over_chunks(std::size_t count, std::size_t chunk,
+                 const std::function<void(std::size_t begin, std::size_t end)>& each);
+
+/// How many things in a second, in millions or thousands.
+Figure rate_figure(const std::string& name, const RoundTimes& times, std::size_t things, double scale,
+                   const std::string& unit, const std::string& peer);
+/// Milliseconds.
+Figure time_figure(const std::string& name, const RoundTimes& times, const std::string& peer);
+
+/// Throws std::runtime_error with the refusal's words.
+template <class Value>
+Value must(rtstdb::Result<Value> result) {
+  if (!result) throw std::runtime_error(result.error().message);
+  return std::move(result).value();
+}
+inline void must(const rtstdb::Result<void>& result) {
+  if (!result) throw std::runtime_error(result.error().message);
+}
+
+}  // namespace hil::bench

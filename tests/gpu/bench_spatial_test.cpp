@@ -1,0 +1,138 @@
+// The spatial suite's judge of answers, and its program in tiny mode.
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bench/spatial/ray_agreement.hpp"
+
+namespace hil::bench {
+namespace {
+
+/// In z = 0; rays come from above.
+const rtstdb::TriangleMesh triangle{{{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+                                    {{0, 1, 2}}};
+
+double doubt_at(double x_m, double y_m) {
+  return lambda_doubt(triangle, 0, {{x_m, y_m, 2.0}, {0.0, 0.0, -1.0}}, 1e-3);
+}
+
+TEST(RayAgreement, AnAnswerIsInDoubtOnlyAtAnEdge) {
+  EXPECT_LT(doubt_at(0.3, 0.3), 1e-12);
+  EXPECT_LT(doubt_at(0.0011, 0.3), 1e-12);
+  EXPECT_TRUE(std::isinf(doubt_at(0.0009, 0.3)));
+  EXPECT_TRUE(std::isinf(doubt_at(0.3, -0.1)));
+  // Seen flatly, a step aside moves the hit along the ray.
+  const double flat = lambda_doubt(triangle, 0, {{0.3, 0.3, 0.1}, {0.01, 0.0, -0.1}}, 1e-3);
+  EXPECT_NEAR(flat, 1e-3 / std::sqrt(1.01), 1e-9);
+}
+
+class RaysJudged : public testing::Test {
+ protected:
+  RaysJudged() : ours_(100), theirs_(100) {
+    for (std::size_t i = 0; i < 50; ++i) {
+      ours_[i].status = rtstdb::HitStatus::hit;
+      ours_[i].lambda = 2.0f;
+      theirs_[i].lambda = 2.0f;
+    }
+  }
+  void judge(double doubt) {
+    const Agreement agreement{"rays", 1e-6, [=](std::size_t, const JudgedHit&, double) { return doubt; }};
+    demand_same_closest(agreement, ours_, theirs_);
+  }
+  std::vector<rtstdb::RayHit> ours_;
+  std::vector<PeerHit> theirs_;
+};
+
+TEST_F(RaysJudged, SameAnswersPass) {
+  theirs_[3].lambda = 2.0001f;
+  EXPECT_NO_THROW(judge(0.0));
+}
+
+TEST_F(RaysJudged, AnUnexplainedDifferenceIsRefused) {
+  theirs_[3].lambda = 2.001f;
+  EXPECT_THROW(judge(0.0), std::runtime_error);
+  theirs_[3] = PeerHit{};
+  EXPECT_THROW(judge(1e9), std::runtime_error);
+}
+
+TEST_F(RaysJudged, TooManyExplainedDifferencesAreRefused) {
+  theirs_[3].lambda = 2.001f;
+  EXPECT_THROW(judge(1.0), std::runtime_error);
+}
+
+TEST_F(RaysJudged, RaysThatHitNothingAreRefused) {
+  ours_.assign(100, {});
+  theirs_.assign(100, {});
+  EXPECT_THROW(judge(0.0), std::runtime_error);
+}
+
+struct Output {
+  int exit_code = 0;
+  std::string text;
+  std::vector<std::string> lines;
+};
+
+Output run_program(const std::string& arguments) {
+  Output output;
+  FILE* const pipe = popen((HIL_BENCH_SPATIAL + arguments + " 2>&1").c_str(), "r");
+  std::array<char, 4096> line{};
+  while (std::fgets(line.data(), line.size(), pipe) != nullptr) {
+    output.lines.emplace_back(line.data());
+    output.text += output.lines.back();
+  }
+  const int status = pclose(pipe);
+  output.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return output;
+}
+
+struct Expected {
+  const char* name;
+  const char* unit;
+  const char* peer;  ///< how it begins; empty: none
+};
+
+constexpr Expected expected_figures[] = {
+    {"ray_closest_coherent", "Mray/s", "Embree 3"},   {"ray_closest_coherent_device", "Mray/s", ""},
+    {"ray_closest_incoherent", "Mray/s", "Embree 3"}, {"ray_closest_incoherent_device", "Mray/s", ""},
+    {"ray_any_incoherent", "Mray/s", "Embree 3"},     {"ray_any_incoherent_device", "Mray/s", ""},
+};
+
+TEST(BenchSpatial, TinyModePrintsOneJsonLinePerFigure) {
+  const Output output = run_program(" --tiny --json");
+  ASSERT_EQ(output.exit_code, 0) << output.text;
+  ASSERT_EQ(output.lines.size(), std::size(expected_figures)) << output.text;
+  for (std::size_t i = 0; i < output.lines.size(); ++i) {
+    const Expected& expected = expected_figures[i];
+    const auto line = nlohmann::json::parse(output.lines[i]);
+    ASSERT_EQ(line.size(), 8U);
+    EXPECT_EQ(line.at("name"), expected.name);
+    EXPECT_EQ(line.at("unit"), expected.unit);
+    EXPECT_GT(line.at("ours").get<double>(), 0.0) << expected.name;
+    EXPECT_FALSE(line.at("device").get<std::string>().empty());
+    EXPECT_GE(line.at("samples").get<int>(), 1);
+    if (*expected.peer == '\0') {
+      EXPECT_TRUE(line.at("peer").is_null()) << expected.name;
+      EXPECT_TRUE(line.at("ratio").is_null()) << expected.name;
+    } else {
+      EXPECT_TRUE(line.at("peer").get<std::string>().starts_with(expected.peer)) << expected.name;
+      EXPECT_GT(line.at("ratio").get<double>(), 0.0) << expected.name;
+    }
+  }
+}
+
+TEST(BenchSpatial, AnUnknownArgumentIsRefusedWithTheKnownOnes) {
+  const Output output = run_program(" --fast");
+  EXPECT_EQ(output.exit_code, 2);
+  EXPECT_NE(output.text.find("unknown argument '--fast'; known: --json, --tiny, rays"), std::string::npos)
+      << output.text;
+}
+
+}  // namespace
+}  // namespace hil::bench
