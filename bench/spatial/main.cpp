@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bench/figure/figure.hpp"
+#include "bench/spatial/instances.hpp"
 #include "bench/spatial/our_world.hpp"
 #include "bench/spatial/rays.hpp"
 
@@ -24,6 +25,7 @@ struct Family {
 
 constexpr Family families[] = {
     {"rays", hil::bench::measure_rays},
+    {"instances", hil::bench::measure_instances},
 };
 
 int refuse(const char* argument) {

@@ -11,8 +11,10 @@ namespace hil::bench {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-/// Relative, of lambda; below a lambda of 0.1 absolute.
+/// Of lambda, relative.
 constexpr double lambda_tolerance = 1e-4;
+/// Near its origin a ray ends as far from where it should as the surface is: times sideways_m.
+constexpr double steepness = 5.0;
 /// Of all rays, those that may graze something and be told otherwise.
 constexpr double most_differences = 1e-4;
 
@@ -32,16 +34,13 @@ double lambda_at(const rtstdb::TriangleMesh& mesh, std::uint32_t triangle, const
   return glm::dot(c - a, along) / determinant;
 }
 
-double tolerance_at(double lambda) {
-  return lambda_tolerance * std::max(lambda, 0.1);
-}
-
 /// Zero when the two agree; else what has to be explained.
-double difference(const JudgedHit& a, const JudgedHit& b) {
+double difference(const JudgedHit& a, const JudgedHit& b, double sideways_m) {
   if (a.hit != b.hit) return infinite;
   if (!a.hit) return 0.0;
   const double apart = std::abs(static_cast<double>(a.lambda) - static_cast<double>(b.lambda));
-  return apart <= tolerance_at(b.lambda) ? 0.0 : apart;
+  const double tolerance = std::max(lambda_tolerance * static_cast<double>(b.lambda), steepness * sideways_m);
+  return apart <= tolerance ? 0.0 : apart;
 }
 
 class Count {
@@ -123,7 +122,7 @@ void demand_same_closest(const Agreement& agreement, std::span<const rtstdb::Ray
   Count count(agreement.name);
   for (std::size_t i = 0; i < ours.size(); ++i) {
     const JudgedHit our_hit = judged(ours[i]), their_hit = judged(theirs[i]);
-    const double apart = difference(our_hit, their_hit);
+    const double apart = difference(our_hit, their_hit, agreement.sideways_m);
     if (apart > 0.0) explain(agreement, i, our_hit, their_hit, apart);
     count.add(our_hit.hit, apart > 0.0);
   }

@@ -37,7 +37,7 @@ JudgedHit judged(const rtstdb::RayHit& hit);
 
 struct Agreement {
   std::string name;  ///< the figure's
-  /// How far a point may be from where it should be.
+  /// How far rounding may put a point from where it should be; directions are of unit length.
   double sideways_m = 0.0;
   /// lambda_doubt of an answer of ray `ray` to that ray.
   std::function<double(std::size_t ray, const JudgedHit& claimed, double sideways_m)> doubt;

@@ -63,12 +63,8 @@ class RayFigures {
 
   void measure(const std::string& name, std::size_t count, Asked<rtstdb::RayQuery>& ours,
                const std::function<void()>& run_peer) {
-    RoundTimes device;
-    const RoundTimes times = in_turns(
-        rounds_, [&] { device.ours_s.push_back(ours.run()); }, run_peer);
-    device.ours_s.erase(device.ours_s.begin());  // the round that warms up
-    figures_.push_back(rate_figure(name, times, count, 1e6, "Mray/s", embree_version()));
-    figures_.push_back(rate_figure(name + "_device", device, count, 1e6, "Mray/s", ""));
+    for (Figure& figure : ray_figures(name, rounds_, ours, count, run_peer))
+      figures_.push_back(std::move(figure));
   }
 
   int rounds_;

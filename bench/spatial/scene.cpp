@@ -1,6 +1,7 @@
 #include "bench/spatial/scene.hpp"
 
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 
 #include <cmath>
 #include <numbers>
@@ -86,6 +87,39 @@ std::vector<rtstdb::Ray> scattered_rays(std::uint32_t count, std::uint64_t seed)
     ray.origin_m = random.in_box({1.5f, 1.5f, 1.5f});
     ray.direction = random.direction();
     ray.lambda_max = 100.0f;
+  }
+  return rays;
+}
+
+MovingBodies moving_bodies(std::uint32_t count, float half_m, std::uint64_t seed) {
+  Random random(seed);
+  MovingBodies bodies;
+  bodies.meshes = {lumpy_body(33, 32, seed + 1), lumpy_body(41, 40, seed + 2), lumpy_body(49, 44, seed + 3),
+                   lumpy_body(51, 50, seed + 4)};
+  for (std::uint32_t i = 0; i < count; ++i) {
+    rtstdb::EntityRow row;
+    row.geometry = {i % 4};
+    row.scale = glm::dvec3(1.0) + glm::dvec3(random.in_box(glm::vec3(0.5f)));
+    row.motion.p_world_m = glm::dvec3(random.in_box(glm::vec3(half_m)));
+    row.motion.q_world =
+        glm::angleAxis(static_cast<double>(random.between(-pi, pi)), glm::dvec3(random.direction()));
+    row.motion.v_world_mps = glm::dvec3(random.between(0.0f, 20.0f) * random.direction());
+    row.motion.w_world_radps = glm::dvec3(random.between(0.0f, 5.0f) * random.direction());
+    bodies.rows.push_back(row);
+  }
+  return bodies;
+}
+
+std::vector<rtstdb::Ray> timed_rays(std::uint32_t count, float half_m, float lambda_max,
+                                    std::int64_t window_ns, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<rtstdb::Ray> rays(count);
+  for (rtstdb::Ray& ray : rays) {
+    ray.origin_m = random.in_box(glm::vec3(half_m));
+    ray.direction = random.direction();
+    ray.lambda_max = lambda_max;
+    ray.t = rtstdb::world_time_ns(
+        static_cast<std::int64_t>(random.next() % static_cast<std::uint64_t>(window_ns + 1)));
   }
   return rays;
 }

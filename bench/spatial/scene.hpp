@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <rtstdb/entity.hpp>
 #include <rtstdb/geometry.hpp>
 #include <rtstdb/query.hpp>
 
@@ -39,5 +40,15 @@ rtstdb::TriangleMesh lumpy_body(std::uint32_t rows, std::uint32_t columns, std::
 std::vector<rtstdb::Ray> camera_rays(std::uint32_t width, std::uint32_t height);
 /// From anywhere near the body into any direction; more than a third of them hit.
 std::vector<rtstdb::Ray> scattered_rays(std::uint32_t count, std::uint64_t seed);
+
+/// Bodies of 2,048 to 5,000 triangles about a metre in size, moving at up to 20 m/s and turning at up to 5 rad/s.
+struct MovingBodies {
+  std::vector<rtstdb::TriangleMesh> meshes;  ///< four
+  std::vector<rtstdb::EntityRow> rows;       ///< geometry.index is the mesh's
+};
+MovingBodies moving_bodies(std::uint32_t count, float half_m, std::uint64_t seed);
+/// From anywhere in the box of that half size into any direction, each at any time of [0, window_ns].
+std::vector<rtstdb::Ray> timed_rays(std::uint32_t count, float half_m, float lambda_max,
+                                    std::int64_t window_ns, std::uint64_t seed);
 
 }  // namespace hil::bench

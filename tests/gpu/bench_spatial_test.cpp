@@ -102,6 +102,7 @@ constexpr Expected expected_figures[] = {
     {"ray_closest_coherent", "Mray/s", "Embree 3"},   {"ray_closest_coherent_device", "Mray/s", ""},
     {"ray_closest_incoherent", "Mray/s", "Embree 3"}, {"ray_closest_incoherent_device", "Mray/s", ""},
     {"ray_any_incoherent", "Mray/s", "Embree 3"},     {"ray_any_incoherent_device", "Mray/s", ""},
+    {"ray_moving_instances", "Mray/s", "Embree 3"},   {"ray_moving_instances_device", "Mray/s", ""},
 };
 
 TEST(BenchSpatial, TinyModePrintsOneJsonLinePerFigure) {
