@@ -1,5 +1,7 @@
 #include "rtstdb/oracle/mesh_tree.hpp"
 
+#include <glm/geometric.hpp>
+
 #include <cmath>
 #include <numeric>
 
@@ -8,10 +10,44 @@ namespace {
 
 constexpr std::uint32_t leaf_triangles = 4;
 
+/// Every edge once in each direction it is run along, told apart by the places of its ends; closed when the
+/// two directions balance.
+bool is_closed(const TriangleMesh& mesh) {
+  struct Edge {
+    std::array<float, 6> ends;
+    int direction;
+  };
+  const auto place = [&](std::uint32_t corner) {
+    const glm::vec3 p = mesh.positions_m[corner] + 0.0f;  // minus zero is zero
+    return std::array{p.x, p.y, p.z};
+  };
+  std::vector<Edge> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      auto from = place(triangle[i]);
+      auto to = place(triangle[(i + 1) % 3]);
+      if (from == to) continue;
+      const int direction = from < to ? 1 : -1;
+      if (direction < 0) std::swap(from, to);
+      edges.push_back({{from[0], from[1], from[2], to[0], to[1], to[2]}, direction});
+    }
+  }
+  std::ranges::sort(edges, {}, &Edge::ends);
+  for (std::size_t i = 0; i < edges.size();) {
+    int balance = 0;
+    const auto& ends = edges[i].ends;
+    for (; i < edges.size() && edges[i].ends == ends; ++i)
+      balance += edges[i].direction;
+    if (balance != 0) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 MeshTree::MeshTree(const TriangleMesh& mesh)
-    : mesh_(mesh), bounds_(bounds_of(mesh)), order_(mesh.triangles.size()) {
+    : mesh_(mesh), bounds_(bounds_of(mesh)), closed_(is_closed(mesh)), order_(mesh.triangles.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
   std::vector<glm::dvec3> centers;
   centers.reserve(order_.size());
@@ -81,6 +117,10 @@ bool MeshTree::meets(const Node& node, const LocalRay& ray, const glm::dvec3& gr
     leave = std::min(leave, last + unit * std::abs(last));
   }
   return enter <= leave;
+}
+
+double MeshTree::distance(const Node& node, const glm::dvec3& point, const glm::dvec3& scale) noexcept {
+  return glm::length(glm::max(glm::max(scale * node.minimum - point, point - scale * node.maximum), 0.0));
 }
 
 }  // namespace rtstdb::oracle

@@ -1,6 +1,7 @@
 #pragma once
 // A geometry with a plain tree of boxes over its triangles, in double precision. Conservative: a walk meets
-// every triangle that a given box or ray could touch. Constant after it is made: any thread.
+// every triangle that a given box or ray could touch, or that could be near enough. Constant after it is made:
+// any thread.
 
 #include <glm/common.hpp>
 #include <glm/ext/vector_double3.hpp>
@@ -32,11 +33,18 @@ class MeshTree {
   const Bounds& bounds() const noexcept { return bounds_; }
   std::uint32_t triangle_count() const noexcept { return static_cast<std::uint32_t>(mesh_.triangles.size()); }
   std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const noexcept;
+  /// Whether a sign of the distance is known, see NearestQueryOptions.
+  bool closed() const noexcept { return closed_; }
 
   /// Calls visit(triangle) for every triangle whose box, grown by `grow` per axis, the ray meets within its
   /// range, and some others. The visitor may shorten ray.lambda_max on the way.
   template <class Visit>
   void walk(LocalRay& ray, const glm::dvec3& grow, Visit&& visit) const;
+
+  /// Calls visit(triangle) for every triangle not farther than `limit` from the point, and some others. Point
+  /// and distance belong to the mesh stretched by `scale`. The visitor may lower the limit on the way.
+  template <class Visit>
+  void walk_near(const glm::dvec3& point, const glm::dvec3& scale, const double& limit, Visit&& visit) const;
 
  private:
   struct Node {
@@ -48,10 +56,12 @@ class MeshTree {
   void build(std::uint32_t node, std::uint32_t first, std::uint32_t count,
              const std::vector<glm::dvec3>& centers);
   static bool meets(const Node& node, const LocalRay& ray, const glm::dvec3& grow) noexcept;
+  static double distance(const Node& node, const glm::dvec3& point, const glm::dvec3& scale) noexcept;
 
   TriangleMesh mesh_;
   Bounds bounds_;
   double magnitude_ = 0.0;  ///< largest coordinate
+  bool closed_ = false;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
 };
@@ -69,6 +79,31 @@ void MeshTree::walk(LocalRay& ray, const glm::dvec3& grow, Visit&& visit) const 
     if (node.count == 0) {
       pending.push_back(node.first + 1);
       pending.push_back(node.first);
+      continue;
+    }
+    for (std::uint32_t i = 0; i < node.count; ++i)
+      visit(order_[node.first + i]);
+  }
+}
+
+template <class Visit>
+void MeshTree::walk_near(const glm::dvec3& point, const glm::dvec3& scale, const double& limit,
+                         Visit&& visit) const {
+  // The nearer child first; what waits is looked at again when its turn comes.
+  std::vector<std::pair<double, std::uint32_t>> pending{{distance(nodes_[0], point, scale), 0}};
+  while (!pending.empty()) {
+    const auto [node_distance, index] = pending.back();
+    pending.pop_back();
+    // What rounding in the box test and in the distance to a triangle could differ by.
+    if (node_distance > limit + 1e-12 * (limit + magnitude_ * std::max({scale.x, scale.y, scale.z})))
+      continue;
+    const Node& node = nodes_[index];
+    if (node.count == 0) {
+      std::pair<double, std::uint32_t> near{distance(nodes_[node.first], point, scale), node.first};
+      std::pair<double, std::uint32_t> far{distance(nodes_[node.first + 1], point, scale), node.first + 1};
+      if (far < near) std::swap(near, far);
+      pending.push_back(far);
+      pending.push_back(near);
       continue;
     }
     for (std::uint32_t i = 0; i < node.count; ++i)

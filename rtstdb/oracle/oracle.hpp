@@ -106,6 +106,29 @@ std::vector<EntityGap> gaps(const World& world, const Overlap& overlap);
 /// The answer drawn from the gaps: the ids whose gap is not above zero.
 std::vector<EntityId> found(std::span<const EntityGap> gaps);
 
+// ---- nearest
+
+/// A Neighbor in double precision.
+struct NeighborTruth {
+  EntityId entity;
+  std::uint32_t triangle = 0;
+  double distance_m = 0.0;  ///< with its sign
+  double u = 0.0, v = 0.0;
+  bool has_sign = false;
+  glm::dvec3 p_world_m{0.0};
+  glm::dvec3 v_relative_mps{0.0};
+  double noise_m = 0.0;  ///< see the top of this file
+};
+
+/// The answer to one point, as the options' target, k and is_signed ask for it; distances that differ by less
+/// than 1e-12 of the magnitudes are the same.
+std::vector<NeighborTruth> nearest(const World& world, const Nearest& point,
+                                   const NearestQueryOptions& options);
+
+/// The same, looking at every triangle of every entity: proves the trees.
+std::vector<NeighborTruth> nearest_brute_force(const World& world, const Nearest& point,
+                                               const NearestQueryOptions& options);
+
 // ---- judging an answer
 
 enum class Verdict : std::uint8_t { agrees, too_close, differs };
@@ -133,5 +156,12 @@ Judgement compare(const World& world, const Ray& ray, RayMode mode, bool ignore_
 /// Ids strictly ascending; each with a gap below -noise_m is there, none above noise_m is; `found` is their
 /// number; when `overflow` is set, `entities` is the beginning of such a list and shorter than `found`.
 Judgement compare(std::span<const EntityGap> truth, const RegionAnswer& answer);
+
+/// In order and each once; each within its noise as far away as it says, its point on the target and at that
+/// distance, named by u and v, its velocity and its sign right (the sign of a distance below noise_m is left
+/// open). Whoever is missing is not nearer than the last, or than the radius where less than k are listed, by
+/// more than noise. The same targets in the same order agree. An incomplete answer differs.
+Judgement compare(const World& world, const Nearest& point, const NearestQueryOptions& options,
+                  std::span<const NeighborTruth> truth, const NearestAnswer& answer);
 
 }  // namespace rtstdb::oracle
