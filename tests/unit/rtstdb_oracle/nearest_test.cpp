@@ -125,15 +125,17 @@ TEST(NearestSurface, OfABoxFromOutsideAndInside) {
 TEST(NearestSurface, OfASphereMesh) {
   Scene scene;
   scene.place(make_sphere(2.0, 5), at({1, 2, 3}));
+  const World world = scene.world();
   Random random(71);
   for (int i = 0; i < 500; ++i) {
     const double radius_m = random.magnitude(0.2, 50.0);
     const glm::vec3 p(glm::dvec3(1, 2, 3) + radius_m * random.direction());
-    const NeighborTruth truth = only(scene, at_point(p), NearestTarget::surface, true);
+    const auto truth = nearest(world, at_point(p), asking(NearestTarget::surface, 1, true));
+    ASSERT_EQ(truth.size(), 1u);
     // The faces lie below the sphere by the sagitta of their corners: less than 2 mm.
     const double sphere_m = glm::length(glm::dvec3(p) - glm::dvec3(1, 2, 3)) - 2.0;
-    EXPECT_GT(truth.distance_m, sphere_m - 1e-12);
-    EXPECT_LT(truth.distance_m, sphere_m + 0.002);
+    EXPECT_GT(truth[0].distance_m, sphere_m - 1e-12);
+    EXPECT_LT(truth[0].distance_m, sphere_m + 0.002);
   }
 }
 
