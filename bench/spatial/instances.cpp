@@ -57,7 +57,8 @@ std::vector<Figure> measure_instances(const SpatialOptions& options) {
                        }},
                       ours.query().hits(), theirs);
 
-  return ray_figures(name, rounds, ours, rays.size(), run_peer);
+  return rates(
+      {name, mega_rays, rays.size(), rounds, [&] { return ours.run(); }, embree_version(), run_peer});
 }
 
 }  // namespace hil::bench

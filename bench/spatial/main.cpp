@@ -12,6 +12,7 @@
 #include "bench/spatial/instances.hpp"
 #include "bench/spatial/our_world.hpp"
 #include "bench/spatial/rays.hpp"
+#include "bench/spatial/regions.hpp"
 
 namespace {
 
@@ -26,6 +27,7 @@ struct Family {
 constexpr Family families[] = {
     {"rays", hil::bench::measure_rays},
     {"instances", hil::bench::measure_instances},
+    {"regions", hil::bench::measure_regions},
 };
 
 int refuse(const char* argument) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "bench/spatial/embree_hit.hpp"
 #include "bench/spatial/side_by_side.hpp"
 
 namespace hil::bench {
@@ -37,16 +36,6 @@ Asked<rtstdb::RayQuery> ask_rays(OurWorld& world, std::span<const rtstdb::Ray> r
       world.database().prepare(rtstdb::RayQueryOptions{.name = "bench", .capacity = count, .mode = mode}));
   std::copy(rays.begin(), rays.end(), query->rays().begin());
   return {world.database(), std::move(query), count};
-}
-
-std::vector<Figure> ray_figures(const std::string& name, int rounds, Asked<rtstdb::RayQuery>& ours,
-                                std::size_t rays, const std::function<void()>& run_peer) {
-  RoundTimes device;
-  const RoundTimes times = in_turns(
-      rounds, [&] { device.ours_s.push_back(ours.run()); }, run_peer);
-  device.ours_s.erase(device.ours_s.begin());  // the round that warms up
-  return {rate_figure(name, times, rays, 1e6, "Mray/s", embree_version()),
-          rate_figure(name + "_device", device, rays, 1e6, "Mray/s", "")};
 }
 
 std::string spatial_device() {

@@ -1,7 +1,6 @@
 #pragma once
 // A database filled for a bench, and a prepared batch of rays that is asked again and again.
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -9,8 +8,6 @@
 #include <vector>
 
 #include <rtstdb/database.hpp>
-
-#include "bench/figure/figure.hpp"
 
 namespace hil::bench {
 
@@ -55,10 +52,6 @@ class Asked {
 };
 
 Asked<rtstdb::RayQuery> ask_rays(OurWorld& world, std::span<const rtstdb::Ray> rays, rtstdb::RayMode mode);
-
-/// `name` beside the peer, and `name`_device by the device's own time alone.
-std::vector<Figure> ray_figures(const std::string& name, int rounds, Asked<rtstdb::RayQuery>& ours,
-                                std::size_t rays, const std::function<void()>& run_peer);
 
 /// The device that all of this runs on: name and driver.
 std::string spatial_device();

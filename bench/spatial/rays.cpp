@@ -63,7 +63,9 @@ class RayFigures {
 
   void measure(const std::string& name, std::size_t count, Asked<rtstdb::RayQuery>& ours,
                const std::function<void()>& run_peer) {
-    for (Figure& figure : ray_figures(name, rounds_, ours, count, run_peer))
+    const RateComparison comparison{
+        name, mega_rays, count, rounds_, [&] { return ours.run(); }, embree_version(), run_peer};
+    for (Figure& figure : rates(comparison))
       figures_.push_back(std::move(figure));
   }
 

@@ -124,4 +124,14 @@ std::vector<rtstdb::Ray> timed_rays(std::uint32_t count, float half_m, float lam
   return rays;
 }
 
+std::vector<rtstdb::EntityRow> strewn_boxes(std::uint32_t count, float half_m, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<rtstdb::EntityRow> rows(count);
+  for (rtstdb::EntityRow& row : rows) {
+    row.scale = glm::dvec3(1.0) + glm::dvec3(random.in_box(glm::vec3(0.5f)));
+    row.motion.p_world_m = glm::dvec3(random.in_box(glm::vec3(half_m)));
+  }
+  return rows;
+}
+
 }  // namespace hil::bench

@@ -51,4 +51,7 @@ MovingBodies moving_bodies(std::uint32_t count, float half_m, std::uint64_t seed
 std::vector<rtstdb::Ray> timed_rays(std::uint32_t count, float half_m, float lambda_max,
                                     std::int64_t window_ns, std::uint64_t seed);
 
+/// Upright boxes strewn over a box of that half size, 0.5 m to 1.5 m a side, as instances of a box of 1 m.
+std::vector<rtstdb::EntityRow> strewn_boxes(std::uint32_t count, float half_m, std::uint64_t seed);
+
 }  // namespace hil::bench

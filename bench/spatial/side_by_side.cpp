@@ -46,14 +46,19 @@ void over_chunks(std::size_t count, std::size_t chunk,
     other.join();
 }
 
-Figure rate_figure(const std::string& name, const RoundTimes& times, std::size_t things, double scale,
-                   const std::string& unit, const std::string& peer) {
+std::vector<Figure> rates(const RateComparison& comparison) {
+  std::vector<double> device_s;
+  const RoundTimes times = in_turns(
+      comparison.rounds, [&] { device_s.push_back(comparison.ours()); }, comparison.theirs);
+  device_s.erase(device_s.begin());  // the round that warms up
   const auto rate = [&](const std::vector<double>& seconds) {
-    return static_cast<double>(things) / median(seconds) / scale;
+    return static_cast<double>(comparison.things) / median(seconds) / comparison.unit.things;
   };
-  Figure figure{name, rate(times.ours_s), unit, peer, std::nullopt, Better::higher, times.ours_s.size()};
-  if (!times.theirs_s.empty()) figure.theirs = rate(times.theirs_s);
-  return figure;
+  const auto samples = static_cast<std::uint64_t>(comparison.rounds);
+  return {{comparison.name, rate(times.ours_s), comparison.unit.name, comparison.peer, rate(times.theirs_s),
+           Better::higher, samples},
+          {comparison.name + "_device", rate(device_s), comparison.unit.name, "", std::nullopt,
+           Better::higher, samples}};
 }
 
 Figure time_figure(const std::string& name, const RoundTimes& times, const std::string& peer) {

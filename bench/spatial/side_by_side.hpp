@@ -37,9 +37,26 @@ RoundTimes in_turns(int rounds, const std::function<void()>& ours, const std::fu
 void over_chunks(std::size_t count, std::size_t chunk,
                  const std::function<void(std::size_t begin, std::size_t end)>& each);
 
-/// How many things in a second, in millions or thousands.
-Figure rate_figure(const std::string& name, const RoundTimes& times, std::size_t things, double scale,
-                   const std::string& unit, const std::string& peer);
+/// Things in a second.
+struct RateUnit {
+  double things = 1.0;
+  const char* name = "";
+};
+inline constexpr RateUnit mega_rays{1e6, "Mray/s"};
+inline constexpr RateUnit kilo_queries{1e3, "kquery/s"};
+
+/// What is measured in turns, and how to call it.
+struct RateComparison {
+  std::string name;
+  RateUnit unit;
+  std::size_t things = 0;  ///< in one run
+  int rounds = 0;
+  std::function<double()> ours;  ///< returns the seconds that the device itself was busy
+  std::string peer;
+  std::function<void()> theirs;
+};
+/// `name` beside the peer, and `name`_device by the device's own time alone.
+std::vector<Figure> rates(const RateComparison& comparison);
 /// Milliseconds.
 Figure time_figure(const std::string& name, const RoundTimes& times, const std::string& peer);
 

@@ -1,0 +1,41 @@
+#pragma once
+// Boost.Geometry's R*-tree (package libboost-dev) as the peer of regions.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <rtstdb/geometry.hpp>
+
+namespace hil::bench {
+
+/// The ids of query i stand from i * ids_per_query on.
+struct PeerRegions {
+  PeerRegions(std::size_t queries, std::size_t most_ids)
+      : ids_per_query(most_ids), ids(queries * most_ids), counts(queries) {}
+  std::size_t ids_per_query;
+  std::vector<std::uint32_t> ids;
+  std::vector<std::uint32_t> counts;  ///< all that were found, also when they did not fit
+};
+
+class BoostTree {
+ public:
+  /// Built by packing; an id is the box's place in the span.
+  explicit BoostTree(std::span<const rtstdb::Bounds> boxes);
+  ~BoostTree();
+  BoostTree(const BoostTree&) = delete;
+  BoostTree& operator=(const BoostTree&) = delete;
+
+  static std::string version();
+
+  /// Touching counts. Ids come in any order.
+  void intersecting(std::span<const rtstdb::Bounds> queries, PeerRegions& answers) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hil::bench
