@@ -99,10 +99,16 @@ struct Expected {
 };
 
 constexpr Expected expected_figures[] = {
-    {"ray_closest_coherent", "Mray/s", "Embree 3"},   {"ray_closest_coherent_device", "Mray/s", ""},
-    {"ray_closest_incoherent", "Mray/s", "Embree 3"}, {"ray_closest_incoherent_device", "Mray/s", ""},
-    {"ray_any_incoherent", "Mray/s", "Embree 3"},     {"ray_any_incoherent_device", "Mray/s", ""},
-    {"ray_moving_instances", "Mray/s", "Embree 3"},   {"ray_moving_instances_device", "Mray/s", ""},
+    {"ray_closest_coherent", "Mray/s", "Embree 3"},
+    {"ray_closest_coherent_device", "Mray/s", ""},
+    {"ray_closest_incoherent", "Mray/s", "Embree 3"},
+    {"ray_closest_incoherent_device", "Mray/s", ""},
+    {"ray_any_incoherent", "Mray/s", "Embree 3"},
+    {"ray_any_incoherent_device", "Mray/s", ""},
+    {"ray_moving_instances", "Mray/s", "Embree 3"},
+    {"ray_moving_instances_device", "Mray/s", ""},
+    {"region_box_entities", "kquery/s", "Boost.Geometry 1"},
+    {"region_box_entities_device", "kquery/s", ""},
 };
 
 TEST(BenchSpatial, TinyModePrintsOneJsonLinePerFigure) {
