@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bench/figure/figure.hpp"
+#include "bench/spatial/builds.hpp"
 #include "bench/spatial/instances.hpp"
 #include "bench/spatial/our_world.hpp"
 #include "bench/spatial/rays.hpp"
@@ -28,6 +29,7 @@ constexpr Family families[] = {
     {"rays", hil::bench::measure_rays},
     {"instances", hil::bench::measure_instances},
     {"regions", hil::bench::measure_regions},
+    {"builds", hil::bench::measure_builds},
 };
 
 int refuse(const char* argument) {

@@ -18,15 +18,22 @@ double seconds_of(const std::function<void()>& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+RoundTimes once_each(bool we_begin, const std::function<void()>& ours, const std::function<void()>& theirs) {
+  RoundTimes times;
+  if (we_begin) times.ours_s.push_back(seconds_of(ours));
+  times.theirs_s.push_back(seconds_of(theirs));
+  if (!we_begin) times.ours_s.push_back(seconds_of(ours));
+  return times;
+}
+
 RoundTimes in_turns(int rounds, const std::function<void()>& ours, const std::function<void()>& theirs) {
   ours();
   theirs();
   RoundTimes times;
   for (int round = 0; round < rounds; ++round) {
-    const bool we_begin = round % 2 == 0;
-    if (we_begin) times.ours_s.push_back(seconds_of(ours));
-    times.theirs_s.push_back(seconds_of(theirs));
-    if (!we_begin) times.ours_s.push_back(seconds_of(ours));
+    const RoundTimes once = once_each(round % 2 == 0, ours, theirs);
+    times.ours_s.push_back(once.ours_s.front());
+    times.theirs_s.push_back(once.theirs_s.front());
   }
   return times;
 }

@@ -33,6 +33,9 @@ struct RoundTimes {
 /// Both once to warm up, then `rounds` times each; who begins takes turns.
 RoundTimes in_turns(int rounds, const std::function<void()>& ours, const std::function<void()>& theirs);
 
+/// One round, without warming up.
+RoundTimes once_each(bool we_begin, const std::function<void()>& ours, const std::function<void()>& theirs);
+
 /// `each(begin, end)` over chunks of [0, count) as they come free, on threads_per_side threads.
 void over_chunks(std::size_t count, std::size_t chunk,
                  const std::function<void(std::size_t begin, std::size_t end)>& each);

@@ -109,6 +109,13 @@ constexpr Expected expected_figures[] = {
     {"ray_moving_instances_device", "Mray/s", ""},
     {"region_box_entities", "kquery/s", "Boost.Geometry 1"},
     {"region_box_entities_device", "kquery/s", ""},
+    {"tlas_rebuild_10k", "ms", "Embree 3"},
+    {"tlas_rebuild_10k_device", "ms", ""},
+    {"tlas_rebuild_100k", "ms", "Embree 3"},
+    {"tlas_rebuild_100k_device", "ms", ""},
+    {"tlas_refit_10k", "ms", "Embree 3"},
+    {"tlas_refit_10k_device", "ms", ""},
+    {"blas_build_bunny", "ms", "Embree 3"},
 };
 
 TEST(BenchSpatial, TinyModePrintsOneJsonLinePerFigure) {

@@ -1,0 +1,115 @@
+#include "bench/spatial/builds.hpp"
+
+#include <glm/gtc/quaternion.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include "bench/spatial/embree_builds.hpp"
+#include "bench/spatial/embree_hit.hpp"
+#include "bench/spatial/our_structures.hpp"
+#include "bench/spatial/our_world.hpp"
+#include "bench/spatial/scene.hpp"
+
+namespace hil::bench {
+namespace {
+
+/// So that about as much is empty whatever the count.
+float half_size_m(std::uint32_t count) {
+  return 0.5f * std::cbrt(100.0f * static_cast<float>(count));
+}
+
+std::vector<rtstdb::Pose> anywhere(std::uint32_t count, Random& random) {
+  const glm::vec3 half_m(half_size_m(count));
+  std::vector<rtstdb::Pose> places(count);
+  for (rtstdb::Pose& place : places) {
+    place.p_world_m = glm::dvec3(random.in_box(half_m));
+    place.q_world =
+        glm::angleAxis(static_cast<double>(random.between(-3.0f, 3.0f)), glm::dvec3(random.direction()));
+  }
+  return places;
+}
+
+/// As within 10 ms: up to 0.2 m and 0.05 rad.
+void move_a_little(std::span<rtstdb::Pose> places, Random& random) {
+  for (rtstdb::Pose& place : places) {
+    place.p_world_m += glm::dvec3(random.between(0.0f, 0.2f) * random.direction());
+    place.q_world =
+        glm::angleAxis(static_cast<double>(random.between(0.0f, 0.05f)), glm::dvec3(random.direction())) *
+        place.q_world;
+  }
+}
+
+enum class Change { anywhere, a_little };
+
+std::vector<Figure> measure_tlas(const std::string& name, std::uint32_t count, Change change, int rounds) {
+  const rtstdb::TriangleMesh mesh = lumpy_body(17, 16, 7);
+  Random random(8);
+  std::vector<rtstdb::Pose> places = anywhere(count, random);
+  OurTlas ours(mesh, places);
+  EmbreeTlas theirs(mesh, places,
+                    change == Change::a_little ? EmbreeTlas::Quality::refit : EmbreeTlas::Quality::low);
+  std::vector<double> our_s, device_s, their_s;
+  for (int round = -1; round < rounds; ++round) {
+    if (change == Change::a_little) {
+      move_a_little(places, random);
+    } else {
+      places = anywhere(count, random);
+    }
+    ours.place(places);
+    theirs.place(places);
+    double busy_s = 0.0;
+    const RoundTimes times = once_each(
+        round % 2 == 0, [&] { busy_s = ours.update(); }, [&] { theirs.update(); });
+    if (round < 0) continue;  // warms up
+    our_s.push_back(times.ours_s.front());
+    their_s.push_back(times.theirs_s.front());
+    device_s.push_back(busy_s);
+  }
+  return {time_figure(name, {our_s, their_s}, embree_version()),
+          time_figure(name + "_device", {device_s, {}}, "")};
+}
+
+rtstdb::TriangleMesh bunny(const SpatialOptions& options) {
+  if (options.tiny) return lumpy_body(33, 32, 9);
+  const char* const data = std::getenv("HIL_TEST_DATA");
+  const auto path = std::filesystem::path(data == nullptr ? "" : data) / "meshes/stanford-bunny.obj";
+  if (data != nullptr && std::filesystem::exists(path)) return must(rtstdb::load_mesh(path));
+  std::fprintf(stderr, "blas_build_bunny: no bunny in HIL_TEST_DATA, another body of its size\n");
+  return lumpy_body(218, 160, 9);
+}
+
+Figure measure_blas(const SpatialOptions& options) {
+  const int rounds = options.tiny ? 1 : 9;
+  const rtstdb::TriangleMesh mesh = bunny(options);
+  OurWorld world(1, static_cast<std::uint32_t>(rounds) + 1);
+  EmbreeBlas peer;
+  const RoundTimes times = in_turns(
+      rounds, [&] { world.add(mesh); }, [&] { peer.build(mesh); });
+  return time_figure("blas_build_bunny", times, embree_version());
+}
+
+}  // namespace
+
+std::vector<Figure> measure_builds(const SpatialOptions& options) {
+  struct Case {
+    const char* name;
+    std::uint32_t count;
+    Change change;
+  };
+  const int rounds = options.tiny ? 1 : 21;
+  const std::uint32_t few = options.tiny ? 200 : 10'000;
+  std::vector<Figure> figures;
+  for (const Case& one : {Case{"tlas_rebuild_10k", few, Change::anywhere},
+                          Case{"tlas_rebuild_100k", 10 * few, Change::anywhere},
+                          Case{"tlas_refit_10k", few, Change::a_little}}) {
+    for (Figure& figure : measure_tlas(one.name, one.count, one.change, rounds))
+      figures.push_back(std::move(figure));
+  }
+  figures.push_back(measure_blas(options));
+  return figures;
+}
+
+}  // namespace hil::bench

@@ -1,0 +1,51 @@
+#pragma once
+// Structures built by Embree.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include <rtstdb/entity.hpp>
+#include <rtstdb/geometry.hpp>
+
+namespace hil::bench {
+
+/// A scene of instances that stand still and are set anew.
+class EmbreeTlas {
+ public:
+  enum class Quality : std::uint8_t {
+    low,    ///< the scene's
+    refit,  ///< the instances'; a scene knows no refit and has the default, which is faster here than low
+  };
+  EmbreeTlas(const rtstdb::TriangleMesh& mesh, std::span<const rtstdb::Pose> places, Quality quality);
+  ~EmbreeTlas();
+  EmbreeTlas(const EmbreeTlas&) = delete;
+  EmbreeTlas& operator=(const EmbreeTlas&) = delete;
+
+  /// Works out the matrices; Embree does not know yet.
+  void place(std::span<const rtstdb::Pose> places);
+  /// Sets and commits every instance, then the scene.
+  void update();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Scenes of one mesh, quality medium.
+class EmbreeBlas {
+ public:
+  EmbreeBlas();
+  ~EmbreeBlas();
+  EmbreeBlas(const EmbreeBlas&) = delete;
+  EmbreeBlas& operator=(const EmbreeBlas&) = delete;
+
+  /// A new scene with a copy of the mesh in place of the last one.
+  void build(const rtstdb::TriangleMesh& mesh);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hil::bench

@@ -1,0 +1,103 @@
+#include "bench/spatial/our_structures.hpp"
+
+#include <numeric>
+#include <optional>
+#include <vector>
+
+#include "bench/spatial/side_by_side.hpp"
+#include "rtstdb/accel/tlas.hpp"
+
+namespace hil::bench {
+namespace {
+
+using namespace rtstdb;
+
+/// Every row differs from version to version.
+class MovedRows final : public query::RowSource {
+ public:
+  explicit MovedRows(std::size_t count) : states_(count) {
+    for (std::uint32_t i = 0; i < count; ++i)
+      states_[i].id = {i, 1};
+  }
+  void place(std::span<const Pose> places, GeometryId geometry) {
+    ++version_;
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      EntityRow& row = states_[i].row;
+      row.geometry = geometry;
+      row.motion.p_world_m = places[i].p_world_m;
+      row.motion.q_world = places[i].q_world;
+      row.motion.valid_from = time();
+    }
+  }
+
+  Version version() const noexcept override { return version_; }
+  WorldTime time() const noexcept override {
+    return world_time_ns(static_cast<std::int64_t>(version_) * 1'000'000);
+  }
+  std::uint32_t index_limit() const noexcept override { return static_cast<std::uint32_t>(states_.size()); }
+  const EntityState* row(std::uint32_t index) const noexcept override { return &states_[index]; }
+  bool changed_between(Version, std::vector<std::uint32_t>& indices) const noexcept override {
+    const std::size_t before = indices.size();
+    indices.resize(before + states_.size());
+    std::iota(indices.begin() + static_cast<std::ptrdiff_t>(before), indices.end(), 0u);
+    return true;
+  }
+
+ private:
+  std::vector<EntityState> states_;
+  Version version_ = 0;
+};
+
+void demand_alive(bool alive) {
+  if (!alive) throw std::runtime_error("the GPU stopped answering while a structure was built");
+}
+
+}  // namespace
+
+struct OurTlas::Impl {
+  explicit Impl(std::size_t count)
+      : device(must(gpu::Device::open({}))),
+        options{.max_entities = static_cast<std::uint32_t>(count)},
+        submit(must(accel::Submit::create(*device))),
+        pool(must(accel::GeometryPool::create(*device, accel::Tlas::nodes_needed(options), 1))),
+        tlas(must(accel::Tlas::create(*device, options))),
+        rows(count) {}
+
+  std::unique_ptr<gpu::Device> device;
+  accel::TlasOptions options;
+  accel::Submit submit;
+  accel::GeometryPool pool;
+  accel::Tlas tlas;
+  MovedRows rows;
+  GeometryId geometry;
+};
+
+OurTlas::OurTlas(const TriangleMesh& mesh, std::span<const Pose> places)
+    : impl_(std::make_unique<Impl>(places.size())) {
+  impl_->geometry = {must(impl_->pool.add(*impl_->device, mesh, impl_->submit))};
+  must(impl_->tlas.bind(*impl_->device, impl_->pool));
+  impl_->submit.begin();
+  impl_->tlas.record_warm_up(impl_->submit.recorder());
+  demand_alive(impl_->submit.run());
+  // Every slot has a version to come from.
+  for (std::uint32_t slot = 0; slot < impl_->tlas.slots(); ++slot) {
+    place(places);
+    update();
+  }
+}
+
+OurTlas::~OurTlas() = default;
+
+void OurTlas::place(std::span<const Pose> places) {
+  impl_->rows.place(places, impl_->geometry);
+}
+
+double OurTlas::update() {
+  const query::TimeSpan now{impl_->rows.time(), impl_->rows.time()};
+  impl_->submit.begin();
+  demand_alive(impl_->tlas.prepare(impl_->rows, now, impl_->submit).has_value());
+  demand_alive(impl_->submit.run());
+  return static_cast<double>(impl_->submit.take_gpu_ns()) * 1e-9;
+}
+
+}  // namespace hil::bench

@@ -1,0 +1,32 @@
+#pragma once
+// Top-level structures built by the rooms themselves, without transactions and queries: what a tick pays when
+// everything has moved.
+
+#include <memory>
+#include <span>
+
+#include <rtstdb/entity.hpp>
+#include <rtstdb/geometry.hpp>
+
+namespace hil::bench {
+
+class OurTlas {
+ public:
+  /// As many instances of the mesh as there are places; they stand still.
+  OurTlas(const rtstdb::TriangleMesh& mesh, std::span<const rtstdb::Pose> places);
+  ~OurTlas();
+  OurTlas(const OurTlas&) = delete;
+  OurTlas& operator=(const OurTlas&) = delete;
+
+  /// Moves every row; the structure does not know yet.
+  void place(std::span<const rtstdb::Pose> places);
+  /// Brings the structure to the rows in whatever way the room chooses. Returns the seconds that the device
+  /// itself was busy.
+  double update();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hil::bench
