@@ -11,6 +11,7 @@
 #include "bench/figure/figure.hpp"
 #include "bench/spatial/builds.hpp"
 #include "bench/spatial/instances.hpp"
+#include "bench/spatial/latency.hpp"
 #include "bench/spatial/our_world.hpp"
 #include "bench/spatial/rays.hpp"
 #include "bench/spatial/regions.hpp"
@@ -26,10 +27,9 @@ struct Family {
 };
 
 constexpr Family families[] = {
-    {"rays", hil::bench::measure_rays},
-    {"instances", hil::bench::measure_instances},
-    {"regions", hil::bench::measure_regions},
-    {"builds", hil::bench::measure_builds},
+    {"rays", hil::bench::measure_rays},       {"instances", hil::bench::measure_instances},
+    {"regions", hil::bench::measure_regions}, {"builds", hil::bench::measure_builds},
+    {"latency", hil::bench::measure_latency},
 };
 
 int refuse(const char* argument) {

@@ -116,6 +116,10 @@ constexpr Expected expected_figures[] = {
     {"tlas_refit_10k", "ms", "Embree 3"},
     {"tlas_refit_10k_device", "ms", ""},
     {"blas_build_bunny", "ms", "Embree 3"},
+    {"latency_small_query_p50", "us", ""},
+    {"latency_small_query_p99", "us", ""},
+    {"latency_small_update_query_p50", "us", ""},
+    {"latency_small_update_query_p99", "us", ""},
 };
 
 TEST(BenchSpatial, TinyModePrintsOneJsonLinePerFigure) {
