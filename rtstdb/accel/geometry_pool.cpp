@@ -5,6 +5,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/closed_mesh.hpp"
 #include "shaders/shared/node.h"
 
 namespace rtstdb::accel {
@@ -153,7 +154,7 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh&
       .box_center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m),
       .root = node_count_,
       .box_half_m = 0.5f * (bounds.maximum_m - bounds.minimum_m),
-      .reserved = 0};
+      .closed = is_closed(mesh) ? 1u : 0u};
   bounds_.push_back(bounds);
   node_count_ += node_count;
   triangle_count_ += count;

@@ -17,7 +17,7 @@ void write_instance(uint place, Instance i) {
   instances[base + 1u] = i.q;
   instances[base + 2u] = vec4(i.v, uintBitsToFloat(i.blas_root));
   instances[base + 3u] = vec4(i.w, uintBitsToFloat(i.entity));
-  instances[base + 4u] = vec4(i.scale, 0.0);
+  instances[base + 4u] = vec4(i.scale, i.closed ? 1.0 : 0.0);
   instances[base + 5u] = vec4(i.box_center, 0.0);
   instances[base + 6u] = vec4(i.box_half, 0.0);
 }

@@ -42,6 +42,7 @@ struct Instance {
   vec3 w;
   uint entity;
   vec3 scale;
+  bool closed;  // its geometry bounds a body
   vec3 box_center;
   vec3 box_half;
 };
@@ -60,6 +61,7 @@ Instance instance_of(EntityRecord row, GeometryRecord geometry, uvec2 instant) {
   instance.blas_root = geometry.root;
   instance.entity = row.index;
   instance.scale = row.scale;
+  instance.closed = geometry.closed != 0u;
   instance.box_center = geometry.box_center_m;
   instance.box_half = geometry.box_half_m;
   return instance;
@@ -75,6 +77,7 @@ Instance fetch_instance(samplerBuffer instances, uint index) {
   const vec4 t0 = texelFetch(instances, base);
   const vec4 t2 = texelFetch(instances, base + 2);
   const vec4 t3 = texelFetch(instances, base + 3);
+  const vec4 t4 = texelFetch(instances, base + 4);
   Instance instance;
   instance.p = t0.xyz;
   instance.mask = floatBitsToUint(t0.w);
@@ -83,7 +86,8 @@ Instance fetch_instance(samplerBuffer instances, uint index) {
   instance.blas_root = floatBitsToUint(t2.w);
   instance.w = t3.xyz;
   instance.entity = floatBitsToUint(t3.w);
-  instance.scale = texelFetch(instances, base + 4).xyz;
+  instance.scale = t4.xyz;
+  instance.closed = t4.w != 0.0;
   return instance;
 }
 

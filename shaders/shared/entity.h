@@ -21,12 +21,12 @@
   F(vec3, w_low_radps)
 RTSTDB_STRUCT(EntityRecord)
 
-// One geometry: root of its BLAS and its box in the entity frame, unscaled.
+// One geometry: root of its BLAS and its box in the entity frame, unscaled; `closed`: 1 when it bounds a body.
 #define RTSTDB_FIELDS_GeometryRecord(F) \
   F(vec3, box_center_m)                 \
   F(uint, root)                         \
   F(vec3, box_half_m)                   \
-  F(uint, reserved)
+  F(uint, closed)
 RTSTDB_STRUCT(GeometryRecord)
 
 // An instance is an entity at an epoch: one of the instants that lie whole seconds after the version's time. A window, never
@@ -34,7 +34,7 @@ RTSTDB_STRUCT(GeometryRecord)
 // place, and at its place + late_base. So what an instant sees does not depend on the window that it came in.
 // 7 texels of vec4:
 //   0 position, mask        1 orientation (xyzw)     2 velocity, BLAS root      3 angular velocity, entity index
-//   4 scale, -              5 box centre, -          6 box half extent, -       (box: entity frame, unscaled)
+//   4 scale, closed         5 box centre, -          6 box half extent, -       (box: entity frame, unscaled)
 RTSTDB_CONSTANT(instance_texels, 7)
 
 #define RTSTDB_FIELDS_ApplyRowsArgs(F) F(uint, count)

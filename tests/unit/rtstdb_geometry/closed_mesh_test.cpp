@@ -1,0 +1,67 @@
+#include "rtstdb/geometry/closed_mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+namespace rtstdb {
+namespace {
+
+/// Each triangle with corners of its own.
+TriangleMesh unshared(const TriangleMesh& mesh) {
+  TriangleMesh apart;
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(apart.positions_m.size());
+    for (int i = 0; i < 3; ++i)
+      apart.positions_m.push_back(mesh.positions_m[triangle[i]]);
+    apart.triangles.emplace_back(first, first + 1, first + 2);
+  }
+  return apart;
+}
+
+TEST(ClosedMesh, ShapesAreAndARectangleIsNot) {
+  EXPECT_TRUE(is_closed(make_box({1.0, 2.0, 3.0})));
+  EXPECT_TRUE(is_closed(make_cylinder(1.0, 2.0, 17)));
+  EXPECT_TRUE(is_closed(make_sphere(1.0, 5)));
+  EXPECT_FALSE(is_closed(make_rectangle(1.0, 2.0)));
+}
+
+TEST(ClosedMesh, GoesByThePlacesOfCorners) {
+  EXPECT_TRUE(is_closed(unshared(make_sphere(2.0, 3))));
+  TriangleMesh at_zero = unshared(make_box({2.0, 2.0, 2.0}));
+  for (std::size_t i = 0; i < at_zero.positions_m.size(); ++i) {
+    float& x = at_zero.positions_m[i].x;
+    if (x > 0.0f) x = i % 2 == 0 ? 0.0f : -0.0f;
+  }
+  EXPECT_TRUE(is_closed(at_zero)) << "two zeros, one place";
+}
+
+TEST(ClosedMesh, NoTriangleMayBeMissingOrTurned) {
+  const TriangleMesh whole = make_sphere(1.0, 1);
+  for (std::size_t i = 0; i < whole.triangles.size(); ++i) {
+    TriangleMesh spoilt = whole;
+    std::swap(spoilt.triangles[i].x, spoilt.triangles[i].y);
+    EXPECT_FALSE(is_closed(spoilt)) << i;
+    spoilt = whole;
+    spoilt.triangles.erase(spoilt.triangles.begin() + static_cast<std::ptrdiff_t>(i));
+    EXPECT_FALSE(is_closed(spoilt)) << i;
+    spoilt = whole;
+    spoilt.triangles.push_back(whole.triangles[i]);
+    EXPECT_FALSE(is_closed(spoilt)) << i;
+  }
+}
+
+TEST(ClosedMesh, SeveralShellsAndTrianglesWithoutAreaMayBeThere) {
+  TriangleMesh mesh = make_box({4.0, 4.0, 4.0});
+  const auto offset = static_cast<std::uint32_t>(mesh.positions_m.size());
+  const TriangleMesh inner = make_sphere(1.0, 2);
+  mesh.positions_m.insert(mesh.positions_m.end(), inner.positions_m.begin(), inner.positions_m.end());
+  for (const glm::uvec3& triangle : inner.triangles)
+    mesh.triangles.emplace_back(offset + triangle.y, offset + triangle.x, offset + triangle.z);
+  mesh.triangles.emplace_back(0, 1, 0);
+  mesh.triangles.emplace_back(3, 3, 3);
+  EXPECT_TRUE(is_closed(mesh));
+}
+
+}  // namespace
+}  // namespace rtstdb
