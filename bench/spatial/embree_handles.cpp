@@ -7,14 +7,23 @@
 #include "bench/spatial/side_by_side.hpp"
 
 namespace hil::bench {
+namespace {
+
+bool count_bytes(void* bytes, ssize_t change, bool /*already_done*/) {
+  static_cast<EmbreeBytes*>(bytes)->fetch_add(change);
+  return true;  // goes ahead
+}
+
+}  // namespace
 
 std::string embree_version() {
   return "Embree " RTC_VERSION_STRING;
 }
 
-EmbreeDevice open_embree() {
+EmbreeDevice open_embree(EmbreeBytes* bytes) {
   EmbreeDevice device(rtcNewDevice(("threads=" + std::to_string(threads_per_side)).c_str()));
   if (device == nullptr) throw std::runtime_error("Embree gives no device");
+  if (bytes != nullptr) rtcSetDeviceMemoryMonitorFunction(device.get(), count_bytes, bytes);
   return device;
 }
 

@@ -3,6 +3,8 @@
 
 #include <embree3/rtcore.h>
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 
 #include <rtstdb/geometry.hpp>
@@ -21,8 +23,12 @@ using EmbreeDevice = std::unique_ptr<RTCDeviceTy, EmbreeRelease>;
 using EmbreeSceneHandle = std::unique_ptr<RTCSceneTy, EmbreeRelease>;
 using EmbreeGeometry = std::unique_ptr<RTCGeometryTy, EmbreeRelease>;
 
-/// With threads_per_side threads. Throws std::runtime_error.
-EmbreeDevice open_embree();
+/// What a device has allocated and not given back.
+using EmbreeBytes = std::atomic<std::int64_t>;
+
+/// With threads_per_side threads. `bytes` must outlive the device; null: nobody counts. Throws
+/// std::runtime_error.
+EmbreeDevice open_embree(EmbreeBytes* bytes = nullptr);
 /// Throws std::runtime_error when any call on the device has failed since the last check.
 void check_embree(RTCDevice device);
 /// A copy of the mesh, committed.

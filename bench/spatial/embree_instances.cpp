@@ -26,7 +26,9 @@ RTCQuaternionDecomposition decomposed(const rtstdb::EntityRow& row, rtstdb::Worl
 
 struct EmbreeInstances::Impl {
   Window window;
-  EmbreeDevice device = open_embree();
+  std::int64_t mesh_bytes = 0;
+  EmbreeBytes bytes = 0;
+  EmbreeDevice device = open_embree(&bytes);
   std::vector<EmbreeSceneHandle> meshes;
   EmbreeSceneHandle scene;
 };
@@ -38,6 +40,7 @@ EmbreeInstances::EmbreeInstances(std::span<const rtstdb::TriangleMesh> meshes,
   impl_->window = window;
   for (const rtstdb::TriangleMesh& mesh : meshes)
     impl_->meshes.push_back(embree_mesh_scene(device, mesh, RTC_BUILD_QUALITY_MEDIUM));
+  impl_->mesh_bytes = impl_->bytes.load();
   impl_->scene.reset(rtcNewScene(device));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const EmbreeGeometry instance(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE));
@@ -55,6 +58,10 @@ EmbreeInstances::EmbreeInstances(std::span<const rtstdb::TriangleMesh> meshes,
 }
 
 EmbreeInstances::~EmbreeInstances() = default;
+
+std::size_t EmbreeInstances::bytes() const {
+  return static_cast<std::size_t>(impl_->bytes.load() - impl_->mesh_bytes);
+}
 
 void EmbreeInstances::closest(std::span<const rtstdb::Ray> rays, std::span<PeerHit> hits) const {
   const double window_s = rtstdb::seconds_between(impl_->window.begin, impl_->window.end);

@@ -27,6 +27,9 @@ class EmbreeInstances {
   EmbreeInstances(const EmbreeInstances&) = delete;
   EmbreeInstances& operator=(const EmbreeInstances&) = delete;
 
+  /// Without the meshes.
+  std::size_t bytes() const;
+
   /// rtcIntersect1, each ray at its own time of the window.
   void closest(std::span<const rtstdb::Ray> rays, std::span<PeerHit> hits) const;
 

@@ -11,7 +11,8 @@ constexpr std::size_t rays_per_chunk = 4096;
 }  // namespace
 
 struct EmbreeScene::Impl {
-  EmbreeDevice device = open_embree();
+  EmbreeBytes bytes = 0;
+  EmbreeDevice device = open_embree(&bytes);
   EmbreeSceneHandle scene;
 };
 
@@ -20,6 +21,10 @@ EmbreeScene::EmbreeScene(const rtstdb::TriangleMesh& mesh) : impl_(std::make_uni
 }
 
 EmbreeScene::~EmbreeScene() = default;
+
+std::size_t EmbreeScene::bytes() const {
+  return static_cast<std::size_t>(impl_->bytes.load());
+}
 
 void EmbreeScene::closest(std::span<const rtstdb::Ray> rays, std::span<PeerHit> hits) const {
   over_chunks(rays.size(), rays_per_chunk, [&](std::size_t begin, std::size_t end) {

@@ -19,6 +19,8 @@ class EmbreeScene {
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
 
+  std::size_t bytes() const;
+
   /// rtcIntersect1. hits.size() == rays.size().
   void closest(std::span<const rtstdb::Ray> rays, std::span<PeerHit> hits) const;
   /// rtcOccluded1: lambda 0 where something is hit.

@@ -6,6 +6,8 @@
 
 #include "bench/spatial/side_by_side.hpp"
 #include "rtstdb/accel/tlas.hpp"
+#include "shaders/shared/entity.h"
+#include "shaders/shared/node.h"
 
 namespace hil::bench {
 namespace {
@@ -47,6 +49,9 @@ class MovedRows final : public query::RowSource {
   std::vector<EntityState> states_;
   Version version_ = 0;
 };
+
+constexpr std::size_t texel_bytes = 16;
+constexpr std::size_t node_bytes = texel_bytes * shared::node_texels;
 
 void demand_alive(bool alive) {
   if (!alive) throw std::runtime_error("the GPU stopped answering while a structure was built");
@@ -98,6 +103,26 @@ double OurTlas::update() {
   demand_alive(impl_->tlas.prepare(impl_->rows, now, impl_->submit).has_value());
   demand_alive(impl_->submit.run());
   return static_cast<double>(impl_->submit.take_gpu_ns()) * 1e-9;
+}
+
+std::size_t our_mesh_bytes(const TriangleMesh& mesh) {
+  const auto device = must(gpu::Device::open({}));
+  auto submit = must(accel::Submit::create(*device));
+  auto pool = must(accel::GeometryPool::create(*device, 0, 2));
+  const std::uint32_t first = must(pool.add(*device, mesh, submit));
+  const std::uint32_t second = must(pool.add(*device, make_box(glm::dvec3(1.0)), submit));
+  // One structure stands behind the other.
+  const auto records = pool.geometries().host_as<shared::GeometryRecord>();
+  const std::size_t nodes = records[second].root - records[first].root;
+  return nodes * node_bytes + mesh.triangles.size() * texel_bytes * shared::triangle_texels;
+}
+
+std::size_t our_version_bytes(std::uint32_t entities) {
+  const auto device = must(gpu::Device::open({}));
+  const accel::TlasOptions options{.max_entities = entities, .slots = 1};
+  const accel::Tlas tlas = must(accel::Tlas::create(*device, options));
+  return sizeof(shared::EntityRecord) * entities + tlas.instances(0).size_bytes() +
+         accel::Tlas::nodes_needed(options) * node_bytes;
 }
 
 }  // namespace hil::bench

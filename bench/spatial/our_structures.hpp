@@ -2,6 +2,8 @@
 // Top-level structures built by the rooms themselves, without transactions and queries: what a tick pays when
 // everything has moved.
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 
@@ -28,5 +30,10 @@ class OurTlas {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Nodes and triangles on the device.
+std::size_t our_mesh_bytes(const rtstdb::TriangleMesh& mesh);
+/// Rows, instances and nodes on the device, of one version with so many entities.
+std::size_t our_version_bytes(std::uint32_t entities);
 
 }  // namespace hil::bench

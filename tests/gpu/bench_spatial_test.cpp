@@ -120,6 +120,8 @@ constexpr Expected expected_figures[] = {
     {"latency_small_query_p99", "us", ""},
     {"latency_small_update_query_p50", "us", ""},
     {"latency_small_update_query_p99", "us", ""},
+    {"bytes_per_triangle", "B", "Embree 3"},
+    {"bytes_per_entity", "B", "Embree 3"},
 };
 
 TEST(BenchSpatial, TinyModePrintsOneJsonLinePerFigure) {
