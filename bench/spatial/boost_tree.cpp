@@ -35,10 +35,11 @@ Tree packed(std::span<const rtstdb::Bounds> boxes) {
 }  // namespace
 
 struct BoostTree::Impl {
+  explicit Impl(std::span<const rtstdb::Bounds> boxes) : tree(packed(boxes)) {}
   Tree tree;
 };
 
-BoostTree::BoostTree(std::span<const rtstdb::Bounds> boxes) : impl_(std::make_unique<Impl>(packed(boxes))) {}
+BoostTree::BoostTree(std::span<const rtstdb::Bounds> boxes) : impl_(std::make_unique<Impl>(boxes)) {}
 
 BoostTree::~BoostTree() = default;
 

@@ -1,8 +1,8 @@
 #include "bench/spatial/embree_builds.hpp"
 
 #include <glm/gtc/quaternion.hpp>
+#include <glm/mat4x3.hpp>
 
-#include <array>
 #include <vector>
 
 #include "bench/spatial/embree_handles.hpp"
@@ -14,18 +14,11 @@ namespace {
 constexpr std::size_t instances_per_chunk = 1024;
 
 /// Columns, one after the other.
-using Matrix = std::array<float, 12>;
+using Matrix = glm::mat4x3;
 
 Matrix matrix_of(const rtstdb::Pose& pose) {
   const glm::mat3 turn(glm::mat3_cast(pose.q_world));
-  const glm::vec3 place_m(pose.p_world_m);
-  Matrix made;
-  for (int column = 0; column < 4; ++column) {
-    const glm::vec3 values = column < 3 ? turn[column] : place_m;
-    for (int row = 0; row < 3; ++row)
-      made[static_cast<std::size_t>(3 * column + row)] = values[row];
-  }
-  return made;
+  return {turn[0], turn[1], turn[2], glm::vec3(pose.p_world_m)};
 }
 
 }  // namespace
@@ -70,7 +63,7 @@ void EmbreeTlas::update() {
   over_chunks(impl_->instances.size(), instances_per_chunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       RTCGeometry const instance = impl_->instances[i].get();
-      rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, impl_->matrices[i].data());
+      rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, &impl_->matrices[i][0][0]);
       rtcCommitGeometry(instance);
     }
   });
