@@ -16,6 +16,7 @@
 #include "rtstdb/geometry/row_check.hpp"
 #include "rtstdb/gpu/device.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
+#include "rtstdb/query/nearest_query.hpp"
 #include "rtstdb/query/overlap_query.hpp"
 #include "rtstdb/query/ray_query.hpp"
 #include "rtstdb/query/region_query.hpp"
@@ -105,6 +106,9 @@ class DatabaseImpl final : public Database {
   }
   Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) override {
     return prepare_on_engine<RegionQuery, query::GpuRegionQuery>(options);
+  }
+  Result<std::unique_ptr<NearestQuery>> prepare(const NearestQueryOptions& options) override {
+    return prepare_on_engine<NearestQuery, query::GpuNearestQuery>(options);
   }
   Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) override {
     return prepare_on_engine<OverlapQuery, query::GpuOverlapQuery>(options);

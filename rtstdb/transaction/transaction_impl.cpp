@@ -79,6 +79,10 @@ void TransactionImpl::ask(RegionQuery& query, std::uint32_t count) noexcept {
   declare(dynamic_cast<query::PreparedQuery*>(&query), count);
 }
 
+void TransactionImpl::ask(NearestQuery& query, std::uint32_t count) noexcept {
+  declare(dynamic_cast<query::PreparedQuery*>(&query), count);
+}
+
 void TransactionImpl::ask(OverlapQuery& query, std::uint32_t count) noexcept {
   declare(dynamic_cast<query::PreparedQuery*>(&query), count);
 }

@@ -42,6 +42,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   std::uint32_t read(EntityId entity) noexcept override;
   void ask(RayQuery& query, std::uint32_t count) noexcept override;
   void ask(RegionQuery& query, std::uint32_t count) noexcept override;
+  void ask(NearestQuery& query, std::uint32_t count) noexcept override;
   void ask(OverlapQuery& query, std::uint32_t count) noexcept override;
   EntityId created(std::uint32_t ordinal) const noexcept override;
   const EntityState* state(std::uint32_t ordinal) const noexcept override;

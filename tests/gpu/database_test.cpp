@@ -24,6 +24,16 @@ std::string in_words(const Ray& ray) {
   return text.str();
 }
 
+std::string in_words(const Nearest& point) {
+  std::ostringstream text;
+  text.precision(9);
+  text << "point (" << point.point_m.x << ", " << point.point_m.y << ", " << point.point_m.z << "), radius "
+       << point.radius_m << " m, t " << point.t.time_since_epoch().count() << " ns, mask " << point.mask
+       << ", carrier " << static_cast<std::int32_t>(point.carrier.index) << ", excluded "
+       << static_cast<std::int32_t>(point.excluded.index);
+  return text.str();
+}
+
 /// Looks at elements 0 to count-1 with `look`, which gives a verdict; names the elements that differ.
 Tally judge_all(std::size_t count, const std::function<oracle::Judgement(std::size_t)>& look,
                 const std::function<std::string(std::size_t)>& name) {
@@ -224,6 +234,21 @@ Tally judge(const oracle::World& world, std::span<const Region> regions,
 Tally judge(const oracle::World& world, std::span<const Overlap> overlaps,
             std::span<const OverlapAnswer> answers) {
   return judge_regions(world, overlaps, answers);
+}
+
+Tally judge(const oracle::World& world, std::span<const Nearest> points,
+            std::span<const NearestAnswer> answers, const NearestQueryOptions& options) {
+  EXPECT_EQ(points.size(), answers.size());
+  Tally tally = judge_all(
+      answers.size(),
+      [&](std::size_t i) {
+        const auto truth = oracle::nearest(world, points[i], options);
+        return oracle::compare(world, points[i], options, truth, answers[i]);
+      },
+      [&](std::size_t i) { return in_words(points[i]); });
+  for (const NearestAnswer& answer : answers)
+    tally.hits += answer.neighbors.size() == options.k ? 1 : 0;
+  return tally;
 }
 
 Terms terms_at(WorldTime world_time, const ReadAt& read_at) {

@@ -71,6 +71,10 @@ Tally judge(const oracle::World& world, std::span<const Region> regions,
 Tally judge(const oracle::World& world, std::span<const Overlap> overlaps,
             std::span<const OverlapAnswer> answers);
 
+/// Hits: answers with as many neighbors as were asked for.
+Tally judge(const oracle::World& world, std::span<const Nearest> points,
+            std::span<const NearestAnswer> answers, const NearestQueryOptions& options);
+
 Terms terms_at(WorldTime world_time, const ReadAt& read_at = {});
 EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m = glm::dvec3(0.0));
 Ray ray_from(const glm::vec3& origin_m, const glm::vec3& direction, WorldTime t = {});

@@ -124,4 +124,21 @@ Region random_region(Random& random, std::span<const EntityState> entities, cons
   return region;
 }
 
+Nearest random_point(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
+                     WorldTime first, double window_s) {
+  Nearest point;
+  point.t = random_time(random, first, window_s);
+  const EntityState& one = one_of(random, entities);
+  point.point_m = pose_at(one.row.motion, point.t).p_world_m + random.magnitude(0.05, 5.0) * random.vector();
+  if (random.one_in(4)) point.point_m = 2.0 * options.radius_m * random.vector();
+  if (random.one_in(2)) point.radius_m = static_cast<float>(options.radius_m * random.magnitude(0.01, 3.0));
+  if (random.one_in(4)) point.mask = static_cast<std::uint32_t>(random.below(16));
+  if (random.one_in(4)) {
+    point.carrier = one.id;
+    point.point_m = 2.0 * random.vector();
+  }
+  if (random.one_in(4)) point.excluded = one.id;
+  return point;
+}
+
 }  // namespace rtstdb::test

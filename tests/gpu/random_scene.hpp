@@ -50,4 +50,9 @@ Ray random_ray(Random& random, std::span<const EntityState> entities, const Scen
 Region random_region(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                      WorldTime first, double window_s);
 
+/// A point among the entities, as often near a surface as far from everything; some are carried, some look at
+/// a part of the world or not far.
+Nearest random_point(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
+                     WorldTime first, double window_s);
+
 }  // namespace rtstdb::test

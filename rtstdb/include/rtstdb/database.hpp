@@ -93,9 +93,10 @@ class Database {
   /// Copies the mesh to the device and builds its structure there. Errors: what validate says; capacity.
   virtual Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) = 0;
   /// Allocates the query's buffers and runs its pipeline once, since drivers compile at the first dispatch.
-  /// Errors: capacity, out_of_memory, device_lost.
+  /// Errors: capacity, out_of_memory, device_lost; bad_input for options that contradict one another.
   virtual Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) = 0;
   virtual Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) = 0;
+  virtual Result<std::unique_ptr<NearestQuery>> prepare(const NearestQueryOptions& options) = 0;
   virtual Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) = 0;
   virtual std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) = 0;
 

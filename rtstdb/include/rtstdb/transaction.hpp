@@ -168,6 +168,7 @@ class Transaction {
   /// query: its answers have one place (a second time is misuse).
   virtual void ask(RayQuery& query, std::uint32_t count) noexcept = 0;
   virtual void ask(RegionQuery& query, std::uint32_t count) noexcept = 0;
+  virtual void ask(NearestQuery& query, std::uint32_t count) noexcept = 0;
   virtual void ask(OverlapQuery& query, std::uint32_t count) noexcept = 0;
 
   /// After the outcome: the id of a created entity; invalid when the transaction came to nothing.

@@ -31,6 +31,10 @@ class VersionOnly final : public rtstdb::Database {
       const rtstdb::RegionQueryOptions& /*options*/) override {
     return refused();
   }
+  rtstdb::Result<std::unique_ptr<rtstdb::NearestQuery>> prepare(
+      const rtstdb::NearestQueryOptions& /*options*/) override {
+    return refused();
+  }
   rtstdb::Result<std::unique_ptr<rtstdb::OverlapQuery>> prepare(
       const rtstdb::OverlapQueryOptions& /*options*/) override {
     return refused();

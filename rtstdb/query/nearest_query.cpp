@@ -1,0 +1,234 @@
+#include "rtstdb/query/nearest_query.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <rtstdb/limits.hpp>
+
+#include "rtstdb/query/element_check.hpp"
+#include "shaders/shared/nearest.h"
+#include "shaders/shared/query.h"
+
+namespace rtstdb::query {
+namespace {
+
+static_assert(shared::list_size == max_neighbors);
+
+/// Workgroups that every device takes in one dispatch.
+constexpr std::uint32_t most_groups = 65'535;
+
+bool looks_at_triangles(NearestTarget target) noexcept {
+  return target == NearestTarget::surface || target == NearestTarget::triangle;
+}
+
+Result<void> check_options(const NearestQueryOptions& options) {
+  const std::string query = "query '" + options.name + "' asks for ";
+  if (options.capacity == 0 || options.capacity > max_points_per_query || options.k == 0 ||
+      options.k > max_neighbors) {
+    return Error{ErrorCode::capacity, query + std::to_string(options.k) + " neighbors of " +
+                                          std::to_string(options.capacity) + " points; 1 to " +
+                                          std::to_string(max_neighbors) + " neighbors of 1 to " +
+                                          std::to_string(max_points_per_query) + " points are possible"};
+  }
+  if (options.is_signed && !looks_at_triangles(options.target)) {
+    return Error{ErrorCode::bad_input,
+                 query + "a signed distance; only distances to surfaces and triangles have a sign"};
+  }
+  return {};
+}
+
+gpu::ShaderId shader_of(const NearestQueryOptions& options) noexcept {
+  switch (options.target) {
+    case NearestTarget::center:
+      return gpu::ShaderId::nearest_center;
+    case NearestTarget::bounds:
+      return gpu::ShaderId::nearest_bounds;
+    case NearestTarget::surface:
+      return options.k == 1 ? gpu::ShaderId::nearest_one : gpu::ShaderId::nearest_surface;
+    case NearestTarget::triangle:
+      break;
+  }
+  return options.k == 1 ? gpu::ShaderId::nearest_one : gpu::ShaderId::nearest_triangle;
+}
+
+std::uint32_t place_of(EntityId entity, const accel::Tlas& tlas, const accel::TlasView& view) noexcept {
+  return entity.valid() ? tlas.place_of(view.slot, entity.index) : shared::no_entity;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<GpuNearestQuery>> GpuNearestQuery::create(gpu::Device& device,
+                                                                 const NearestQueryOptions& options) {
+  if (auto checked = check_options(options); !checked) return checked.error();
+  auto query = std::make_unique<GpuNearestQuery>();
+  query->options_ = options;
+  auto search = device.create_pipeline(shader_of(options));
+  if (!search) return search.error();
+  query->search_ = std::move(search).value();
+  if (options.is_signed) {
+    auto sign = device.create_pipeline(gpu::ShaderId::nearest_sign);
+    if (!sign) return sign.error();
+    query->sign_ = std::move(sign).value();
+  }
+  if (auto made = query->create_buffers(device); !made) return made.error();
+  return query;
+}
+
+Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
+  const std::size_t points = options_.capacity;
+  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+      {&point_records_,
+       {.name = options_.name + " points",
+        .size_bytes = points * sizeof(shared::NearestRecord),
+        .memory = gpu::Memory::upload}},
+      {&counts_,
+       {.name = options_.name + " counts",
+        .size_bytes = points * sizeof(shared::NearestCount),
+        .memory = gpu::Memory::readback}},
+      {&neighbor_records_,
+       {.name = options_.name + " neighbors",
+        .size_bytes = points * options_.k * sizeof(shared::NeighborRecord),
+        .memory = gpu::Memory::readback}},
+  };
+  for (const auto& [buffer, options] : buffers) {
+    auto made = device.create_buffer(options);
+    if (!made) return made.error();
+    *buffer = std::move(made).value();
+  }
+  // What the device can not hold has been refused by now.
+  points_.resize(points);
+  neighbors_.resize(points * options_.k);
+  answers_.resize(points);
+  incomplete_.reserve(points);
+  return {};
+}
+
+std::optional<BadInput> GpuNearestQuery::check(std::uint32_t count, const RowSource& rows,
+                                               TimeSpan& times) const noexcept {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Nearest& point = points_[i];
+    if (const auto bad = check_point(point.point_m, i)) return bad;
+    if (!(point.radius_m >= 0.0f))
+      return refused(BadInputReason::bad_nearest, i, {point.radius_m, 0.0f, 0.0f, 0.0f});
+    if (const auto bad = check_time(point.t, i, rows, times)) return bad;
+    if (const auto bad = check_carrier(point.carrier, i, rows)) return bad;
+    if (const auto bad = check_carrier(point.excluded, i, rows)) return bad;
+  }
+  return std::nullopt;
+}
+
+Result<void> GpuNearestQuery::bind(gpu::Device& device, const accel::GeometryPool& pool,
+                                   const accel::Tlas& tlas) {
+  search_bindings_.clear();
+  sign_bindings_.clear();
+  for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
+    const gpu::Buffer* const buffers[] = {&pool.nodes(), &tlas.instances(slot), &point_records_,
+                                          &counts_,      &neighbor_records_,    &pool.triangles()};
+    const std::span all(buffers);
+    auto search = device.create_bindings(search_, looks_at_triangles(options_.target) ? all : all.first(5));
+    if (!search) return search.error();
+    search_bindings_.push_back(std::move(search).value());
+    if (!sign_) continue;
+    auto sign = device.create_bindings(sign_, all);
+    if (!sign) return sign.error();
+    sign_bindings_.push_back(std::move(sign).value());
+  }
+  return {};
+}
+
+void GpuNearestQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
+  shared::NearestArgs nothing{};
+  nothing.k = 1;
+  recorder.dispatch(search_, search_bindings_.front(), nothing, 1);
+  if (sign_) recorder.dispatch(sign_, sign_bindings_.front(), nothing, 1);
+}
+
+void GpuNearestQuery::record(std::uint32_t count, const RowSource& /*rows*/, const accel::Tlas& tlas,
+                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const auto records = point_records_.host_as<shared::NearestRecord>();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Nearest& point = points_[i];
+    const accel::Moment moment = view.moment(point.t);
+    records[i] = {.point_m = point.point_m,
+                  .radius_m = point.radius_m,
+                  .t_s = moment.t_s,
+                  .mask = point.mask,
+                  .carrier = place_of(point.carrier, tlas, view),
+                  .excluded = point.excluded.index,
+                  .instance_base = moment.instance_base};
+  }
+  dispatch(count, false, view, recorder);
+}
+
+void GpuNearestQuery::dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
+                               gpu::Recorder& recorder) noexcept {
+  const auto in_pieces = [&](const gpu::Pipeline& pipeline, const gpu::Bindings& bindings,
+                             std::uint32_t lanes) {
+    const std::uint32_t groups = alone ? lanes : (lanes + 63) / 64;
+    for (std::uint32_t first = 0; first < groups; first += most_groups) {
+      const shared::NearestArgs args{.root = view.root,
+                                     .count = count,
+                                     .k = options_.k,
+                                     .alone = alone ? 1u : 0u,
+                                     .first_group = first,
+                                     .two = 2};
+      recorder.dispatch(pipeline, bindings, args, std::min(groups - first, most_groups));
+    }
+  };
+  in_pieces(search_, search_bindings_[view.slot], count);
+  if (!sign_) return;
+  recorder.barrier();
+  in_pieces(sign_, sign_bindings_[view.slot], count * options_.k);
+}
+
+void GpuNearestQuery::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
+  incomplete_.clear();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    unpack_answer(i, i, view);
+    if (answers_[i].incomplete) incomplete_.push_back(i);
+  }
+  answered_ = count;
+}
+
+void GpuNearestQuery::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const auto all = point_records_.host_as<shared::NearestRecord>();
+  for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
+    all[i] = all[incomplete_[i]];
+  dispatch(static_cast<std::uint32_t>(incomplete_.size()), true, view, recorder);
+}
+
+void GpuNearestQuery::unpack_again(const accel::TlasView& view) noexcept {
+  for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
+    unpack_answer(incomplete_[i], i, view);
+}
+
+bool GpuNearestQuery::truncated() const noexcept {
+  return std::ranges::any_of(answers(), &NearestAnswer::incomplete);
+}
+
+void GpuNearestQuery::unpack_answer(std::uint32_t point, std::uint32_t place,
+                                    const accel::TlasView& view) noexcept {
+  const shared::NearestCount count = counts_.host_as<const shared::NearestCount>()[place];
+  const bool incomplete = count.incomplete != 0;
+  const std::uint32_t found = incomplete ? 0 : count.found;
+  const auto records = neighbor_records_.host_as<const shared::NeighborRecord>().subspan(
+      std::size_t{place} * options_.k, found);
+  const auto neighbors = std::span(neighbors_).subspan(std::size_t{point} * options_.k, found);
+  for (std::uint32_t k = 0; k < found; ++k) {
+    const shared::NeighborRecord& record = records[k];
+    const accel::Identity& identity = view.identities[record.entity];
+    neighbors[k] = {.entity = identity.id,
+                    .mask = identity.mask,
+                    .material = identity.material,
+                    .triangle = record.triangle,
+                    .distance_m = record.distance_m,
+                    .u = record.u,
+                    .v = record.v,
+                    .has_sign = record.has_sign != 0,
+                    .p_world_m = record.p_world_m,
+                    .v_relative_mps = record.v_relative_mps};
+  }
+  answers_[point] = {.neighbors = neighbors, .incomplete = incomplete};
+}
+
+}  // namespace rtstdb::query

@@ -1,0 +1,51 @@
+#pragma once
+// The nearest query on the GPU. shaders/query/nearest.glsl searches, nearest_sign.comp gives distances their
+// sign.
+
+#include <vector>
+
+#include "rtstdb/query/gpu_query.hpp"
+
+namespace rtstdb::query {
+
+class GpuNearestQuery final : public NearestQuery, public GpuQuery {
+ public:
+  static Result<std::unique_ptr<GpuNearestQuery>> create(gpu::Device& device,
+                                                         const NearestQueryOptions& options);
+
+  std::span<Nearest> points() noexcept override { return points_; }
+  std::span<const NearestAnswer> answers() const noexcept override { return {answers_.data(), answered_}; }
+
+  QueryKind kind() const noexcept override { return QueryKind::nearest; }
+  std::uint32_t capacity() const noexcept override { return options_.capacity; }
+  std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
+                                TimeSpan& times) const noexcept override;
+  Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
+  void record_warm_up(gpu::Recorder& recorder) noexcept override;
+  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
+              const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+  void unpack(std::uint32_t count, const accel::TlasView& view) noexcept override;
+  bool has_incomplete() const noexcept override { return !incomplete_.empty(); }
+  void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+  void unpack_again(const accel::TlasView& view) noexcept override;
+  bool truncated() const noexcept override;
+
+ private:
+  Result<void> create_buffers(gpu::Device& device);
+  void dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
+                gpu::Recorder& recorder) noexcept;
+  /// The answer to the caller's point from what the device left at `place`.
+  void unpack_answer(std::uint32_t point, std::uint32_t place, const accel::TlasView& view) noexcept;
+
+  NearestQueryOptions options_;
+  std::vector<Nearest> points_;
+  std::vector<Neighbor> neighbors_;  // k for each point
+  std::vector<NearestAnswer> answers_;
+  std::uint32_t answered_ = 0;
+  std::vector<std::uint32_t> incomplete_;  // points to be asked again; has room for all
+  gpu::Pipeline search_, sign_;            // sign_: of signed queries alone
+  gpu::Buffer point_records_, counts_, neighbor_records_;
+  std::vector<gpu::Bindings> search_bindings_, sign_bindings_;  // one per slot
+};
+
+}  // namespace rtstdb::query

@@ -1,0 +1,46 @@
+// What nearest queries carry to the device and back.
+#ifndef RTSTDB_SHARED_NEAREST_H
+#define RTSTDB_SHARED_NEAREST_H
+#include "shared/interop.h"
+
+// As max_neighbors of rtstdb/limits.hpp.
+RTSTDB_CONSTANT(list_size, 32)
+
+#define RTSTDB_FIELDS_NearestRecord(F) \
+  F(vec3, point_m)                     \
+  F(float, radius_m)                   \
+  F(float, t_s) /* since the epoch of the instances that it sees */ \
+  F(uint, mask)                        \
+  F(uint, carrier)                     \
+  F(uint, excluded)                    \
+  F(uint, instance_base) /* 0 or late_base */
+RTSTDB_STRUCT(NearestRecord)
+
+#define RTSTDB_FIELDS_NearestCount(F) \
+  F(uint, found)                      \
+  F(uint, incomplete)
+RTSTDB_STRUCT(NearestCount)
+
+// `k` of them for each point.
+#define RTSTDB_FIELDS_NeighborRecord(F) \
+  F(uint, entity)                       \
+  F(uint, triangle)                     \
+  F(uint, instance)                     \
+  F(uint, has_sign)                     \
+  F(float, distance_m)                  \
+  F(float, u)                           \
+  F(float, v)                           \
+  F(vec3, p_world_m)                    \
+  F(vec3, v_relative_mps)
+RTSTDB_STRUCT(NeighborRecord)
+
+#define RTSTDB_FIELDS_NearestArgs(F) \
+  F(uint, root)                      \
+  F(uint, count)                     \
+  F(uint, k)                         \
+  F(uint, alone) /* 1: one point, or one neighbor, a workgroup */ \
+  F(uint, first_group) /* what is many is dispatched in pieces */ \
+  F(uint, two)   /* see loops_still_turn */
+RTSTDB_STRUCT(NearestArgs)
+
+#endif
