@@ -13,6 +13,7 @@
 #include "bench/spatial/instances.hpp"
 #include "bench/spatial/latency.hpp"
 #include "bench/spatial/memory.hpp"
+#include "bench/spatial/nearest.hpp"
 #include "bench/spatial/our_world.hpp"
 #include "bench/spatial/rays.hpp"
 #include "bench/spatial/regions.hpp"
@@ -29,8 +30,9 @@ struct Family {
 
 constexpr Family families[] = {
     {"rays", hil::bench::measure_rays},       {"instances", hil::bench::measure_instances},
-    {"regions", hil::bench::measure_regions}, {"builds", hil::bench::measure_builds},
-    {"latency", hil::bench::measure_latency}, {"memory", hil::bench::measure_memory},
+    {"nearest", hil::bench::measure_nearest}, {"regions", hil::bench::measure_regions},
+    {"builds", hil::bench::measure_builds},   {"latency", hil::bench::measure_latency},
+    {"memory", hil::bench::measure_memory},
 };
 
 int refuse(const char* argument) {
