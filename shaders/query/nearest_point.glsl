@@ -49,8 +49,8 @@ void nearest_on_edge(vec3 a, vec3 b, out vec3 offset, out float along) {
   along = turned ? 1.0 - share : share;
 }
 
-// The nearest of the three edges and of the foot on the face, which is drawn into the triangle: whatever rounding makes of a
-// sliver, it is a point of it. (Telling the regions apart, as Ericson does in Real-Time Collision Detection, 2005, 5.1.5,
+// The nearest of the three edges and of the foot on the face, where that falls into the triangle: whatever rounding makes of
+// a sliver, the answer is a point of it. (Telling the regions apart, as Ericson does in Real-Time Collision Detection, 2005, 5.1.5,
 // saves nothing where branches are masked.) Corners are seen from the asked point.
 TrianglePoint nearest_on_triangle(vec3 a, vec3 b, vec3 c) {
   vec3 on_ab, on_ac, on_bc;
@@ -76,11 +76,11 @@ TrianglePoint nearest_on_triangle(vec3 a, vec3 b, vec3 c) {
   const vec3 n = cross(ab, ac);
   const float nn = dot(n, n);
   const float share = 1.0 / max(nn, 1e-37);
-  const float u = clamp(dot(cross(ac, a), n) * share, 0.0, 1.0);
-  const float v = clamp(dot(cross(a, ab), n) * share, 0.0, 1.0 - u);
+  const float u = dot(cross(ac, a), n) * share;
+  const float v = dot(cross(a, ab), n) * share;
   const vec3 foot = a + u * ab + v * ac;
   const float foot_square = dot(foot, foot);
-  const bool foot_nearer = foot_square < best.square;
+  const bool foot_nearer = u > 0.0 && v > 0.0 && u + v < 1.0 && foot_square < best.square;
   best.offset = foot_nearer ? foot : best.offset;
   best.square = foot_nearer ? foot_square : best.square;
   best.u = foot_nearer ? u : best.u;
