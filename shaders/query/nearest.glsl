@@ -85,6 +85,7 @@ Candidate listed(uint place) { return list[place]; }
 void offer(Candidate candidate) {
   const bool full = found == args.k;
   const bool better = candidate.distance <= reach && (!full || precedes(candidate, list[args.k - 1u]));
+  ++rounds;  // the loop's, also where it has none
   if (!better) return;
   uint place = full ? found - 1u : found;
   while (place > 0u && precedes(candidate, list[place - 1u])) {
@@ -92,7 +93,6 @@ void offer(Candidate candidate) {
     list[place] = list[place - 1u];
     --place;
   }
-  ++rounds;
   list[place] = candidate;
   found = full ? found : found + 1u;
   set_reach(found == args.k ? list[args.k - 1u].distance : reach);
@@ -249,7 +249,7 @@ void main() {
       const uint first = node & ref_triangle_first_mask;
       const uint count = (node >> ref_triangle_count_shift & 0xFu) + 1u;
       for (uint k = 0u; k < count; ++k) {
-        rounds += 2u;
+        ++rounds;
         uint triangle;
         const float square = nearest_on_slot(first + k, i.scale, point, triangle).square;
         const Candidate candidate = Candidate(sqrt(square), i.entity, triangle, place, first + k);

@@ -1,9 +1,15 @@
-// The real-time path: recording, submitting, waiting and reading timestamps allocate nothing of ours.
+// The real-time path: recording, submitting, waiting and reading timestamps allocate nothing of ours, nor does
+// a transaction that asks.
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <thread>
+#include <vector>
+
+#include <rtstdb/database.hpp>
 
 #include "tests/gpu/gpu_test.hpp"
 
@@ -12,9 +18,13 @@ namespace {
 /// Allocations of C++ on the counting thread. The driver below is C and does what it does.
 thread_local bool counting = false;
 thread_local std::size_t allocations = 0;
+/// Those of all threads: of the database's own too, and of what the driver has in C++.
+std::atomic<bool> counting_everywhere = false;
+std::atomic<std::size_t> allocations_everywhere = 0;
 
 void* counted_allocation_or_null(std::size_t size) noexcept {
   if (counting) ++allocations;
+  if (counting_everywhere) ++allocations_everywhere;
   return std::malloc(size != 0 ? size : 1);
 }
 
@@ -99,6 +109,65 @@ TEST(Allocation, NoneInTheRealTimePath) {
   { const auto proof = std::make_unique<int>(1); }
   counting = false;
   EXPECT_EQ(allocations, 1u) << "the counter counts";
+}
+
+TEST(Allocation, NoneInANearestTransaction) {
+  auto opened = Database::open({.gpu = test_device_options(false).select, .validation = Validation::off});
+  ASSERT_TRUE(opened.ok()) << opened.error().message;
+  Database& database = *opened.value();
+  const auto sphere = database.add_geometry(make_sphere(1.0, 2), "sphere");
+  auto query = database.prepare(NearestQueryOptions{
+      .name = "nearest", .capacity = 100, .target = NearestTarget::surface, .k = 3, .is_signed = true});
+  ASSERT_TRUE(sphere.ok() && query.ok());
+  const auto transaction = database.make_transaction({.max_writes = 20, .max_queries = 1});
+  std::vector<EntityId> ids;
+  std::int64_t now_ms = 0;
+  const auto tick = [&] {
+    now_ms += 10;
+    const WorldTime now = world_time_ns(now_ms * 1'000'000);
+    Terms terms;
+    terms.world_time = now;
+    transaction->begin(terms);
+    for (std::uint32_t i = 0; i < 20; ++i) {
+      EntityRow row;
+      row.geometry = sphere.value();
+      row.motion.p_world_m = {3.0 * i, 0.001 * static_cast<double>(now_ms), 0.0};
+      row.motion.valid_from = now;
+      if (ids.size() < 20) {
+        transaction->create(row);
+      } else {
+        transaction->update(ids[i], row);
+      }
+    }
+    for (std::uint32_t i = 0; i < 100; ++i) {
+      query.value()->points()[i].point_m = {0.6f * static_cast<float>(i), 0.5f, 0.1f};
+      query.value()->points()[i].t = now;
+    }
+    transaction->ask(*query.value(), 100);
+    return database.execute(*transaction).status;
+  };
+  ASSERT_EQ(tick(), Status::committed);
+  ids.reserve(20);
+  for (std::uint32_t i = 0; i < 20; ++i)
+    ids.push_back(transaction->created(i));
+  for (int i = 0; i < 10; ++i)  // every slot once, and what the driver compiles late
+    ASSERT_EQ(tick(), Status::committed);
+  std::size_t committed = 0;
+  counting_everywhere = true;
+  for (int i = 0; i < 50; ++i)
+    committed += tick() == Status::committed ? 1 : 0;
+  counting_everywhere = false;
+  EXPECT_EQ(committed, 50u);
+  EXPECT_EQ(allocations_everywhere, 0u);
+  EXPECT_EQ(query.value()->answers()[0].neighbors.size(), 3u);
+
+  std::thread elsewhere([] {
+    counting_everywhere = true;
+    const auto proof = std::make_unique<int>(1);
+    counting_everywhere = false;
+  });
+  elsewhere.join();
+  EXPECT_GT(allocations_everywhere, 0u) << "the counter counts on any thread";
 }
 
 }  // namespace

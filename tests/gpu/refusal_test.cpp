@@ -23,6 +23,7 @@ class Refusals : public DatabaseTest {
     rays_ = prepare_rays(RayMode::closest, false, 8);
     regions_ = std::move(
         database().prepare(RegionQueryOptions{.name = "r", .capacity = 8, .ids_per_region = 8}).value());
+    nearest_ = std::move(database().prepare(NearestQueryOptions{.name = "n", .capacity = 8, .k = 4}).value());
     overlaps_ = std::move(
         database().prepare(OverlapQueryOptions{.name = "o", .capacity = 8, .ids_per_entity = 8}).value());
   }
@@ -82,10 +83,21 @@ class Refusals : public DatabaseTest {
     expect_query_refused(*regions_, reason, values);
   }
 
+  void expect_point_refused(const std::function<void(Nearest&)>& spoil, BadInputReason reason,
+                            const std::vector<double>& values = {}) {
+    for (Nearest& point : nearest_->points()) {
+      point = {};
+      point.t = at_s(10.0);
+    }
+    spoil(nearest_->points()[2]);
+    expect_query_refused(*nearest_, reason, values);
+  }
+
   GeometryId box_;
   EntityId body_;
   std::unique_ptr<RayQuery> rays_;
   std::unique_ptr<RegionQuery> regions_;
+  std::unique_ptr<NearestQuery> nearest_;
   std::unique_ptr<OverlapQuery> overlaps_;
 };
 
@@ -135,6 +147,8 @@ TEST_F(Refusals, CarriersThatAreNotThere) {
   for (const EntityId stranger : strangers) {
     expect_ray_refused([&](Ray& ray) { ray.carrier = stranger; }, unknown_entity);
     expect_region_refused([&](Region& region) { region.carrier = stranger; }, unknown_entity);
+    expect_point_refused([&](Nearest& point) { point.carrier = stranger; }, unknown_entity);
+    expect_point_refused([&](Nearest& point) { point.excluded = stranger; }, unknown_entity);
     for (Overlap& overlap : overlaps_->overlaps())
       overlap = {.entity = body_, .t = at_s(10.0)};
     overlaps_->overlaps()[1].entity = stranger;
@@ -163,6 +177,35 @@ TEST_F(Refusals, RegionsThatCanNotBeAsked) {
         region.half_extent_m.x = -0.5f;
       },
       bad_region, {-0.5});
+}
+
+TEST_F(Refusals, PointsThatCanNotBeAsked) {
+  using enum BadInputReason;
+  expect_point_refused([](Nearest& point) { point.point_m.z = nan_f; }, not_finite, {0.0, 0.0, nan_d});
+  expect_point_refused([](Nearest& point) { point.point_m.x = -infinity_f; }, not_finite);
+  expect_point_refused([](Nearest& point) { point.point_m.y = 1.5e5f; }, out_of_limits, {0.0, 1.5e5, 0.0});
+  expect_point_refused([](Nearest& point) { point.radius_m = nan_f; }, bad_nearest, {nan_d});
+  expect_point_refused([](Nearest& point) { point.radius_m = -0.5f; }, bad_nearest, {-0.5});
+  expect_point_refused([](Nearest& point) { point.radius_m = -infinity_f; }, bad_nearest);
+  expect_point_refused([](Nearest& point) { point.t = at_s(9.5); }, time_not_covered, {9.5, 10.0});
+  expect_point_refused([](Nearest& point) { point.t = at_s(11.5); }, window_too_long, {10.0, 11.5, 1.0});
+}
+
+TEST_F(Refusals, NearestQueriesThatCanNotBePrepared) {
+  const auto expect_refused = [&](const NearestQueryOptions& options, ErrorCode code, const char* word) {
+    const auto query = database().prepare(options);
+    ASSERT_FALSE(query.ok());
+    EXPECT_EQ(query.error().code, code) << query.error().message;
+    EXPECT_NE(query.error().message.find(word), std::string::npos) << query.error().message;
+  };
+  using enum ErrorCode;
+  expect_refused({.name = "none", .capacity = 8, .k = 0}, capacity, "0 neighbors");
+  expect_refused({.name = "many", .capacity = 8, .k = max_neighbors + 1}, capacity, "33 neighbors");
+  expect_refused({.name = "nobody", .capacity = 0}, capacity, "0 points");
+  expect_refused({.name = "crowd", .capacity = max_points_per_query + 1}, capacity, "1048577 points");
+  for (const NearestTarget target : {NearestTarget::center, NearestTarget::bounds})
+    expect_refused({.name = "unsigned", .capacity = 8, .target = target, .is_signed = true}, bad_input,
+                   "sign");
 }
 
 /// Each number is within its limit; 17 GB of ids are beyond what a device binds at once.
