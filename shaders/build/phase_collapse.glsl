@@ -73,10 +73,41 @@ uint quantum_exponent(float extent) {
   return clamp((bits >> 23) + ((bits & 0x7FFFFFu) != 0u ? 1u : 0u), 1u, 254u);
 }
 
+// Which slot each child takes. A ray visits slots in ascending order of slot ^ octant, where bit a of its octant says that it
+// runs against axis a; so the child that lies farthest towards the corner of a slot belongs there (Ylitie, Karras and Laine
+// 2017, greedily).
+void choose_slots(WideChildren children, vec3 center, uint sorted_half, out uint slot_of[8]) {
+  vec3 away[8];
+  for (uint k = 0u; k < children.count; ++k) away[k] = center_of(box_of_child(children.child[k], sorted_half)) - center;
+  uint children_left = (1u << children.count) - 1u;
+  uint slots_left = 0xFFu;
+  for (uint round = 0u; round < children.count; ++round) {
+    float best = -3e38;
+    uint best_child = 0u;
+    uint best_slot = 0u;
+    for (uint k = 0u; k < children.count; ++k) {
+      [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) {
+        const float gain = ((slot & 1u) != 0u ? away[k].x : -away[k].x) + ((slot & 2u) != 0u ? away[k].y : -away[k].y) +
+                           ((slot & 4u) != 0u ? away[k].z : -away[k].z);
+        const bool free = (children_left >> k & 1u) != 0u && (slots_left >> slot & 1u) != 0u;
+        const bool better = free && gain > best;
+        best = better ? gain : best;
+        best_child = better ? k : best_child;
+        best_slot = better ? slot : best_slot;
+      }
+    }
+    slot_of[best_child] = best_slot;
+    children_left &= ~(1u << best_child);
+    slots_left &= ~(1u << best_slot);
+  }
+}
+
 // Writes wide node `index` (absolute). The first inner child becomes wide node `next_first` (absolute), and so on.
 void write_wide_node(uint index, WideChildren children, uint next_first, BuildArgs args, uint sorted_half) {
   Box all = box_of_child(children.child[0], sorted_half);
   for (uint k = 1u; k < children.count; ++k) all = box_union(all, box_of_child(children.child[k], sorted_half));
+  uint slot_of[8];
+  choose_slots(children, center_of(all), sorted_half, slot_of);
   // Rounding of coordinates in the traversal, absolute; the relative part is widened there.
   const vec3 rounding = max(abs(all.lo), abs(all.hi)) * 2.5e-7;
   const vec3 extent = all.hi - all.lo + 2.0 * rounding;
@@ -86,36 +117,34 @@ void write_wide_node(uint index, WideChildren children, uint next_first, BuildAr
   // Half a quantum of room below, so that the margin of the lowest child stays inside the byte.
   const vec3 origin = all.lo - rounding - 0.5 * quantum;
   const vec3 margin = 2e-3 + rounding * per_quantum;
-  const uint base = index * node_texels;
-  wide[base] = uvec4(floatBitsToUint(origin), exponent.x | exponent.y << 8 | exponent.z << 16);
-  uvec3 low_edges[2] = uvec3[2](uvec3(0u), uvec3(0u));
+  // An unused slot is a box turned inside out: no ray enters it.
+  uvec3 low_edges[2] = uvec3[2](uvec3(0xFFFFFFFFu), uvec3(0xFFFFFFFFu));
   uvec3 high_edges[2] = uvec3[2](uvec3(0u), uvec3(0u));
+  uint refs[8] = uint[8](ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none);
+  uint used = 0u;
   uint next = next_first;
-  [[unroll]] for (uint word = 0u; word < 2u; ++word) {
-    uint refs[4];
-    [[unroll]] for (uint lane = 0u; lane < 4u; ++lane) {
-      const uint k = 4u * word + lane;
-      // An unused slot is a box turned inside out: no ray enters it.
-      uvec3 lo = uvec3(255u);
-      uvec3 hi = uvec3(0u);
-      refs[lane] = ref_none;
-      if (k < children.count) {
-        const uint child = children.child[k];
-        const Box box = box_of_child(child, sorted_half);
-        lo = uvec3(clamp(floor((box.lo - origin) * per_quantum - margin), 0.0, 255.0));
-        hi = uvec3(clamp(ceil((box.hi - origin) * per_quantum + margin), 0.0, 255.0));
-        const bool inner = stays_inner(child, args.max_leaf);
-        refs[lane] = inner ? next : leaf_reference(child, args, sorted_half);
-        next += inner ? 1u : 0u;
-      }
-      low_edges[word] |= lo << (8u * lane);
-      high_edges[word] |= hi << (8u * lane);
-    }
-    wide[base + 4u + word] = uvec4(refs[0], refs[1], refs[2], refs[3]);
+  for (uint k = 0u; k < children.count; ++k) {
+    const uint child = children.child[k];
+    const uint slot = slot_of[k];
+    const uint word = slot >> 2;
+    const uint bit = 8u * (slot & 3u);
+    const Box box = box_of_child(child, sorted_half);
+    const uvec3 lo = uvec3(clamp(floor((box.lo - origin) * per_quantum - margin), 0.0, 255.0));
+    const uvec3 hi = uvec3(clamp(ceil((box.hi - origin) * per_quantum + margin), 0.0, 255.0));
+    low_edges[word] ^= (lo ^ 0xFFu) << bit;
+    high_edges[word] |= hi << bit;
+    const bool inner = stays_inner(child, args.max_leaf);
+    refs[slot] = inner ? next : leaf_reference(child, args, sorted_half);
+    next += inner ? 1u : 0u;
+    used |= 1u << slot;
   }
+  const uint base = index * node_texels;
+  wide[base] = uvec4(floatBitsToUint(origin), exponent.x | exponent.y << 8 | exponent.z << 16 | used << 24);
   wide[base + 1u] = uvec4(low_edges[0].x, low_edges[1].x, high_edges[0].x, high_edges[1].x);
   wide[base + 2u] = uvec4(low_edges[0].y, low_edges[1].y, high_edges[0].y, high_edges[1].y);
   wide[base + 3u] = uvec4(low_edges[0].z, low_edges[1].z, high_edges[0].z, high_edges[1].z);
+  wide[base + 4u] = uvec4(refs[0], refs[1], refs[2], refs[3]);
+  wide[base + 5u] = uvec4(refs[4], refs[5], refs[6], refs[7]);
 }
 
 // A structure of one leaf has no binary node: its root holds that leaf alone.

@@ -21,6 +21,4 @@ uvec2 morton_code(vec3 center, vec3 lo, vec3 hi) {
   return unpackUint2x32(spread_by_three(cell.x) << 2 | spread_by_three(cell.y) << 1 | spread_by_three(cell.z));
 }
 
-vec3 center_of(Box b) { return 0.5 * (b.lo + b.hi); }
-
 #endif

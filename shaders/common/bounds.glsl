@@ -24,4 +24,6 @@ float unordered(uint bits) {
   return uintBitsToFloat(bits ^ ((bits >> 31) != 0u ? 0x80000000u : 0xFFFFFFFFu));
 }
 
+vec3 center_of(Box b) { return 0.5 * (b.lo + b.hi); }
+
 #endif

@@ -13,9 +13,8 @@ layout(set = 0, binding = 0) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 1) uniform samplerBuffer triangles;
 layout(set = 0, binding = 2) uniform samplerBuffer instances;
 
-const uint stack_size = 128u;
-// Every inner node pushes at most 7 references.
-const uint stack_limit = stack_size - 8u;
+// One group a level of the trees at most.
+const uint stack_size = 48u;
 
 // A ray in the frame of what is being traversed.
 struct Segment {
@@ -25,6 +24,7 @@ struct Segment {
   // For triangles: the axis along which the ray runs most, and what makes it the z axis (see test_triangle).
   uint axis;
   vec3 shear;
+  uint octant;
 };
 
 vec3 inverse_direction(vec3 d) {
@@ -43,7 +43,8 @@ Segment make_segment(vec3 o, vec3 d) {
   const vec3 size = abs(d);
   const uint axis = size.x > size.y ? (size.x > size.z ? 0u : 2u) : (size.y > size.z ? 1u : 2u);
   const vec3 along = axis_last(d, axis);
-  return Segment(o, d, inverse_direction(d), axis, vec3(along.xy, 1.0) / along.z);
+  return Segment(o, d, inverse_direction(d), axis, vec3(along.xy, 1.0) / along.z,
+                 (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u));
 }
 
 struct Found {
@@ -108,7 +109,84 @@ void test_triangle(Segment ray, uint slot, float lambda_min, uint instance, uint
   }
 }
 
+// A group: children of one node still to be visited; the node in the upper 24 bits, below it one bit a child, in the order in
+// which the ray comes by them: bit i is slot i ^ octant. One word, because a store to a place that differs from lane to lane is
+// dear on lavapipe.
+uint stack[stack_size];
+
+// The children of a node that the ray enters, as a group.
+uint enter_children(uint node, Segment ray, float lambda_min, float limit) {
+  const int base = int(node * node_texels);
+  const uvec4 head = texelFetch(nodes, base);
+  const uvec4 ex = texelFetch(nodes, base + 1);
+  const uvec4 ey = texelFetch(nodes, base + 2);
+  const uvec4 ez = texelFetch(nodes, base + 3);
+  const vec3 quantum = vec3(uintBitsToFloat((head.w & 0xFFu) << 23), uintBitsToFloat((head.w >> 8 & 0xFFu) << 23),
+                            uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
+  const vec3 slope = quantum * ray.inverse_d;
+  const vec3 offset = (uintBitsToFloat(head.xyz) - ray.o) * ray.inverse_d;
+  // A relative 1e-6 covers the rounding of slope, offset and their sum.
+  const vec3 far_slope = slope * 1.000001;
+  const vec3 far_offset = offset * 1.000001;
+  const bvec3 backwards = lessThan(ray.inverse_d, vec3(0.0));
+  const uvec2 near_x = backwards.x ? ex.zw : ex.xy;
+  const uvec2 far_x = backwards.x ? ex.xy : ex.zw;
+  const uvec2 near_y = backwards.y ? ey.zw : ey.xy;
+  const uvec2 far_y = backwards.y ? ey.xy : ey.zw;
+  const uvec2 near_z = backwards.z ? ez.zw : ez.xy;
+  const uvec2 far_z = backwards.z ? ez.xy : ez.zw;
+  // Floats that are not negative are ordered as their bits; negative ones come below all, which is all that is asked of them.
+  const int first = floatBitsToInt(lambda_min);
+  const int last = floatBitsToInt(limit);
+  uint mask = 0u;
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+    const uint word = k >> 2;
+    const uint bit = 8u * (k & 3u);
+    const int begin = max(max(floatBitsToInt(float(int(near_x[word] >> bit & 0xFFu)) * slope.x + offset.x),
+                              floatBitsToInt(float(int(near_y[word] >> bit & 0xFFu)) * slope.y + offset.y)),
+                          max(floatBitsToInt(float(int(near_z[word] >> bit & 0xFFu)) * slope.z + offset.z), first));
+    const int end = min(min(floatBitsToInt(float(int(far_x[word] >> bit & 0xFFu)) * far_slope.x + far_offset.x),
+                            floatBitsToInt(float(int(far_y[word] >> bit & 0xFFu)) * far_slope.y + far_offset.y)),
+                        min(floatBitsToInt(float(int(far_z[word] >> bit & 0xFFu)) * far_slope.z + far_offset.z), last));
+    mask |= begin <= end ? 1u << k : 0u;
+  }
+  // An empty slot's box is inside out, which a distant ray may not notice.
+  mask &= head.w >> 24;
+  mask = (ray.octant & 1u) != 0u ? (mask & 0x55u) << 1 | (mask >> 1 & 0x55u) : mask;
+  mask = (ray.octant & 2u) != 0u ? (mask & 0x33u) << 2 | (mask >> 2 & 0x33u) : mask;
+  mask = (ray.octant & 4u) != 0u ? (mask & 0x0Fu) << 4 | mask >> 4 : mask;
+  return node << 8 | mask;
+}
+
+// What is left of a search: the group at hand, those on the stack, and how long it took.
+struct Search {
+  uint group;
+  uint depth;
+  uint rounds;
+};
+
+// The next child, or ref_none when nothing is left above `bottom`.
+uint take_next(inout Search search, uint bottom, uint octant) {
+  const bool pop = (search.group & 0xFFu) == 0u;
+  const bool done = pop && search.depth == bottom;
+  search.depth -= pop && !done ? 1u : 0u;
+  const uint group = pop ? stack[search.depth] : search.group;
+  const uint rest = group & (group - 1u);
+  // The exponent of a power of two is the place of its bit.
+  const uint slot = (uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u) ^ octant;
+  stack[search.depth] = rest;
+  search.depth += (rest & 0xFFu) != 0u && !done ? 1u : 0u;
+  search.rounds += search.depth == stack_size ? max_rounds : 0u;
+  search.group = 0u;
+  const uvec4 refs = texelFetch(nodes, int((group >> 8) * node_texels + 4u + (slot >> 2)));
+  const uint low = (slot & 1u) != 0u ? refs.y : refs.x;
+  const uint high = (slot & 1u) != 0u ? refs.w : refs.z;
+  return done || search.rounds >= max_rounds ? ref_none : (slot & 2u) != 0u ? high : low;
+}
+
 // `t_s`: since the epoch of the instances that stand from `instance_base` on. `two`: see loops_still_turn.
+//
+// Loops end where their condition stands: what follows a break runs for the lanes that are left even when there are none.
 Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint instance_base, uint mask, uint root, uint two) {
   Found best;
   best.status = status_miss;
@@ -118,116 +196,56 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint i
   best.triangle = best.slot = 0u;
   best.front = false;
 
-  uint stack_ref[stack_size];
-  float stack_lambda[stack_size];
-  uint depth = 0u;
-  uint rounds = 0u;
-  bool cut_short = false;
+  Search search = Search(0u, 0u, 0u);
   uint current = root;
-  uint instance = no_entity;
-  uint entity = no_entity;
-  Segment ray = world;
-
   while (current != ref_none) {
-    rounds += 5u;  // this loop's, and one for each of the four inside
-    // Down through nodes until a leaf, the end of an instance, or the end.
+    // Down the entities' tree to an instance.
+    ++search.rounds;
     while ((current & ref_leaf_bit) == 0u) {
-      rounds += 2u;
-      const int base = int(current * node_texels);
-      const uvec4 head = texelFetch(nodes, base);
-      const uvec4 ex = texelFetch(nodes, base + 1);
-      const uvec4 ey = texelFetch(nodes, base + 2);
-      const uvec4 ez = texelFetch(nodes, base + 3);
-      const uvec4 refs_low = texelFetch(nodes, base + 4);
-      const uvec4 refs_high = texelFetch(nodes, base + 5);
-      const vec3 quantum = vec3(uintBitsToFloat((head.w & 0xFFu) << 23), uintBitsToFloat((head.w >> 8 & 0xFFu) << 23),
-                                uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
-      const vec3 slope = quantum * ray.inverse_d;
-      const vec3 offset = (uintBitsToFloat(head.xyz) - ray.o) * ray.inverse_d;
-      const bvec3 backwards = lessThan(ray.inverse_d, vec3(0.0));
-      const uvec2 near_x = backwards.x ? ex.zw : ex.xy;
-      const uvec2 far_x = backwards.x ? ex.xy : ex.zw;
-      const uvec2 near_y = backwards.y ? ey.zw : ey.xy;
-      const uvec2 far_y = backwards.y ? ey.xy : ey.zw;
-      const uvec2 near_z = backwards.z ? ez.zw : ez.xy;
-      const uvec2 far_z = backwards.z ? ez.xy : ez.zw;
-      // A relative 1e-6 covers the rounding of slope, offset and their sum, and keeps ties in reach.
-      const float limit = best.lambda + abs(best.lambda) * 1e-6;
-      uint nearest = ref_none;
-      float nearest_lambda = 3.4e38;
-      [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-        const uint word = k >> 2;
-        const uint bit = 8u * (k & 3u);
-        const float begin = max(max(float(near_x[word] >> bit & 0xFFu) * slope.x + offset.x,
-                                    float(near_y[word] >> bit & 0xFFu) * slope.y + offset.y),
-                                max(float(near_z[word] >> bit & 0xFFu) * slope.z + offset.z, lambda_min));
-        const float end = min(min(float(far_x[word] >> bit & 0xFFu) * slope.x + offset.x,
-                                  float(far_y[word] >> bit & 0xFFu) * slope.y + offset.y),
-                              float(far_z[word] >> bit & 0xFFu) * slope.z + offset.z);
-        const uint ref = k < 4u ? refs_low[k] : refs_high[k - 4u];
-        const bool entered = begin <= min(end + abs(end) * 1e-6, limit) && ref != ref_none;
-        // The nearest stays in hand; the one it displaces, or this one, goes to the stack.
-        const bool closer = entered && begin < nearest_lambda;
-        stack_ref[depth] = closer ? nearest : ref;
-        stack_lambda[depth] = closer ? nearest_lambda : begin;
-        depth += (closer ? nearest != ref_none : entered) ? 1u : 0u;
-        nearest = closer ? ref : nearest;
-        nearest_lambda = closer ? begin : nearest_lambda;
-      }
-      current = nearest;
-      if (depth > stack_limit || rounds > max_rounds) {
-        cut_short = true;
-        depth = 0u;
-        current = ref_none;
-      }
-      // Nothing entered: back to what waits, passing over what a hit has since put out of reach.
-      while (current == ref_none && depth > 0u) {
-        ++rounds;
-        --depth;
-        current = stack_lambda[depth] <= limit ? stack_ref[depth] : ref_none;
-      }
-      if (current == ref_none) break;
+      ++search.rounds;
+      search.group = enter_children(current, world, lambda_min, best.lambda);
+      current = take_next(search, 0u, world.octant);
     }
-
     if (current == ref_none) break;
-    if (current == ref_leave_instance) {
-      ray = world;
-    } else if ((current & ref_instance_bit) != 0u) {
-      const uint place = (current & ref_instance_mask) + instance_base;
-      const Instance candidate = fetch_instance(instances, place);
-      if ((candidate.mask & mask) != 0u) {
-        stack_ref[depth] = ref_leave_instance;
-        stack_lambda[depth] = -3.4e38;
-        ++depth;
-        instance = place;
-        entity = candidate.entity;
-        ray = enter_instance(world, candidate, t_s);
-        current = candidate.blas_root;
-        continue;
-      }
-    } else {
-      const uint first = current & ref_triangle_first_mask;
-      const uint count = (current >> ref_triangle_count_shift & 0xFu) + 1u;
-      for (uint k = 0u; k < count; ++k) {
-        ++rounds;
-        test_triangle(ray, first + k, lambda_min, instance, entity, best);
-      }
+    const uint instance = (current & ref_instance_mask) + instance_base;
+    const Instance candidate = fetch_instance(instances, instance);
+    const Segment ray = enter_instance(world, candidate, t_s);
+    const uint bottom = search.depth;
+    current = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
+    while (current != ref_none) {
+      // Down the geometry's tree to a leaf.
+      ++search.rounds;
+      do {
+        ++search.rounds;
+        search.group = enter_children(current, ray, lambda_min, best.lambda);
+        current = take_next(search, bottom, ray.octant);
+      } while ((current & ref_leaf_bit) == 0u);
+      if (current == ref_none) break;
+      // Leaves, as long as they follow one another.
+      do {
+        const uint first = current & ref_triangle_first_mask;
+        const uint end = first + (current >> ref_triangle_count_shift & 0xFu) + 1u;
+        uint slot = first;
+        do {
+          ++search.rounds;
+          test_triangle(ray, slot, lambda_min, instance, candidate.entity, best);
+          ++slot;
+        } while (slot < end);
+        ++search.rounds;
+        current = take_next(search, bottom, ray.octant);
 #ifdef RAY_ANY
-      if (best.status == status_hit) break;
+        current = best.status == status_hit ? ref_none : current;
 #endif
+      } while ((current & ref_leaf_bit) != 0u && current != ref_none);
     }
-    current = ref_none;
-    const float limit = best.lambda + abs(best.lambda) * 1e-6;
-    while (current == ref_none && depth > 0u) {
-      ++rounds;
-      --depth;
-      current = stack_lambda[depth] <= limit ? stack_ref[depth] : ref_none;
-    }
-    if (rounds > max_rounds) {
-      cut_short = true;
-      break;
-    }
+    search.depth = bottom;
+    search.group = 0u;
+    current = take_next(search, 0u, world.octant);
+#ifdef RAY_ANY
+    current = best.status == status_hit ? ref_none : current;
+#endif
   }
+  bool cut_short = search.rounds >= max_rounds;
 #ifdef RAY_ANY
   // A hit is one, whatever was not looked at.
   cut_short = cut_short && best.status == status_miss;

@@ -64,7 +64,7 @@ TriangleMesh thicket(Random& random, std::uint32_t count) {
   for (std::uint32_t i = 0; i < count; ++i) {
     const glm::dvec3 from_m(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5));
     const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
-    mesh.positions_m.insert(mesh.positions_m.end(), {from_m, from_m + 2.0 * random.direction()});
+    mesh.positions_m.insert(mesh.positions_m.end(), {from_m, from_m + 5.0 * random.direction()});
     mesh.triangles.emplace_back(first, first + 1, first + 1);
   }
   return mesh;
@@ -161,8 +161,8 @@ TEST_F(SearchLimits, ARegionFindsAllOrSaysThatItDidNot) {
   EXPECT_TRUE(cut_short) << "no search came to the limit";
 }
 
-/// Sizes and places such that each level of the tree holds one more heap and all that is left, and a ray that
-/// has to remember a heap's seven parts at each level.
+/// Sizes and places such that each level of a tree holds one more heap and all that is left: heaps of bodies,
+/// and each body heaps of triangles. A ray has to remember something at each level of both trees.
 TEST_F(SearchLimits, AStackThatIsFullIsNoAnswer) {
   TriangleMesh mesh;
   constexpr int levels = 21;
@@ -175,7 +175,14 @@ TEST_F(SearchLimits, AStackThatIsFullIsNoAnswer) {
                             {{x - size, -size, -height}, {x + size, -size, height}, {x, size, 0.0f}});
     mesh.triangles.insert(mesh.triangles.end(), 64, {first, first + 1, first + 2});
   }
-  create(row_of(add(mesh)));
+  const GeometryId heaps = add(mesh);
+  std::vector<EntityRow> rows;
+  for (int level = 0; level < levels; ++level) {
+    EntityRow row = row_of(heaps, {1.0 - std::exp2(-level), 0.0, 0.0});
+    row.scale = glm::dvec3(1.0 - 0.02 * level);
+    rows.insert(rows.end(), 64, row);
+  }
+  create(rows);
   const auto query = prepare_rays();
   const Ray rays[] = {ray_from({0.5f, 0.1f, -5.0f}, {0, 0, 1}), ray_from({500.0f, 0.1f, -5.0f}, {0, 0, 1})};
   EXPECT_EQ(ask(*query, rays).status, Status::truncated);
