@@ -1,7 +1,7 @@
 #include "rtstdb/query/nearest_query.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 
 #include <rtstdb/limits.hpp>
 
@@ -37,18 +37,22 @@ Result<void> check_options(const NearestQueryOptions& options) {
   return {};
 }
 
+/// The shader with the shortest list that holds k.
 gpu::ShaderId shader_of(const NearestQueryOptions& options) noexcept {
+  using enum gpu::ShaderId;
+  const std::size_t list = options.k == 1 ? 0 : options.k <= 8 ? 1 : 2;
   switch (options.target) {
     case NearestTarget::center:
-      return gpu::ShaderId::nearest_center;
+      return std::array{nearest_center_1, nearest_center_8, nearest_center_32}[list];
     case NearestTarget::bounds:
-      return gpu::ShaderId::nearest_bounds;
+      return std::array{nearest_bounds_1, nearest_bounds_8, nearest_bounds_32}[list];
     case NearestTarget::surface:
-      return options.k == 1 ? gpu::ShaderId::nearest_one : gpu::ShaderId::nearest_surface;
+      // The one nearest surface is that of the one nearest triangle.
+      return std::array{nearest_triangle_1, nearest_surface_8, nearest_surface_32}[list];
     case NearestTarget::triangle:
       break;
   }
-  return options.k == 1 ? gpu::ShaderId::nearest_one : gpu::ShaderId::nearest_triangle;
+  return std::array{nearest_triangle_1, nearest_triangle_8, nearest_triangle_32}[list];
 }
 
 std::uint32_t place_of(EntityId entity, const accel::Tlas& tlas, const accel::TlasView& view) noexcept {
@@ -100,6 +104,7 @@ Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
   neighbors_.resize(points * options_.k);
   answers_.resize(points);
   incomplete_.reserve(points);
+  order_ = PointOrder(options_.capacity);
   return {};
 }
 
@@ -146,8 +151,9 @@ void GpuNearestQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
 void GpuNearestQuery::record(std::uint32_t count, const RowSource& /*rows*/, const accel::Tlas& tlas,
                              const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto records = point_records_.host_as<shared::NearestRecord>();
+  const auto order = order_.of(std::span(points_).first(count));
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Nearest& point = points_[i];
+    const Nearest& point = points_[order[i]];
     const accel::Moment moment = view.moment(point.t);
     records[i] = {.point_m = point.point_m,
                   .radius_m = point.radius_m,
@@ -183,9 +189,10 @@ void GpuNearestQuery::dispatch(std::uint32_t count, bool alone, const accel::Tla
 
 void GpuNearestQuery::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
   incomplete_.clear();
+  const auto order = order_.last();
   for (std::uint32_t i = 0; i < count; ++i) {
-    unpack_answer(i, i, view);
-    if (answers_[i].incomplete) incomplete_.push_back(i);
+    unpack_answer(order[i], i, view);
+    if (answers_[order[i]].incomplete) incomplete_.push_back(i);
   }
   answered_ = count;
 }
@@ -199,7 +206,7 @@ void GpuNearestQuery::record_again(const accel::TlasView& view, gpu::Recorder& r
 
 void GpuNearestQuery::unpack_again(const accel::TlasView& view) noexcept {
   for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
-    unpack_answer(incomplete_[i], i, view);
+    unpack_answer(order_.last()[incomplete_[i]], i, view);
 }
 
 bool GpuNearestQuery::truncated() const noexcept {

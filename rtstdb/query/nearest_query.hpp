@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rtstdb/query/gpu_query.hpp"
+#include "rtstdb/query/point_order.hpp"
 
 namespace rtstdb::query {
 
@@ -42,7 +43,8 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   std::vector<Neighbor> neighbors_;  // k for each point
   std::vector<NearestAnswer> answers_;
   std::uint32_t answered_ = 0;
-  std::vector<std::uint32_t> incomplete_;  // points to be asked again; has room for all
+  PointOrder order_;                       // in which the device has the points
+  std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
   gpu::Pipeline search_, sign_;            // sign_: of signed queries alone
   gpu::Buffer point_records_, counts_, neighbor_records_;
   std::vector<gpu::Bindings> search_bindings_, sign_bindings_;  // one per slot

@@ -1,11 +1,13 @@
 // The search of every nearest query: down the nearest box first, passing over what lies beyond the k-th best so far. At the
 // leaves of the TLAS stands the entity at the query's own instant. See rtstdb/query.hpp for what the fields mean.
 //
-// Include with one of these defined:
+// A round of each loop looks at one node at most and at one leaf at most: lanes that wait for others to come to a leaf are
+// most of the cost of a loop over nodes alone, since here they come by leaves at very different times.
+//
+// Include with LIST_SIZE defined, the largest k, and one of these:
 //   NEAREST_CENTER, NEAREST_BOUNDS   entities by the centre of their bounds, or by the bounds; only the TLAS is searched
 //   NEAREST_SURFACE                  entities by their nearest triangle
 //   NEAREST_TRIANGLE                 triangles
-//   NEAREST_ONE                      the one nearest triangle, which is also the one nearest surface
 #include "common/interleave.glsl"
 #include "common/loops.glsl"
 #include "query/nearest_node.glsl"
@@ -18,13 +20,15 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { NearestArgs args; };
 layout(set = 0, binding = 0) uniform usamplerBuffer nodes;
-#ifndef NEAREST_ENTITY
-layout(set = 0, binding = 5) uniform samplerBuffer triangles;
-#endif
 layout(set = 0, binding = 1) uniform samplerBuffer instances;
 layout(set = 0, binding = 2, scalar) readonly buffer PointsBuffer { NearestRecord points[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer CountsBuffer { NearestCount counts[]; };
 layout(set = 0, binding = 4, scalar) writeonly buffer NeighborsBuffer { NeighborRecord neighbors[]; };
+#ifndef NEAREST_ENTITY
+layout(set = 0, binding = 5) uniform samplerBuffer triangles;
+#endif
+
+const float nowhere = 3.4e38;  // farther than anything
 
 const uint stack_size = 128u;
 // Every inner node pushes at most 7 references.
@@ -34,21 +38,7 @@ float stack_square[stack_size];
 uint depth = 0u;
 
 uint rounds = 0u;
-
-// ---- what was found so far
-
-struct Candidate {
-  float distance;
-  uint entity;
-  uint triangle;
-  uint instance;
-  uint slot;  // of the triangle in the leaf order
-};
-
-bool precedes(Candidate a, Candidate b) {
-  return a.distance < b.distance ||
-         (a.distance == b.distance && (a.entity < b.entity || (a.entity == b.entity && a.triangle < b.triangle)));
-}
+bool cut_short = false;
 
 // Nothing beyond `reach` matters any more; for boxes, squared and with what rounding may take from a box's distance.
 float reach;
@@ -59,45 +49,51 @@ void set_reach(float distance) {
   box_limit = distance * distance * (1.0 + 1e-6);
 }
 
-#ifdef NEAREST_ONE
-Candidate best;
-uint found = 0u;
+// ---- what was found so far, in order
 
-void offer(Candidate candidate) {
-  const bool better = candidate.distance <= reach && (found == 0u || precedes(candidate, best));
-  best.distance = better ? candidate.distance : best.distance;
-  best.entity = better ? candidate.entity : best.entity;
-  best.triangle = better ? candidate.triangle : best.triangle;
-  best.instance = better ? candidate.instance : best.instance;
-  best.slot = better ? candidate.slot : best.slot;
-  found = better ? 1u : found;
-  set_reach(better ? candidate.distance : reach);
+// An instance stands where its entity's index does among the others, so its place decides ties.
+struct Candidate {
+  float distance;
+  uint instance;
+  uint triangle;
+  uint slot;  // of the triangle in the leaf order
+};
+
+bool precedes(Candidate a, Candidate b) {
+  return a.distance < b.distance ||
+         (a.distance == b.distance && (a.instance < b.instance || (a.instance == b.instance && a.triangle < b.triangle)));
 }
 
-Candidate listed(uint place) { return best; }
-#else
-// In order.
-Candidate list[list_size];
-uint found = 0u;
+// All of it is moved at every offer, by constant places: vectors in registers, where a list of changing length would be
+// memory that each lane walks by itself. What is over of a list for less than LIST_SIZE is taken up by nearer ones that are
+// not there.
+Candidate list[LIST_SIZE];
 
-Candidate listed(uint place) { return list[place]; }
-
-void offer(Candidate candidate) {
-  const bool full = found == args.k;
-  const bool better = candidate.distance <= reach && (!full || precedes(candidate, list[args.k - 1u]));
-  ++rounds;  // the loop's, also where it has none
-  if (!better) return;
-  uint place = full ? found - 1u : found;
-  while (place > 0u && precedes(candidate, list[place - 1u])) {
-    ++rounds;
-    list[place] = list[place - 1u];
-    --place;
+void clear_list() {
+  [[unroll]] for (uint j = 0u; j < LIST_SIZE; ++j) {
+    list[j] = Candidate(j < LIST_SIZE - args.k ? -1.0 : nowhere, no_entity, 0u, 0u);
   }
-  list[place] = candidate;
-  found = full ? found : found + 1u;
-  set_reach(found == args.k ? list[args.k - 1u].distance : reach);
 }
-#endif
+
+void offer(Candidate candidate) {
+  // What is out of reach passes by the whole list.
+  const bool in_reach = candidate.distance <= reach;
+  candidate.distance = in_reach ? candidate.distance : nowhere;
+  candidate.instance = in_reach ? candidate.instance : no_entity;
+  [[unroll]] for (uint j = 0u; j < LIST_SIZE; ++j) {
+    const Candidate before = list[j];
+    const bool first = precedes(candidate, before);
+    list[j].distance = first ? candidate.distance : before.distance;
+    list[j].instance = first ? candidate.instance : before.instance;
+    list[j].triangle = first ? candidate.triangle : before.triangle;
+    list[j].slot = first ? candidate.slot : before.slot;
+    candidate.distance = first ? before.distance : candidate.distance;
+    candidate.instance = first ? before.instance : candidate.instance;
+    candidate.triangle = first ? before.triangle : candidate.triangle;
+    candidate.slot = first ? before.slot : candidate.slot;
+  }
+  set_reach(min(reach, list[LIST_SIZE - 1u].distance));
+}
 
 // ---- boxes
 
@@ -126,6 +122,11 @@ uint nearest_child(uint node, vec3 scale, vec3 point) {
     nearest = nearer ? ref : nearest;
     nearest_square = nearer ? square : nearest_square;
   }
+  if (depth > stack_limit) {
+    cut_short = true;
+    depth = 0u;
+    nearest = ref_none;
+  }
   return nearest;
 }
 
@@ -140,17 +141,19 @@ uint next_waiting(uint bottom) {
   return next;
 }
 
+bool is_inner(uint reference) { return (reference & ref_leaf_bit) == 0u; }
+
 // ---- leaves
 
 #ifdef NEAREST_ENTITY
-// From the asked point to the target, in the entity's frame.
+// From the point to the target, in the entity's frame.
 vec3 offset_to(Instance i, vec3 point) {
-  const vec3 center = i.box_center * i.scale;
+  const vec3 from_center = point - i.box_center * i.scale;
 #ifdef NEAREST_CENTER
-  return center - point;
+  return -from_center;
 #else
   const vec3 half_extent = i.box_half * i.scale;
-  return clamp(point - center, -half_extent, half_extent) - (point - center);
+  return clamp(from_center, -half_extent, half_extent) - from_center;
 #endif
 }
 #else
@@ -163,25 +166,64 @@ TrianglePoint nearest_on_slot(uint slot, vec3 scale, vec3 point, out uint triang
   precise vec3 c = texelFetch(triangles, base + 2).xyz * scale;
   return nearest_on_triangle(a - point, b - point, c - point);
 }
+
+void search_triangles(Instance i, uint root, uint place, vec3 point) {
+#ifdef NEAREST_SURFACE
+  // Only the nearest of the entity's triangles will be offered.
+  const float reach_before = reach;
+  Candidate own = Candidate(reach, no_entity, 0u, 0u);
+#endif
+  const uint bottom = depth;
+  uint current = root;
+  while (current != ref_none && !cut_short) {
+    rounds += 3u;  // this loop's, and one for each of the two inside
+    if (is_inner(current)) current = nearest_child(current, i.scale, point);
+    const bool is_leaf = current != ref_none && !is_inner(current);
+    const uint first = current & ref_triangle_first_mask;
+    const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
+    for (uint k = 0u; k < count; ++k) {
+      ++rounds;
+      uint triangle;
+      const float square = nearest_on_slot(first + k, i.scale, point, triangle).square;
+      const Candidate candidate = Candidate(sqrt(square), place, triangle, first + k);
+#ifdef NEAREST_SURFACE
+      const bool better = precedes(candidate, own);
+      own.distance = better ? candidate.distance : own.distance;
+      own.instance = better ? candidate.instance : own.instance;
+      own.triangle = better ? candidate.triangle : own.triangle;
+      own.slot = better ? candidate.slot : own.slot;
+      set_reach(own.distance);
+#else
+      offer(candidate);
+#endif
+    }
+    current = is_leaf ? ref_none : current;
+    if (current == ref_none) current = next_waiting(bottom);
+    cut_short = cut_short || rounds > max_rounds;
+  }
+#ifdef NEAREST_SURFACE
+  set_reach(reach_before);
+  if (own.instance != no_entity) offer(own);
+#endif
+}
 #endif
 
-NeighborRecord described(Candidate candidate, NearestRecord record, Asked asked) {
-  Instance i = fetch_instance(instances, candidate.instance);
+NeighborRecord described(uint place, uint slot, float distance, NearestRecord record, Asked asked) {
+  Instance i = fetch_instance(instances, place);
   const vec4 q = orientation_at(i.q, i.w, record.t_s);
   const vec3 point = into_frame(i, q, record.t_s, asked.point);
   NeighborRecord neighbor;
-  neighbor.entity = candidate.entity;
-  neighbor.triangle = candidate.triangle;
-  neighbor.instance = candidate.instance;
+  neighbor.entity = i.entity;
+  neighbor.instance = place;
   neighbor.has_sign = 0u;
-  neighbor.distance_m = candidate.distance;
+  neighbor.distance_m = distance;
 #ifdef NEAREST_ENTITY
-  fetch_instance_box(instances, candidate.instance, i);
+  fetch_instance_box(instances, place, i);
   const vec3 offset = offset_to(i, point);
+  neighbor.triangle = 0u;
   neighbor.u = neighbor.v = 0.0;
 #else
-  uint triangle;
-  const TrianglePoint nearest = nearest_on_slot(candidate.slot, i.scale, point, triangle);
+  const TrianglePoint nearest = nearest_on_slot(slot, i.scale, point, neighbor.triangle);
   const vec3 offset = nearest.offset;
   neighbor.u = nearest.u;
   neighbor.v = nearest.v;
@@ -189,6 +231,29 @@ NeighborRecord described(Candidate candidate, NearestRecord record, Asked asked)
   neighbor.p_world_m = asked.point + rotate(q, offset);
   neighbor.v_relative_mps = velocity_at(i, record.t_s, neighbor.p_world_m) - asked.v;
   return neighbor;
+}
+
+void search_entities(NearestRecord record, vec3 asked_point) {
+  uint current = args.root;
+  while (current != ref_none && !cut_short) {
+    rounds += 3u;  // this loop's, and one for each of the two inside
+    if (is_inner(current)) current = nearest_child(current, vec3(1.0), asked_point);
+    if (current != ref_none && !is_inner(current)) {
+      const uint place = (current & ref_instance_mask) + record.instance_base;
+      Instance i = fetch_instance(instances, place);
+      const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
+      const vec3 point = into_frame(i, orientation_at(i.q, i.w, record.t_s), record.t_s, asked_point);
+#ifdef NEAREST_ENTITY
+      fetch_instance_box(instances, place, i);
+      if (wanted) offer(Candidate(length(offset_to(i, point)), place, 0u, 0u));
+#else
+      search_triangles(i, wanted ? i.blas_root : ref_none, place, point);
+#endif
+      current = ref_none;
+    }
+    if (current == ref_none) current = next_waiting(0u);
+    cut_short = cut_short || rounds > max_rounds;
+  }
 }
 
 void main() {
@@ -201,92 +266,25 @@ void main() {
   const NearestRecord record = points[index];
   const Asked asked = asked_of(instances, record);
   set_reach(record.radius_m);
+  clear_list();
+  search_entities(record, asked.point);
 
-  bool cut_short = false;
-  uint current = args.root;
-  while (current != ref_none) {
-    rounds += 2u;
-    while ((current & ref_leaf_bit) == 0u) {
-      rounds += 2u;
-      current = nearest_child(current, vec3(1.0), asked.point);
-      if (depth > stack_limit || rounds > max_rounds) {
-        cut_short = true;
-        depth = 0u;
-        current = ref_none;
-      }
-      if (current == ref_none) current = next_waiting(0u);
-    }
-    if (current == ref_none) break;
-    const uint place = (current & ref_instance_mask) + record.instance_base;
-    Instance i = fetch_instance(instances, place);
-    const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
-    const vec4 q = orientation_at(i.q, i.w, record.t_s);
-    const vec3 point = into_frame(i, q, record.t_s, asked.point);
-#ifdef NEAREST_ENTITY
-    fetch_instance_box(instances, place, i);
-    if (wanted) offer(Candidate(length(offset_to(i, point)), i.entity, 0u, place, 0u));
-#else
-#ifdef NEAREST_SURFACE
-    // Only the nearest of the entity's triangles will be offered.
-    const float reach_before = reach;
-    Candidate own = Candidate(reach, no_entity, 0u, place, 0u);
-#endif
-    const uint bottom = depth;
-    uint node = wanted ? i.blas_root : ref_none;
-    while (node != ref_none) {
-      rounds += 3u;
-      while ((node & ref_leaf_bit) == 0u) {
-        rounds += 2u;
-        node = nearest_child(node, i.scale, point);
-        if (depth > stack_limit || rounds > max_rounds) {
-          cut_short = true;
-          depth = bottom;
-          node = ref_none;
-        }
-        if (node == ref_none) node = next_waiting(bottom);
-      }
-      if (node == ref_none) break;
-      const uint first = node & ref_triangle_first_mask;
-      const uint count = (node >> ref_triangle_count_shift & 0xFu) + 1u;
-      for (uint k = 0u; k < count; ++k) {
-        ++rounds;
-        uint triangle;
-        const float square = nearest_on_slot(first + k, i.scale, point, triangle).square;
-        const Candidate candidate = Candidate(sqrt(square), i.entity, triangle, place, first + k);
-#ifdef NEAREST_SURFACE
-        const bool better = precedes(candidate, own);
-        own.distance = better ? candidate.distance : own.distance;
-        own.entity = better ? candidate.entity : own.entity;
-        own.triangle = better ? candidate.triangle : own.triangle;
-        own.slot = better ? candidate.slot : own.slot;
-        set_reach(own.distance);
-#else
-        offer(candidate);
-#endif
-      }
-      node = next_waiting(bottom);
-      if (rounds > max_rounds) {
-        cut_short = true;
-        break;
-      }
-    }
-#ifdef NEAREST_SURFACE
-    set_reach(reach_before);
-    if (own.entity != no_entity) offer(own);
-#endif
-#endif
-    if (cut_short || rounds > max_rounds) {
-      cut_short = true;
-      break;
-    }
-    current = next_waiting(0u);
+  uint found = 0u;
+  uint places[LIST_SIZE];
+  uint slots[LIST_SIZE];
+  float distances[LIST_SIZE];
+  [[unroll]] for (uint j = 0u; j < LIST_SIZE; ++j) {
+    found += list[j].instance != no_entity && !cut_short ? 1u : 0u;
+    places[j] = list[j].instance;
+    slots[j] = list[j].slot;
+    distances[j] = list[j].distance;
   }
-
-  rounds += found;
+  rounds += found + 1u;
   cut_short = cut_short || rounds > max_rounds;
-  if (cut_short) found = 0u;
-  for (uint place = 0u; place < found; ++place)
-    neighbors[index * args.k + place] = described(listed(place), record, asked);
+  for (uint k = 0u; k < found; ++k) {
+    const uint j = LIST_SIZE - args.k + k;
+    neighbors[index * args.k + k] = described(places[j], slots[j], distances[j], record, asked);
+  }
   cut_short = cut_short || !loops_still_turn(args.two);
   counts[index] = NearestCount(cut_short ? 0u : found, cut_short ? 1u : 0u);
 }

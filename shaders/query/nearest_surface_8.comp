@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Entities by their oriented bounds.
-#define NEAREST_BOUNDS
+// Entities by their nearest triangle: up to 8.
+#define NEAREST_SURFACE
+#define LIST_SIZE 8
 #include "query/nearest.glsl"

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Entities by their nearest triangle.
-#define NEAREST_SURFACE
+// Entities by their oriented bounds: the nearest one.
+#define NEAREST_BOUNDS
+#define LIST_SIZE 1
 #include "query/nearest.glsl"

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The one nearest triangle.
-#define NEAREST_ONE
+// Entities by their nearest triangle: up to 32.
+#define NEAREST_SURFACE
+#define LIST_SIZE 32
 #include "query/nearest.glsl"

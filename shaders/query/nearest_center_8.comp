@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Triangles, several of an entity where they are nearest.
-#define NEAREST_TRIANGLE
+// Entities by the centre of their bounds: up to 8.
+#define NEAREST_CENTER
+#define LIST_SIZE 8
 #include "query/nearest.glsl"

@@ -1,0 +1,66 @@
+#include "rtstdb/query/point_order.hpp"
+
+#include <glm/common.hpp>
+#include <glm/ext/vector_uint3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace rtstdb::query {
+namespace {
+
+constexpr std::uint32_t most_bits_per_axis = 5;
+
+/// The bits of 0 to 31, two zeros between any two of them.
+constexpr auto spread = [] {
+  std::array<std::uint16_t, 1u << most_bits_per_axis> table{};
+  for (std::uint32_t i = 0; i < table.size(); ++i) {
+    for (std::uint32_t bit = 0; bit < most_bits_per_axis; ++bit)
+      table[i] = static_cast<std::uint16_t>(table[i] | (i >> bit & 1u) << 3 * bit);
+  }
+  return table;
+}();
+
+/// So many cells that about four points fall into one, within reason.
+std::uint32_t bits_per_axis(std::size_t points) noexcept {
+  const auto bits = static_cast<std::uint32_t>(std::bit_width(points));
+  return bits < 2 ? 0 : std::min((bits - 2) / 3, most_bits_per_axis);
+}
+
+}  // namespace
+
+PointOrder::PointOrder(std::uint32_t capacity)
+    : cell_of_(capacity), ends_(std::size_t{1} << 3 * bits_per_axis(capacity)), order_(capacity) {}
+
+std::span<const std::uint32_t> PointOrder::of(std::span<const Nearest> points) noexcept {
+  count_ = points.size();
+  if (points.empty()) return {};
+  glm::vec3 least = points[0].point_m;
+  glm::vec3 most = least;
+  for (const Nearest& point : points) {
+    least = glm::min(least, point.point_m);
+    most = glm::max(most, point.point_m);
+  }
+  const std::uint32_t bits = bits_per_axis(points.size());
+  const glm::vec3 last_cell(static_cast<float>((1u << bits) - 1));
+  const glm::vec3 cells_per_m = (last_cell + 1.0f) / glm::max(most - least, 1e-30f);
+  const auto ends = std::span(ends_).first(std::size_t{1} << 3 * bits);
+  std::ranges::fill(ends, 0u);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const glm::uvec3 cell(glm::min((points[i].point_m - least) * cells_per_m, last_cell));
+    cell_of_[i] = static_cast<std::uint16_t>(spread[cell.x] << 2 | spread[cell.y] << 1 | spread[cell.z]);
+    ++ends[cell_of_[i]];
+  }
+  std::uint32_t begin = 0;
+  for (std::uint32_t& end : ends) {
+    const std::uint32_t count = end;
+    end = begin;
+    begin += count;
+  }
+  for (std::uint32_t i = 0; i < points.size(); ++i)
+    order_[ends[cell_of_[i]]++] = i;
+  return last();
+}
+
+}  // namespace rtstdb::query

@@ -1,0 +1,32 @@
+#pragma once
+// An order in which points that are near to one another stand next to one another: searches that a device
+// does side by side then meet the same nodes, and take about as long. By the Morton number of each point's
+// cell in a grid over all of them; within a cell as they came. It changes no answer.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <rtstdb/query.hpp>
+
+namespace rtstdb::query {
+
+class PointOrder {
+ public:
+  PointOrder() = default;
+  explicit PointOrder(std::uint32_t capacity);
+
+  /// Which point stands at each place; valid until the next call. At most `capacity` points with finite
+  /// coordinates. Does not allocate.
+  std::span<const std::uint32_t> of(std::span<const Nearest> points) noexcept;
+  /// What the last call gave.
+  std::span<const std::uint32_t> last() const noexcept { return {order_.data(), count_}; }
+
+ private:
+  std::vector<std::uint16_t> cell_of_;  // by point
+  std::vector<std::uint32_t> ends_;     // by cell: first how many, then where the next of it goes
+  std::vector<std::uint32_t> order_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace rtstdb::query
