@@ -376,6 +376,7 @@ TEST_F(NearestExtremes, ScalesThatDifferAThousandfold) {
       ids.push_back(create(row));
     }
     std::vector<Nearest> points;
+    points.reserve(1000);
     const double size_m = std::max({scale.x, scale.y, scale.z});
     for (int i = 0; i < 1000; ++i)
       points.push_back(near(glm::vec3(size_m * random_.magnitude(0.001, 3.0) * random_.vector())));
@@ -416,6 +417,7 @@ TEST_F(NearestExtremes, TrianglesOfLittleOrNoArea) {
   }
   create(row_of(add(mesh)));
   std::vector<Nearest> points;
+  points.reserve(2000);
   for (int i = 0; i < 2000; ++i)
     points.push_back(near(glm::vec3(random_.magnitude(0.1, 20.0) * random_.vector())));
   expect_agreement(points, NearestTarget::triangle, 1, false);

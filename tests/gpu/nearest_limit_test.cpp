@@ -125,6 +125,7 @@ TEST_F(NearestLimits, ASignIsCountedWholeOrNotAnswered) {
 TEST_F(NearestLimits, ABatchOfLongSearchesIsAnsweredAsEachAlone) {
   Random random(23);
   std::vector<glm::vec3> points_m;
+  points_m.reserve(64);
   for (int i = 0; i < 64; ++i)
     points_m.emplace_back(random.magnitude(1e-7, 0.3) * random.direction());
   const auto query = prepare(NearestTarget::triangle, 4);

@@ -198,6 +198,7 @@ TEST_P(SameNearest, WhateverTheOrder) {
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
     std::shuffle(order.begin(), order.end(), std::mt19937_64(seed));
     std::vector<Nearest> points;
+    points.reserve(order.size());
     for (const std::size_t i : order)
       points.push_back(points_[i]);
     const Answers shuffled = ask(points, 1500);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "rtstdb/oracle/nearest_point.hpp"
 #include "scene.hpp"
@@ -254,7 +255,8 @@ TEST(NearestList, TrianglesAtOneCornerGoByIndex) {
   EXPECT_GE(at_corner, 6u);
   EXPECT_TRUE(std::is_sorted(truth.begin(), truth.begin() + static_cast<std::ptrdiff_t>(at_corner),
                              [](const NeighborTruth& a, const NeighborTruth& b) {
-                               return std::tuple(a.entity, a.triangle) < std::tuple(b.entity, b.triangle);
+                               return std::tuple(a.entity.index, a.triangle) <
+                                      std::tuple(b.entity.index, b.triangle);
                              }));
 }
 
