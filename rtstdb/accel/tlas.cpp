@@ -1,6 +1,7 @@
 #include "rtstdb/accel/tlas.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <numeric>
 
 #include "shaders/shared/node.h"
@@ -10,6 +11,8 @@ namespace rtstdb::accel {
 namespace {
 
 constexpr std::uint32_t instances_per_leaf = 1;
+// Read by shaders as a texel.
+static_assert(sizeof(Identity) == 16 && offsetof(Identity, mask) == 8 && offsetof(Identity, material) == 12);
 
 glm::uvec2 words_of(WorldTime time) noexcept {
   const auto bits = static_cast<std::uint64_t>(time.time_since_epoch().count());
@@ -103,10 +106,15 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
     gpu::BufferOptions instances{.name = name + " instances",
                                  .size_bytes = 2 * 16 * shared::instance_texels * n};
     instances.texel_float4 = true;
+    gpu::BufferOptions identities{
+        .name = name + " identities", .size_bytes = sizeof(Identity) * n, .memory = gpu::Memory::upload};
+    identities.texel_uint4 = true;
     const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
         {&slot.rows, {.name = name + " rows", .size_bytes = sizeof(shared::EntityRecord) * n}},
         {&slot.instances, instances},
         {&slot.live, {.name = name + " live", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
+        {&slot.identity_texels, identities},
+        {&slot.places, {.name = name + " places", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
     };
     for (const auto& [buffer, wanted] : buffers) {
       auto made = device.create_buffer(wanted);
@@ -164,11 +172,13 @@ Tlas::Slot* Tlas::find(const query::RowSource& rows, const query::TimeSpan& time
 
 void Tlas::list_live(Slot& slot, std::uint32_t index_limit) {
   const auto live = slot.live.host_as<std::uint32_t>();
+  const auto places = slot.places.host_as<std::uint32_t>();
   slot.live_count = 0;
   for (const Presence wanted : {Presence::visible, Presence::hidden}) {
     for (std::uint32_t entity = 0; entity < index_limit; ++entity) {
       if (slot.presence[entity] != wanted) continue;
       slot.place[entity] = slot.live_count;
+      places[entity] = slot.live_count;
       live[slot.live_count++] = entity;
     }
     if (wanted == Presence::visible) slot.visible_count = slot.live_count;
@@ -183,6 +193,7 @@ void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorde
     std::fill(slot.presence.begin() + rows.index_limit(), slot.presence.end(), Presence::absent);
   }
   const auto records = changed_rows_.host_as<shared::EntityRecord>();
+  const auto identity_texels = slot.identity_texels.host_as<Identity>();
   std::uint32_t count = 0;
   bool list_changed = !slot.filled;
   for (const std::uint32_t entity : changed_) {
@@ -191,6 +202,7 @@ void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorde
     if (state != nullptr) {
       records[count++] = record_of(*state);
       slot.identities[entity] = {state->id, state->row.mask, state->row.material};
+      identity_texels[entity] = slot.identities[entity];
       presence = state->row.geometry.valid() ? Presence::visible : Presence::hidden;
     }
     list_changed = list_changed || presence != slot.presence[entity];

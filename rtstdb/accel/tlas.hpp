@@ -14,6 +14,7 @@
 #include "rtstdb/accel/build_scratch.hpp"
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/query/executor.hpp"
+#include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
 
@@ -24,7 +25,8 @@ struct TlasOptions {
 
 /// Instants at which rows are written down in single precision lie this far apart, from the version's time
 /// on; see shaders/shared/entity.h.
-inline constexpr Nanoseconds epoch_length{max_query_window_ns};
+inline constexpr Nanoseconds epoch_length{shared::epoch_length_ns};
+static_assert(epoch_length.count() >= max_query_window_ns, "a window meets at most two epochs");
 
 /// An instant as the device is told of it.
 struct Moment {
@@ -63,6 +65,12 @@ class Tlas {
 
   std::uint32_t slots() const noexcept { return static_cast<std::uint32_t>(slots_.size()); }
   const gpu::Buffer& instances(std::uint32_t slot) const noexcept { return slots_[slot].instances; }
+  /// By entity index, a texel each: id, mask and material of a row.
+  const gpu::Buffer& identity_texels(std::uint32_t slot) const noexcept {
+    return slots_[slot].identity_texels;
+  }
+  /// By entity index: place_of.
+  const gpu::Buffer& places(std::uint32_t slot) const noexcept { return slots_[slot].places; }
   /// Where the entity's instance stands in its slot. Misuse for an entity that is not alive in the slot's
   /// version.
   std::uint32_t place_of(std::uint32_t slot, std::uint32_t entity) const noexcept {
@@ -77,7 +85,7 @@ class Tlas {
   enum class Presence : std::uint8_t { absent, hidden, visible };
 
   struct Slot {
-    gpu::Buffer rows, instances, live;
+    gpu::Buffer rows, instances, live, identity_texels, places;
     gpu::Bindings apply_rows, instances_pass, small_build;
     std::vector<Presence> presence;    // by entity index
     std::vector<std::uint32_t> place;  // by entity index

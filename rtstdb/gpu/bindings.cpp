@@ -9,18 +9,16 @@ namespace {
 
 /// Room for exactly one set of these bindings.
 vk::raii::DescriptorPool create_pool(const vk::raii::Device& device, std::string_view letters) {
-  const auto storage = static_cast<std::uint32_t>(std::count(letters.begin(), letters.end(), 'S'));
-  const auto texel = static_cast<std::uint32_t>(letters.size()) - storage;
   std::vector<vk::DescriptorPoolSize> sizes;
-  if (storage != 0) sizes.emplace_back(vk::DescriptorType::eStorageBuffer, storage);
-  if (texel != 0) sizes.emplace_back(vk::DescriptorType::eUniformTexelBuffer, texel);
+  for (const char letter : letters)
+    sizes.emplace_back(descriptor_type(letter), 1);
   return {device,
           vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet, 1, sizes)};
 }
 
 const vk::raii::BufferView& view_of(const Buffer::Impl& buffer, char letter) {
-  const vk::raii::BufferView& view = letter == 'T' ? buffer.texel_uint4 : buffer.texel_float4;
-  RTSTDB_ASSERT(*view != vk::BufferView{});
+  const vk::raii::BufferView& view = letter == 'F' ? buffer.texel_float4 : buffer.texel_uint4;
+  RTSTDB_ASSERT(*view != vk::BufferView{} && (letter != 'I' || buffer.options.texel_store));
   return view;
 }
 
@@ -30,14 +28,12 @@ void write_set(const vk::raii::Device& device, vk::DescriptorSet set, std::strin
   std::vector<vk::BufferView> views(letters.size());
   std::vector<vk::WriteDescriptorSet> writes;
   for (std::uint32_t i = 0; i < letters.size(); ++i) {
-    vk::WriteDescriptorSet write(set, i, 0, 1);
+    vk::WriteDescriptorSet write(set, i, 0, 1, descriptor_type(letters[i]));
     if (letters[i] == 'S') {
       ranges[i] = vk::DescriptorBufferInfo(*buffers[i]->buffer, 0, VK_WHOLE_SIZE);
-      write.descriptorType = vk::DescriptorType::eStorageBuffer;
       write.pBufferInfo = &ranges[i];
     } else {
       views[i] = *view_of(*buffers[i], letters[i]);
-      write.descriptorType = vk::DescriptorType::eUniformTexelBuffer;
       write.pTexelBufferView = &views[i];
     }
     writes.push_back(write);

@@ -36,6 +36,7 @@ struct BufferOptions {
   Memory memory = Memory::device;
   bool texel_uint4 = false;   ///< may be bound as View::texel_uint4
   bool texel_float4 = false;  ///< may be bound as View::texel_float4
+  bool texel_store = false;   ///< with texel_uint4: shaders may store whole texels
   bool indirect = false;      ///< may hold dispatch counts
 };
 

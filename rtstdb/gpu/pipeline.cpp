@@ -9,9 +9,7 @@ namespace {
 vk::raii::DescriptorSetLayout create_set_layout(const vk::raii::Device& device, std::string_view letters) {
   std::vector<vk::DescriptorSetLayoutBinding> bindings;
   for (const char letter : letters) {
-    const auto type =
-        letter == 'S' ? vk::DescriptorType::eStorageBuffer : vk::DescriptorType::eUniformTexelBuffer;
-    bindings.emplace_back(static_cast<std::uint32_t>(bindings.size()), type, 1,
+    bindings.emplace_back(static_cast<std::uint32_t>(bindings.size()), descriptor_type(letter), 1,
                           vk::ShaderStageFlagBits::eCompute);
   }
   return {device, vk::DescriptorSetLayoutCreateInfo({}, bindings)};

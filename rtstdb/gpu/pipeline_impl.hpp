@@ -6,6 +6,18 @@
 
 namespace rtstdb::gpu {
 
+/// The descriptor that a letter of the shader table stands for.
+constexpr vk::DescriptorType descriptor_type(char letter) noexcept {
+  switch (letter) {
+    case 'S':
+      return vk::DescriptorType::eStorageBuffer;
+    case 'I':
+      return vk::DescriptorType::eStorageTexelBuffer;
+    default:
+      return vk::DescriptorType::eUniformTexelBuffer;
+  }
+}
+
 struct Pipeline::Impl {
   std::shared_ptr<Device::Impl> device;
   std::string name;

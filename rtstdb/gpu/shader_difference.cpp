@@ -7,8 +7,8 @@ namespace rtstdb::gpu {
 namespace {
 
 /// What the device is asked for when it is opened (required_features.cpp), in SPIR-V's numbers: Shader,
-/// Float64, Int64, SampledBuffer, ImageQuery, subgroup basic, vote, arithmetic, ballot.
-constexpr std::array<std::uint32_t, 9> granted_capabilities{1, 10, 11, 46, 50, 61, 62, 63, 64};
+/// Float64, Int64, SampledBuffer, ImageBuffer, ImageQuery, subgroup basic, vote, arithmetic, ballot.
+constexpr std::array<std::uint32_t, 10> granted_capabilities{1, 10, 11, 46, 47, 50, 61, 62, 63, 64};
 
 std::string sentence(const ShaderInfo& table, const std::string& of_table, const std::string& of_code) {
   return "shader " + std::string(table.name) + " (" + std::string(table.source) + "): the table says " +

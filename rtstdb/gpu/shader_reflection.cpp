@@ -42,6 +42,7 @@ enum Decoration : std::uint32_t { decoration_binding = 33, decoration_set = 34, 
 constexpr std::uint32_t execution_model_compute = 5;
 constexpr std::uint32_t dimension_buffer = 5;
 constexpr std::uint32_t image_is_sampled = 1;
+constexpr std::uint32_t image_is_stored = 2;
 
 using Words = std::span<const std::uint32_t>;
 
@@ -229,8 +230,10 @@ char Module::letter(std::uint32_t storage_class, std::uint32_t type_id) const {
   if (storage_class != class_uniform_constant) return '?';
   if (const Words* sampled_image = type(type_id, op_type_sampled_image)) type_id = (*sampled_image)[0];
   const Words* image = type(type_id, op_type_image);
-  if (image == nullptr || (*image)[1] != dimension_buffer || (*image)[5] != image_is_sampled) return '?';
+  if (image == nullptr || (*image)[1] != dimension_buffer) return '?';
   const std::string texel = field_type((*image)[0]);
+  if ((*image)[5] == image_is_stored) return texel == "uint" ? 'I' : '?';
+  if ((*image)[5] != image_is_sampled) return '?';
   return texel == "uint" ? 'T' : texel == "float" ? 'F' : '?';
 }
 

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <memory>
 
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/query/element_check.hpp"
-#include "shaders/shared/query.h"
 
 namespace rtstdb::query {
 namespace {
@@ -30,6 +31,33 @@ bool is_range(float lambda_min, float lambda_max) noexcept {
   return lambda_min >= 0.0f && lambda_max >= lambda_min && std::isfinite(lambda_min);
 }
 
+/// Whether nothing is wrong with a ray but perhaps its time and carrier. No branches: a batch has many rays
+/// and none at fault.
+bool is_sound(const Ray& ray) noexcept {
+  constexpr float limit = static_cast<float>(max_coordinate_m);
+  const auto within = [](const glm::vec3& v, float bound) {
+    return (std::abs(v.x) <= bound) & (std::abs(v.y) <= bound) & (std::abs(v.z) <= bound);
+  };
+  const glm::vec3& d = ray.direction;
+  const bool has_length = (std::abs(d.x) >= smallest_direction) | (std::abs(d.y) >= smallest_direction) |
+                          (std::abs(d.z) >= smallest_direction);
+  return within(ray.origin_m, limit) & within(d, largest_direction) & has_length & (ray.lambda_min >= 0.0f) &
+         (ray.lambda_max >= ray.lambda_min) & (ray.lambda_min <= std::numeric_limits<float>::max());
+}
+
+std::uint32_t low_word(WorldTime t) noexcept {
+  return static_cast<std::uint32_t>(t.time_since_epoch().count());
+}
+
+// What shaders/shared/query.h says of their texels.
+static_assert(sizeof(Ray) == 16 * shared::ray_texels && offsetof(Ray, direction) == 12 &&
+              offsetof(Ray, lambda_min) == 24 && offsetof(Ray, t) == 32 && offsetof(Ray, mask) == 40 &&
+              offsetof(Ray, carrier) == 44);
+static_assert(sizeof(RayHit) == 16 * shared::hit_texels && offsetof(RayHit, entity) == 16 &&
+              offsetof(RayHit, mask) == 24 && offsetof(RayHit, triangle) == 32 &&
+              offsetof(RayHit, front_face) == 36 && sizeof(bool) == 1 && offsetof(RayHit, n_world) == 40 &&
+              offsetof(RayHit, v_relative_mps) == 52);
+
 }  // namespace
 
 Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
@@ -41,132 +69,151 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
   }
   auto query = std::make_unique<GpuRayQuery>();
   query->options_ = options;
-  auto pipeline = device.create_pipeline(options.mode == RayMode::any ? gpu::ShaderId::ray_any
-                                                                      : gpu::ShaderId::ray_closest);
-  if (!pipeline) return pipeline.error();
-  query->pipeline_ = std::move(pipeline).value();
-  gpu::BufferOptions rays{.name = options.name + " rays",
-                          .size_bytes = options.capacity * sizeof(shared::RayRecord),
-                          .memory = gpu::Memory::upload};
+  query->max_groups_ = device.limits().max_groups;
+  const bool any = options.mode == RayMode::any;
+  const gpu::ShaderId shaders[] = {any ? gpu::ShaderId::ray_any : gpu::ShaderId::ray_closest,
+                                   any ? gpu::ShaderId::ray_any_carried : gpu::ShaderId::ray_closest_carried};
+  for (std::size_t i = 0; i < query->kernels_.size(); ++i) {
+    auto pipeline = device.create_pipeline(shaders[i]);
+    if (!pipeline) return pipeline.error();
+    query->kernels_[i].pipeline = std::move(pipeline).value();
+  }
+  const std::size_t again_texels = (options.capacity + 3) / 4;
+  const auto texels = [&](const char* what, std::size_t size_bytes, gpu::Memory memory) {
+    return gpu::BufferOptions{
+        .name = options.name + what, .size_bytes = size_bytes, .memory = memory, .texel_uint4 = true};
+  };
+  auto rays = texels(" rays", options.capacity * sizeof(Ray), gpu::Memory::upload);
   rays.texel_float4 = true;
-  auto ray_records = device.create_buffer(rays);
-  if (!ray_records) return ray_records.error();
-  query->ray_records_ = std::move(ray_records).value();
-  auto hit_records = device.create_buffer({.name = options.name + " hits",
-                                           .size_bytes = options.capacity * sizeof(shared::HitRecord),
-                                           .memory = gpu::Memory::readback});
-  if (!hit_records) return hit_records.error();
-  query->hit_records_ = std::move(hit_records).value();
-  // What the device can not hold has been refused by now.
-  query->rays_.resize(options.capacity);
-  query->hits_.resize(options.capacity);
+  auto hits = texels(" hits", options.capacity * sizeof(RayHit), gpu::Memory::readback);
+  hits.texel_store = true;
+  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+      {&query->rays_, rays},
+      {&query->hits_, hits},
+      {&query->again_, texels(" rays asked again", 16 * again_texels, gpu::Memory::upload)},
+      {&query->some_incomplete_, texels(" incomplete", 16, gpu::Memory::readback)}};
+  for (const auto& [buffer, wanted] : buffers) {
+    auto made = device.create_buffer(wanted);
+    if (!made) return made.error();
+    *buffer = std::move(made).value();
+  }
+  std::uninitialized_default_construct_n(query->rays_.host_as<Ray>().data(), options.capacity);
+  std::uninitialized_default_construct_n(query->hits_.host_as<RayHit>().data(), options.capacity);
   query->incomplete_.reserve(options.capacity);
   return query;
 }
 
 std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource& rows,
                                            TimeSpan& times) const noexcept {
+  const auto rays = rays_.host_as<const Ray>();
+  // Where motion is ignored every ray asks at the version's own time.
+  const WorldTime earliest = options_.ignore_motion ? WorldTime::min() : rows.time();
+  const WorldTime latest = options_.ignore_motion ? WorldTime::max() : world_time_ns(max_world_time_ns);
+  TimeSpan span;
   EntityId known_carrier;  // most batches have one
+  carried_ = false;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Ray& ray = rays_[i];
-    if (const auto bad = check_point(ray.origin_m, i)) return bad;
-    if (const auto bad = check_direction(ray.direction, i)) return bad;
-    if (!is_range(ray.lambda_min, ray.lambda_max))
-      return refused(BadInputReason::bad_ray, i, {ray.lambda_min, ray.lambda_max, 0.0f, 0.0f});
-    // Where motion is ignored every ray asks at the version's own time.
-    const WorldTime t = options_.ignore_motion ? rows.time() : ray.t;
-    if (const auto bad = check_time(t, i, rows, times)) return bad;
-    if (ray.carrier == known_carrier) continue;
-    if (const auto bad = check_carrier(ray.carrier, i, rows)) return bad;
+    const Ray& ray = rays[i];
+    span.first = std::min(span.first, ray.t);
+    span.last = std::max(span.last, ray.t);
+    const bool known = ray.carrier == known_carrier;
+    if (is_sound(ray) & (ray.t >= earliest) & (ray.t <= latest) & known) [[likely]]
+      continue;
+    if (const auto fault = fault_of(i, rows, times)) return fault;
     known_carrier = ray.carrier;
+    carried_ = carried_ || ray.carrier.valid();
   }
+  if (count == 0) return std::nullopt;
+  times.first = std::min(times.first, options_.ignore_motion ? rows.time() : span.first);
+  times.last = std::max(times.last, options_.ignore_motion ? rows.time() : span.last);
   return std::nullopt;
+}
+
+std::optional<BadInput> GpuRayQuery::fault_of(std::uint32_t element, const RowSource& rows,
+                                              TimeSpan& times) const noexcept {
+  const Ray& ray = rays_.host_as<const Ray>()[element];
+  if (const auto bad = check_point(ray.origin_m, element)) return bad;
+  if (const auto bad = check_direction(ray.direction, element)) return bad;
+  if (!is_range(ray.lambda_min, ray.lambda_max))
+    return refused(BadInputReason::bad_ray, element, {ray.lambda_min, ray.lambda_max, 0.0f, 0.0f});
+  const WorldTime t = options_.ignore_motion ? rows.time() : ray.t;
+  if (const auto bad = check_time(t, element, rows, times)) return bad;
+  return check_carrier(ray.carrier, element, rows);
 }
 
 Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& pool,
                                const accel::Tlas& tlas) {
-  bindings_.clear();
-  for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
-    const gpu::Buffer* buffers[] = {&pool.nodes(), &pool.triangles(), &tlas.instances(slot), &ray_records_,
-                                    &hit_records_};
-    auto bindings = device.create_bindings(pipeline_, buffers);
-    if (!bindings) return bindings.error();
-    bindings_.push_back(std::move(bindings).value());
+  for (Kernel& kernel : kernels_) {
+    kernel.bindings.clear();
+    for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
+      const gpu::Buffer* buffers[] = {&pool.nodes(),
+                                      &pool.triangles(),
+                                      &tlas.instances(slot),
+                                      &tlas.identity_texels(slot),
+                                      &rays_,
+                                      &again_,
+                                      &hits_,
+                                      &some_incomplete_,
+                                      &tlas.places(slot)};
+      const bool carried = &kernel == &kernels_.back();
+      auto bindings =
+          device.create_bindings(kernel.pipeline, std::span(buffers).first(std::size(buffers) - !carried));
+      if (!bindings) return bindings.error();
+      kernel.bindings.push_back(std::move(bindings).value());
+    }
   }
   return {};
 }
 
 void GpuRayQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
-  recorder.dispatch(pipeline_, bindings_.front(), shared::RayArgs{}, 1);
+  for (const Kernel& kernel : kernels_)
+    recorder.dispatch(kernel.pipeline, kernel.bindings.front(), shared::RayArgs{}, 1);
 }
 
-void GpuRayQuery::record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
+void GpuRayQuery::record(std::uint32_t count, const RowSource& rows, const accel::Tlas& /*tlas*/,
                          const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
-  const auto records = ray_records_.host_as<shared::RayRecord>();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Ray& ray = rays_[i];
-    const accel::Moment moment = view.moment(options_.ignore_motion ? rows.time() : ray.t);
-    records[i] = {
-        .origin_m = ray.origin_m,
-        .lambda_min = ray.lambda_min,
-        .direction = ray.direction,
-        .lambda_max = ray.lambda_max,
-        .t_s = moment.t_s,
-        .mask = ray.mask,
-        .carrier = ray.carrier.valid() ? tlas.place_of(view.slot, ray.carrier.index) : shared::no_entity,
-        .instance_base = moment.instance_base};
-  }
-  dispatch(count, false, view, recorder);
+  some_incomplete_.host_as<std::uint32_t>()[0] = 0;
+  args_ = {.root = view.root,
+           .count = count,
+           .alone = 0,
+           .first = 0,
+           .epoch_ns = low_word(view.epoch),
+           .late_base = view.late_base,
+           .still = options_.ignore_motion ? 1u : 0u,
+           .still_ns = low_word(rows.time()),
+           .faces = options_.faces == Faces::both    ? 0.0f
+                    : options_.faces == Faces::front ? 1.0f
+                                                     : -1.0f,
+           .two = 2};
+  const Kernel& kernel = kernels_[carried_ ? 1 : 0];
+  recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args_, (count + 63) / 64);
 }
 
-void GpuRayQuery::dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
-                           gpu::Recorder& recorder) noexcept {
-  const shared::RayArgs args{.root = view.root, .count = count, .alone = alone ? 1u : 0u, .two = 2};
-  recorder.dispatch(pipeline_, bindings_[view.slot], args, alone ? count : (count + 63) / 64);
-}
-
-void GpuRayQuery::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
-  incomplete_.clear();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    unpack_hit(i, i, view);
-    if (hits_[i].status == HitStatus::incomplete) incomplete_.push_back(i);
-  }
+void GpuRayQuery::unpack(std::uint32_t count, const accel::TlasView& /*view*/) noexcept {
   answered_ = count;
+  incomplete_.clear();
+  if (count > 0 && some_incomplete_.host_as<const std::uint32_t>()[0] != 0) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (hits()[i].status == HitStatus::incomplete) incomplete_.push_back(i);
+    }
+  }
   truncated_ = !incomplete_.empty();
 }
 
 void GpuRayQuery::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
-  const auto records = ray_records_.host_as<shared::RayRecord>();
-  for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
-    records[i] = records[incomplete_[i]];
-  dispatch(static_cast<std::uint32_t>(incomplete_.size()), true, view, recorder);
-}
-
-void GpuRayQuery::unpack_again(const accel::TlasView& view) noexcept {
-  truncated_ = false;
-  for (std::uint32_t i = 0; i < incomplete_.size(); ++i) {
-    unpack_hit(incomplete_[i], i, view);
-    truncated_ = truncated_ || hits_[incomplete_[i]].status == HitStatus::incomplete;
+  std::ranges::copy(incomplete_, again_.host_as<std::uint32_t>().begin());
+  const Kernel& kernel = kernels_[carried_ ? 1 : 0];
+  args_.alone = 1;
+  const auto count = static_cast<std::uint32_t>(incomplete_.size());
+  for (args_.first = 0; args_.first < count; args_.first += max_groups_) {
+    recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args_,
+                      std::min(count - args_.first, max_groups_));
   }
 }
 
-void GpuRayQuery::unpack_hit(std::uint32_t ray, std::uint32_t place, const accel::TlasView& view) noexcept {
-  const shared::HitRecord& record = hit_records_.host_as<const shared::HitRecord>()[place];
-  RayHit& hit = hits_[ray];
-  hit = {};
-  hit.status = static_cast<HitStatus>(record.status);
-  if (hit.status != HitStatus::hit || options_.mode == RayMode::any) return;
-  hit.lambda = record.lambda;
-  hit.u = record.u;
-  hit.v = record.v;
-  const accel::Identity& identity = view.identities[record.entity];
-  hit.entity = identity.id;
-  hit.mask = identity.mask;
-  hit.material = identity.material;
-  hit.triangle = record.triangle;
-  hit.front_face = record.front_face != 0;
-  hit.n_world = record.n_world;
-  hit.v_relative_mps = record.v_relative_mps;
+void GpuRayQuery::unpack_again(const accel::TlasView& /*view*/) noexcept {
+  truncated_ = std::ranges::any_of(
+      incomplete_, [&](std::uint32_t ray) { return hits()[ray].status == HitStatus::incomplete; });
 }
 
 }  // namespace rtstdb::query

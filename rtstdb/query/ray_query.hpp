@@ -1,9 +1,12 @@
 #pragma once
-// The ray query on the GPU. shaders/query/ray.glsl traces; this packs and unpacks.
+// The ray query on the GPU. The caller's spans are the device's own buffers: shaders/query/ray.glsl reads
+// rays and writes hits as they lie; this checks and dispatches.
 
+#include <array>
 #include <vector>
 
 #include "rtstdb/query/gpu_query.hpp"
+#include "shaders/shared/query.h"
 
 namespace rtstdb::query {
 
@@ -11,8 +14,10 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
  public:
   static Result<std::unique_ptr<GpuRayQuery>> create(gpu::Device& device, const RayQueryOptions& options);
 
-  std::span<Ray> rays() noexcept override { return rays_; }
-  std::span<const RayHit> hits() const noexcept override { return {hits_.data(), answered_}; }
+  std::span<Ray> rays() noexcept override { return rays_.host_as<Ray>().first(options_.capacity); }
+  std::span<const RayHit> hits() const noexcept override {
+    return hits_.host_as<const RayHit>().first(answered_);
+  }
 
   QueryKind kind() const noexcept override {
     return options_.mode == RayMode::any ? QueryKind::ray_any : QueryKind::ray_closest;
@@ -31,20 +36,24 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   bool truncated() const noexcept override { return truncated_; }
 
  private:
-  void dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
-                gpu::Recorder& recorder) noexcept;
-  /// The answer to the caller's ray from the device's record at `place`.
-  void unpack_hit(std::uint32_t ray, std::uint32_t place, const accel::TlasView& view) noexcept;
+  /// A kernel for rays of the world, and a dearer one for batches in which some are carried.
+  struct Kernel {
+    gpu::Pipeline pipeline;
+    std::vector<gpu::Bindings> bindings;  // one per slot
+  };
+
+  std::optional<BadInput> fault_of(std::uint32_t element, const RowSource& rows,
+                                   TimeSpan& times) const noexcept;
 
   RayQueryOptions options_;
-  std::vector<Ray> rays_;
-  std::vector<RayHit> hits_;
   std::uint32_t answered_ = 0;
   bool truncated_ = false;
+  mutable bool carried_ = false;           // what check saw in the batch that is recorded next
+  shared::RayArgs args_{};                 // of the last dispatch
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
-  gpu::Pipeline pipeline_;
-  gpu::Buffer ray_records_, hit_records_;
-  std::vector<gpu::Bindings> bindings_;  // one per slot
+  std::uint32_t max_groups_ = 0;
+  std::array<Kernel, 2> kernels_;
+  gpu::Buffer rays_, hits_, again_, some_incomplete_;
 };
 
 }  // namespace rtstdb::query

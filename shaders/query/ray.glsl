@@ -1,65 +1,81 @@
-// The body of both ray queries: reads a ray, traces it, writes the hit. See rtstdb/query.hpp for what the fields mean.
+// The body of the ray queries: reads a ray, traces it, writes the hit. See rtstdb/query.hpp for what the fields mean.
+//
+// Include with RAY_ANY defined for rays that stop at the first hit, RAY_CARRIED where some of them move with an entity.
 #include "common/interleave.glsl"
 #include "query/traverse.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RayArgs args; };
-layout(set = 0, binding = 3) uniform samplerBuffer rays;
-layout(set = 0, binding = 4, scalar) writeonly buffer HitsBuffer { HitRecord hits[]; };
+layout(set = 0, binding = 3) uniform usamplerBuffer identities;
+layout(set = 0, binding = 4) uniform samplerBuffer rays;
+layout(set = 0, binding = 5) uniform usamplerBuffer again;
+layout(set = 0, binding = 6, rgba32ui) writeonly uniform uimageBuffer hits;
+layout(set = 0, binding = 7, scalar) writeonly buffer IncompleteBuffer { uint some_incomplete; };
+#ifdef RAY_CARRIED
+layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint places[]; };
+#endif
 
 float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 
 vec3 velocity_at(Instance i, float t_s, vec3 point) { return i.v + cross(i.w, point - (i.p + i.v * t_s)); }
 
+void write_hit(uint index, Found found, vec3 origin, vec3 direction, vec3 v_origin, float t_s) {
+  const int place = int(index * hit_texels);
+  const bool hit = found.status == status_hit;
+  const Instance i = fetch_instance(instances, hit ? found.instance : 0u);
+  const int corners = int(found.slot * triangle_texels);
+  const vec3 a = texelFetch(triangles, corners).xyz;
+  const vec3 ab = texelFetch(triangles, corners + 1).xyz - a;
+  const vec3 ac = texelFetch(triangles, corners + 2).xyz - a;
+  // Normals turn with the body and scale with the inverse. Lengths near one, so that no square vanishes.
+  const vec3 n = cross(ab / largest(ab), ac / largest(ac)) / i.scale;
+  const vec3 n_world = normalize(rotate(orientation_at(i.q, i.w, t_s), n / largest(n)));
+  const vec3 v_relative_mps = velocity_at(i, t_s, origin + found.lambda * direction) - v_origin;
+  const uvec4 nothing = uvec4(0u);
+  const uvec4 side = uvec4(found.triangle, found.front ? 1u : 0u, floatBitsToUint(n_world.xy));
+  const uvec4 motion = uvec4(floatBitsToUint(n_world.z), floatBitsToUint(v_relative_mps));
+  imageStore(hits, place, hit ? uvec4(found.status, floatBitsToUint(vec3(found.lambda, found.u, found.v)))
+                              : uvec4(found.status, nothing.xyz));
+  imageStore(hits, place + 1, hit ? texelFetch(identities, int(hit ? found.entity : 0u)) : uvec4(no_entity, nothing.xyz));
+  imageStore(hits, place + 2, hit ? side : nothing);
+  imageStore(hits, place + 3, hit ? motion : nothing);
+}
+
 void main() {
   // Workgroups are handed to lavapipe's threads in contiguous halves; taking rays crosswise gives both the same work.
   const uint shared_index = interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * 64u + gl_LocalInvocationID.x;
   const bool alone = args.alone != 0u;
-  const uint index = alone ? gl_WorkGroupID.x : shared_index;
-  if (index >= args.count || (alone && gl_LocalInvocationID.x != 0u)) return;
-  const vec4 r0 = texelFetch(rays, int(3u * index));
-  const vec4 r1 = texelFetch(rays, int(3u * index + 1u));
-  const vec4 r2 = texelFetch(rays, int(3u * index + 2u));
-  const float t_s = r2.x;
-  const uint mask = floatBitsToUint(r2.y);
-  const uint carrier = floatBitsToUint(r2.z);
-  const uint instance_base = floatBitsToUint(r2.w);
+  const uint place = args.first + gl_WorkGroupID.x;
+  const uint index = alone ? texelFetch(again, int(place >> 2))[place & 3u] : shared_index;
+  if ((alone ? gl_LocalInvocationID.x != 0u : index >= args.count)) return;
+  const int base = int(index * ray_texels);
+  const vec4 r0 = texelFetch(rays, base);
+  const vec4 r1 = texelFetch(rays, base + 1);
+  const vec4 r2 = texelFetch(rays, base + 2);
+  const uint since_epoch_ns = (args.still != 0u ? args.still_ns : floatBitsToUint(r2.x)) - args.epoch_ns;
+  const bool late = since_epoch_ns >= epoch_length_ns;
+  const float t_s = float(double(late ? since_epoch_ns - epoch_length_ns : since_epoch_ns) * 1e-9LF);
+  const uint instance_base = late ? args.late_base : 0u;
   vec3 origin = r0.xyz;
-  vec3 direction = r1.xyz;
+  vec3 direction = vec3(r0.w, r1.xy);
   vec3 v_origin = vec3(0.0);
+#ifdef RAY_CARRIED
+  const uint carrier = floatBitsToUint(r2.w);
   if (carrier != no_entity) {
-    const Instance i = fetch_instance(instances, carrier + instance_base);
+    const Instance i = fetch_instance(instances, places[carrier] + instance_base);
     const vec4 q = orientation_at(i.q, i.w, t_s);
-    origin = i.p + i.v * t_s + rotate(q, r0.xyz);
-    direction = rotate(q, r1.xyz);
+    origin = i.p + i.v * t_s + rotate(q, origin);
+    direction = rotate(q, direction);
     v_origin = velocity_at(i, t_s, origin);
   }
-  const Found found = trace(make_segment(origin, direction), r0.w, r1.w, t_s, instance_base, mask, args.root, args.two);
-  HitRecord hit;
-  hit.status = found.status;
-  hit.lambda = hit.u = hit.v = 0.0;
-  hit.entity = no_entity;
-  hit.triangle = 0u;
-  hit.front_face = 0u;
-  hit.n_world = hit.v_relative_mps = vec3(0.0);
-#ifndef RAY_ANY
-  if (found.status == status_hit) {
-    const Instance i = fetch_instance(instances, found.instance);
-    const int base = int(found.slot * triangle_texels);
-    const vec3 a = texelFetch(triangles, base).xyz;
-    const vec3 ab = texelFetch(triangles, base + 1).xyz - a;
-    const vec3 ac = texelFetch(triangles, base + 2).xyz - a;
-    hit.lambda = found.lambda;
-    hit.u = found.u;
-    hit.v = found.v;
-    hit.entity = found.entity;
-    hit.triangle = found.triangle;
-    hit.front_face = found.front ? 1u : 0u;
-    // Normals turn with the body and scale with the inverse. Lengths near one, so that no square vanishes.
-    const vec3 n = cross(ab / largest(ab), ac / largest(ac)) / i.scale;
-    hit.n_world = normalize(rotate(orientation_at(i.q, i.w, t_s), n / largest(n)));
-    hit.v_relative_mps = velocity_at(i, t_s, origin + found.lambda * direction) - v_origin;
-  }
 #endif
-  hits[index] = hit;
+  const Found found = trace(make_segment(origin, direction), r1.z, r1.w, t_s, instance_base, floatBitsToUint(r2.z), args.root,
+                            args.faces, args.two);
+#ifdef RAY_ANY
+  // The rest of the hit stays as it was made.
+  imageStore(hits, int(index * hit_texels), uvec4(found.status, 0u, 0u, 0u));
+#else
+  write_hit(index, found, origin, direction, v_origin, t_s);
+#endif
+  if (found.status == status_incomplete) some_incomplete = 1u;
 }

@@ -77,7 +77,7 @@ float edge_function(vec2 p, vec2 q) {
 // to the same point in every triangle that shares it; then the products of a shared edge are the same numbers for both its
 // triangles (`precise` keeps the compiler from fusing them), and no ray slips between. Edges belong to both. Corners are seen
 // from the ray's origin with an error that grows with their distance alone, however small the triangle.
-void test_triangle(Segment ray, uint slot, float lambda_min, uint instance, uint entity, inout Found best) {
+void test_triangle(Segment ray, uint slot, float lambda_min, float faces, uint instance, uint entity, inout Found best) {
   const int base = int(slot * triangle_texels);
   const vec4 t0 = texelFetch(triangles, base);
   const uint triangle = floatBitsToUint(t0.w);
@@ -93,7 +93,8 @@ void test_triangle(Segment ray, uint slot, float lambda_min, uint instance, uint
   const bool inside = (wa >= 0.0 && wb >= 0.0 && wc >= 0.0) || (wa <= 0.0 && wb <= 0.0 && wc <= 0.0);
   const float sum = wa + wb + wc;
   const float lambda = (wa * a.z + wb * b.z + wc * c.z) / sum * ray.shear.z;
-  const bool in_range = inside && sum != 0.0 && lambda >= lambda_min && lambda <= best.lambda;
+  const float facing = sum * ray.shear.z;
+  const bool in_range = inside && sum != 0.0 && facing * faces >= 0.0 && lambda >= lambda_min && lambda <= best.lambda;
   const bool nearer = lambda < best.lambda || best.status == status_miss || entity < best.entity ||
                       (entity == best.entity && triangle < best.triangle);
   if (in_range && nearer) {
@@ -105,7 +106,7 @@ void test_triangle(Segment ray, uint slot, float lambda_min, uint instance, uint
     best.entity = entity;
     best.triangle = triangle;
     best.slot = slot;
-    best.front = sum * ray.shear.z > 0.0;
+    best.front = facing > 0.0;
   }
 }
 
@@ -187,7 +188,8 @@ uint take_next(inout Search search, uint bottom, uint octant) {
 // `t_s`: since the epoch of the instances that stand from `instance_base` on. `two`: see loops_still_turn.
 //
 // Loops end where their condition stands: what follows a break runs for the lanes that are left even when there are none.
-Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint instance_base, uint mask, uint root, uint two) {
+Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint instance_base, uint mask, uint root, float faces,
+            uint two) {
   Found best;
   best.status = status_miss;
   best.lambda = lambda_max;
@@ -228,7 +230,7 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint i
         uint slot = first;
         do {
           ++search.rounds;
-          test_triangle(ray, slot, lambda_min, instance, candidate.entity, best);
+          test_triangle(ray, slot, lambda_min, faces, instance, candidate.entity, best);
           ++slot;
         } while (slot < end);
         ++search.rounds;

@@ -36,6 +36,8 @@ RTSTDB_STRUCT(GeometryRecord)
 //   0 position, mask        1 orientation (xyzw)     2 velocity, BLAS root      3 angular velocity, entity index
 //   4 scale, closed         5 box centre, -          6 box half extent, -       (box: entity frame, unscaled)
 RTSTDB_CONSTANT(instance_texels, 7)
+// Epochs lie this far apart.
+RTSTDB_CONSTANT(epoch_length_ns, 1000000000)
 
 #define RTSTDB_FIELDS_ApplyRowsArgs(F) F(uint, count)
 RTSTDB_STRUCT(ApplyRowsArgs)

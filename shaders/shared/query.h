@@ -8,35 +8,25 @@ RTSTDB_CONSTANT(status_miss, 0)
 RTSTDB_CONSTANT(status_hit, 1)
 RTSTDB_CONSTANT(status_incomplete, 2)
 
-// Read as 3 texels of vec4.
-#define RTSTDB_FIELDS_RayRecord(F)                        \
-  F(vec3, origin_m)                                       \
-  F(float, lambda_min)                                    \
-  F(vec3, direction)                                      \
-  F(float, lambda_max)                                    \
-  F(float, t_s) /* since the epoch of the instances that it sees */ \
-  F(uint, mask)                                           \
-  F(uint, carrier)                                        \
-  F(uint, instance_base) /* 0 or late_base */
-RTSTDB_STRUCT(RayRecord)
+// A ray lies as the caller filled it in (rtstdb::Ray), 4 texels:
+//   0 origin, direction x    1 direction yz, lambda range    2 time (int64 ns, low word first), mask, carrier's index    3 -
+RTSTDB_CONSTANT(ray_texels, 4)
+// A hit lies as the caller reads it (rtstdb::RayHit), 4 texels of words:
+//   0 status, lambda, u, v   1 entity's index and generation, mask, material   2 triangle, front, normal xy
+//   3 normal z, relative velocity
+RTSTDB_CONSTANT(hit_texels, 4)
 
-#define RTSTDB_FIELDS_HitRecord(F) \
-  F(uint, status)                  \
-  F(float, lambda)                 \
-  F(float, u)                      \
-  F(float, v)                      \
-  F(uint, entity)                  \
-  F(uint, triangle)                \
-  F(uint, front_face)              \
-  F(vec3, n_world)                 \
-  F(vec3, v_relative_mps)
-RTSTDB_STRUCT(HitRecord)
-
-#define RTSTDB_FIELDS_RayArgs(F)                                         \
-  F(uint, root)                                                          \
-  F(uint, count)                                                         \
-  F(uint, alone)  /* 1: one ray a workgroup */                           \
-  F(uint, two)    /* see loops_still_turn */
+#define RTSTDB_FIELDS_RayArgs(F)                                                                  \
+  F(uint, root)                                                                                   \
+  F(uint, count)     /* rays asked in this dispatch */                                            \
+  F(uint, alone)     /* 1: one ray a workgroup, those named in `again` */                         \
+  F(uint, first)     /* alone: place in `again` of the first */                                   \
+  F(uint, epoch_ns)  /* low word; rays lie less than two epochs after it, so it says enough */     \
+  F(uint, late_base) /* where the next epoch's instances begin */                                 \
+  F(uint, still)     /* 1: every ray asks at still_ns */                                          \
+  F(uint, still_ns)  /* low word */                                                               \
+  F(float, faces)    /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                \
+  F(uint, two)       /* see loops_still_turn */
 RTSTDB_STRUCT(RayArgs)
 
 RTSTDB_CONSTANT(region_is_sphere, 1)

@@ -55,6 +55,57 @@ TEST_F(RayTies, CoincidingTrianglesGiveTheLowest) {
   EXPECT_EQ(hit.lambda, 4.0f);
 }
 
+using RayFaces = DatabaseTest;
+
+TEST_F(RayFaces, FrontsOrBacksAloneAreHitWhereAsked) {
+  const EntityId box = create(row_of(add(make_box({2.0, 2.0, 2.0})), {10.0, 0.0, 0.0}));
+  const Ray from_outside = ray_from({}, {1, 0, 0});
+  const Ray from_inside = ray_from({10.0f, 0.0f, 0.0f}, {1, 0, 0});
+  const struct {
+    Faces faces;
+    float outside, inside;  // lambda; 0: a miss
+  } cases[] = {{Faces::both, 9.0f, 1.0f}, {Faces::front, 9.0f, 0.0f}, {Faces::back, 11.0f, 1.0f}};
+  for (const auto& one : cases) {
+    for (const RayMode mode : {RayMode::closest, RayMode::any}) {
+      auto query = database().prepare(
+          RayQueryOptions{.name = "faces", .capacity = 2, .mode = mode, .faces = one.faces});
+      ASSERT_TRUE(query.ok());
+      const Ray rays[] = {from_outside, from_inside};
+      const auto hits = trace(*query.value(), rays);
+      const float lambdas[] = {one.outside, one.inside};
+      for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(hits[i].status, lambdas[i] > 0.0f ? HitStatus::hit : HitStatus::miss);
+        if (hits[i].status != HitStatus::hit || mode == RayMode::any) continue;
+        EXPECT_EQ(hits[i].lambda, lambdas[i]);
+        EXPECT_EQ(hits[i].entity, box);
+        EXPECT_EQ(hits[i].front_face, i == 0 && one.faces != Faces::back);
+      }
+    }
+  }
+}
+
+/// Hits lie in memory that is used again: nothing of an older answer may show.
+TEST_F(RayFaces, AMissAfterAHitHoldsNothing) {
+  create(row_of(add(make_box({2.0, 2.0, 2.0})), {10.0, 0.0, 0.0}));
+  const auto query = prepare_rays();
+  const Ray towards = ray_from({}, {1, 0, 0});
+  const Ray away = ray_from({}, {-1, 0, 0});
+  ASSERT_EQ(trace(*query, std::span(&towards, 1))[0].status, HitStatus::hit);
+  const RayHit miss = trace(*query, std::span(&away, 1))[0];
+  const RayHit nothing;
+  EXPECT_EQ(miss.status, HitStatus::miss);
+  EXPECT_EQ(miss.lambda, nothing.lambda);
+  EXPECT_EQ(miss.u, nothing.u);
+  EXPECT_EQ(miss.v, nothing.v);
+  EXPECT_EQ(miss.entity, nothing.entity);
+  EXPECT_EQ(miss.mask, nothing.mask);
+  EXPECT_EQ(miss.material, nothing.material);
+  EXPECT_EQ(miss.triangle, nothing.triangle);
+  EXPECT_EQ(miss.front_face, nothing.front_face);
+  EXPECT_EQ(miss.n_world, nothing.n_world);
+  EXPECT_EQ(miss.v_relative_mps, nothing.v_relative_mps);
+}
+
 using Watertight = DatabaseTest;
 
 /// Rays from inside a closed surface, exactly at its corners, edges and faces: none may get out.

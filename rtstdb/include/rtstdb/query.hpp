@@ -37,7 +37,7 @@ enum class RayMode : std::uint8_t {
 /// Points on the ray: origin + lambda * direction, lambda in [lambda_min, lambda_max]. The direction need not
 /// be unit. With a carrier, origin and direction are given in the carrier's frame (unscaled) and move with
 /// it: the ray starts where the carrier is at `t`, and its origin's velocity takes part in `v_relative`.
-struct Ray {
+struct alignas(16) Ray {
   glm::vec3 origin_m{0.0f};
   glm::vec3 direction{1.0f, 0.0f, 0.0f};
   float lambda_min = 0.0f;
@@ -46,6 +46,9 @@ struct Ray {
   std::uint32_t mask = mask_all;
   EntityId carrier;  ///< default: none, the ray is in the world frame
 };
+
+/// Which sides of triangles are hit.
+enum class Faces : std::uint8_t { both, front, back };
 
 enum class HitStatus : std::uint32_t {
   miss = 0,
@@ -71,12 +74,15 @@ struct RayQueryOptions {
   std::string name;  ///< shown in reports
   std::uint32_t capacity = 0;
   RayMode mode = RayMode::closest;
+  Faces faces = Faces::both;
   /// True: every entity stands still at its pose of the version's time, whatever the rays' times (the paper's
   /// "temporal unaware" case). Carriers too. v_relative_mps is still made of the rows' velocities, at those
   /// poses.
   bool ignore_motion = false;
 };
 
+/// Rays and hits lie in memory that the device reads and writes: nothing is copied on the way. On a device
+/// with memory of its own the input span is best filled in order and never read.
 class RayQuery {
  public:
   virtual ~RayQuery() = default;
