@@ -71,8 +71,8 @@ class Tlas {
   }
   /// By entity index: place_of.
   const gpu::Buffer& places(std::uint32_t slot) const noexcept { return slots_[slot].places; }
-  /// Where the entity's instance stands in its slot. Misuse for an entity that is not alive in the slot's
-  /// version.
+  /// Where the entity's instance stands in its slot: those with a geometry by ascending index, which nearest
+  /// queries decide ties by. Misuse for an entity that is not alive in the slot's version.
   std::uint32_t place_of(std::uint32_t slot, std::uint32_t entity) const noexcept {
     return slots_[slot].place[entity];
   }
