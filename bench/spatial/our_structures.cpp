@@ -64,7 +64,7 @@ struct OurTlas::Impl {
       : device(must(gpu::Device::open({}))),
         options{.max_entities = static_cast<std::uint32_t>(count)},
         submit(must(accel::Submit::create(*device))),
-        pool(must(accel::GeometryPool::create(*device, accel::Tlas::nodes_needed(options), 1))),
+        pool(must(accel::GeometryPool::create(*device, accel::Tlas::nodes_needed(options), 1, submit))),
         tlas(must(accel::Tlas::create(*device, options))),
         rows(count) {}
 
@@ -108,7 +108,7 @@ double OurTlas::update() {
 std::size_t our_mesh_bytes(const TriangleMesh& mesh) {
   const auto device = must(gpu::Device::open({}));
   auto submit = must(accel::Submit::create(*device));
-  auto pool = must(accel::GeometryPool::create(*device, 0, 2));
+  auto pool = must(accel::GeometryPool::create(*device, 0, 2, submit));
   const std::uint32_t first = must(pool.add(*device, mesh, submit));
   const std::uint32_t second = must(pool.add(*device, make_box(glm::dvec3(1.0)), submit));
   // One structure stands behind the other.

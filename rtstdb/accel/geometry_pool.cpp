@@ -1,7 +1,6 @@
 #include "rtstdb/accel/geometry_pool.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include <rtstdb/limits.hpp>
 
@@ -22,19 +21,14 @@ Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t
   return device.create_buffer(options);
 }
 
-template <class T>
-Result<gpu::Buffer> upload(gpu::Device& device, const char* name, const std::vector<T>& values) {
-  auto buffer = device.create_buffer(
-      {.name = name, .size_bytes = values.size() * sizeof(T), .memory = gpu::Memory::upload});
-  if (buffer) std::memcpy(buffer.value().host().data(), values.data(), values.size() * sizeof(T));
-  return buffer;
-}
-
 }  // namespace
 
 Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t tlas_nodes,
-                                          std::uint32_t max_geometries) {
+                                          std::uint32_t max_geometries, Submit& submit) {
   GeometryPool pool;
+  auto builder = BlasBuilder::create(device, submit);
+  if (!builder) return builder.error();
+  pool.builder_ = std::move(builder).value();
   pool.max_geometries_ = max_geometries;
   pool.node_count_ = tlas_nodes;
   pool.node_capacity_ = tlas_nodes + 4096;
@@ -56,20 +50,26 @@ Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t tla
 Result<void> GeometryPool::reserve(gpu::Device& device, std::uint32_t nodes, std::uint32_t triangles,
                                    Submit& submit) {
   // Both looked at before either grows: a pool that no pass can bind would refuse every geometry after.
-  const std::size_t largest_bytes = device.limits().max_storage_range_bytes;
-  const auto needed_bytes = std::max(nodes * node_bytes, triangles * triangle_bytes);
-  if (needed_bytes > largest_bytes) {
-    return Error{ErrorCode::capacity, "all geometry together would need " + std::to_string(needed_bytes) +
-                                          " bytes in one buffer, and the device binds at most " +
-                                          std::to_string(largest_bytes)};
-  }
+  const gpu::DeviceLimits& limits = device.limits();
+  const std::size_t largest_view_bytes =
+      std::min(limits.max_allocation_bytes, 16 * limits.max_texel_elements);
+  // The passes of the TLAS write nodes at the pool's beginning.
+  const std::size_t most_nodes = std::min(largest_view_bytes, limits.max_storage_range_bytes) / node_bytes;
+  const std::size_t most_triangles = largest_view_bytes / triangle_bytes;
+  const auto refusal = [](const char* what, std::size_t wanted, std::size_t most) {
+    return Error{ErrorCode::capacity, "all geometry together would need " + std::to_string(wanted) + " " +
+                                          what + " in one buffer, and the device binds at most " +
+                                          std::to_string(most)};
+  };
+  if (nodes > most_nodes) return refusal("nodes", nodes, most_nodes);
+  if (triangles > most_triangles) return refusal("triangles", triangles, most_triangles);
   const auto grow = [&](gpu::Buffer& buffer, const char* name, std::uint32_t used, std::uint32_t wanted,
-                        std::uint32_t& capacity, std::size_t element_bytes,
+                        std::uint32_t& capacity, std::size_t most, std::size_t element_bytes,
                         bool holds_nodes) -> Result<void> {
     if (wanted <= capacity) return {};
     // Half again as much keeps the number of copies low; where the device does not allow it, what is needed.
     const std::size_t generous = std::max<std::size_t>(wanted, std::size_t{capacity} + capacity / 2);
-    const auto target = static_cast<std::uint32_t>(std::min(generous, largest_bytes / element_bytes));
+    const auto target = static_cast<std::uint32_t>(std::min(generous, most));
     auto grown = make_pool(device, name, target * element_bytes, holds_nodes);
     if (!grown) return grown.error();
     submit.begin();
@@ -81,54 +81,11 @@ Result<void> GeometryPool::reserve(gpu::Device& device, std::uint32_t nodes, std
     ++generation_;
     return {};
   };
-  if (auto done = grow(nodes_, "node pool", node_count_, nodes, node_capacity_, node_bytes, true); !done)
+  if (auto done = grow(nodes_, "node pool", node_count_, nodes, node_capacity_, most_nodes, node_bytes, true);
+      !done)
     return done;
-  return grow(triangles_, "triangle pool", triangle_count_, triangles, triangle_capacity_, triangle_bytes,
-              false);
-}
-
-Result<void> GeometryPool::build(gpu::Device& device, const TriangleMesh& mesh, Submit& submit,
-                                 std::uint32_t& node_count) {
-  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
-  auto positions = upload(device, "positions", mesh.positions_m);
-  if (!positions) return positions.error();
-  auto corners = upload(device, "corners", mesh.triangles);
-  if (!corners) return corners.error();
-  auto scratch = BuildScratch::create(device, count, "BLAS");
-  if (!scratch) return scratch.error();
-  auto bounds_pipeline = device.create_pipeline(gpu::ShaderId::triangle_bounds);
-  if (!bounds_pipeline) return bounds_pipeline.error();
-  auto triangles_pipeline = device.create_pipeline(gpu::ShaderId::triangles);
-  if (!triangles_pipeline) return triangles_pipeline.error();
-  auto passes = LargeBuild::create(device);
-  if (!passes) return passes.error();
-  if (auto bound = passes.value().bind(device, scratch.value(), nodes_); !bound) return bound.error();
-
-  const auto common = scratch.value().bindings(nodes_);
-  std::vector<const gpu::Buffer*> buffers(common.begin(), common.end());
-  buffers.insert(buffers.end(), {&positions.value(), &corners.value()});
-  auto bounds_bindings = device.create_bindings(bounds_pipeline.value(), buffers);
-  if (!bounds_bindings) return bounds_bindings.error();
-  buffers.push_back(&triangles_);
-  auto triangles_bindings = device.create_bindings(triangles_pipeline.value(), buffers);
-  if (!triangles_bindings) return triangles_bindings.error();
-
-  const shared::TriangleArgs args{.count = count, .leaf_base = triangle_count_};
-  const Error lost{ErrorCode::device_lost, "the GPU stopped answering while a geometry was built"};
-  submit.begin();
-  submit.recorder().dispatch(bounds_pipeline.value(), bounds_bindings.value(), args, (count + 63) / 64);
-  const auto built = passes.value().run({.count = count,
-                                         .max_leaf = shared::max_triangles_per_leaf,
-                                         .leaf_bits = 0,
-                                         .leaf_base = triangle_count_,
-                                         .node_base = node_count_},
-                                        scratch.value(), submit);
-  if (!built) return lost;
-  submit.begin();
-  submit.recorder().dispatch(triangles_pipeline.value(), triangles_bindings.value(), args, (count + 63) / 64);
-  if (!submit.run()) return lost;
-  node_count = *built;
-  return {};
+  return grow(triangles_, "triangle pool", triangle_count_, triangles, triangle_capacity_, most_triangles,
+              triangle_bytes, false);
 }
 
 Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit) {
@@ -143,12 +100,14 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh&
                                           std::to_string(max_triangles_total)};
   }
   const auto count = static_cast<std::uint32_t>(triangles);
-  const std::uint32_t node_bound = wide_node_bound(count, shared::max_triangles_per_leaf);
-  if (auto reserved = reserve(device, node_count_ + node_bound, triangle_count_ + count, submit); !reserved) {
+  const auto node_count = builder_.build(device, mesh, submit);
+  if (!node_count) return node_count.error();
+  if (auto reserved = reserve(device, node_count_ + node_count.value(), triangle_count_ + count, submit);
+      !reserved) {
     return reserved.error();
   }
-  std::uint32_t node_count = 0;
-  if (auto built = build(device, mesh, submit, node_count); !built) return built.error();
+  if (!builder_.write({.node_base = node_count_, .leaf_base = triangle_count_}, nodes_, triangles_, submit))
+    return Error{ErrorCode::device_lost, "the GPU stopped answering while a geometry was written"};
   const Bounds bounds = bounds_of(mesh);
   geometries_.host_as<shared::GeometryRecord>()[count_] = {
       .box_center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m),
@@ -156,7 +115,7 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh&
       .box_half_m = 0.5f * (bounds.maximum_m - bounds.minimum_m),
       .closed = is_closed(mesh) ? 1u : 0u};
   bounds_.push_back(bounds);
-  node_count_ += node_count;
+  node_count_ += node_count.value();
   triangle_count_ += count;
   return count_++;
 }

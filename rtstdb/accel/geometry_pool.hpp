@@ -7,7 +7,7 @@
 
 #include <rtstdb/geometry.hpp>
 
-#include "rtstdb/accel/build_scratch.hpp"
+#include "rtstdb/accel/blas_builder.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
@@ -16,7 +16,7 @@ class GeometryPool {
  public:
   /// `tlas_nodes` nodes at the beginning are left to the TLAS slots.
   static Result<GeometryPool> create(gpu::Device& device, std::uint32_t tlas_nodes,
-                                     std::uint32_t max_geometries);
+                                     std::uint32_t max_geometries, Submit& submit);
 
   /// Builds the BLAS. The mesh has passed validate. Errors: capacity, out_of_memory, device_lost; the pool is
   /// unchanged.
@@ -32,9 +32,8 @@ class GeometryPool {
 
  private:
   Result<void> reserve(gpu::Device& device, std::uint32_t nodes, std::uint32_t triangles, Submit& submit);
-  Result<void> build(gpu::Device& device, const TriangleMesh& mesh, Submit& submit,
-                     std::uint32_t& node_count);
 
+  BlasBuilder builder_;
   gpu::Buffer nodes_, triangles_, geometries_;
   std::uint32_t node_capacity_ = 0, node_count_ = 0;
   std::uint32_t triangle_capacity_ = 0, triangle_count_ = 0;

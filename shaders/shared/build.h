@@ -46,9 +46,4 @@ RTSTDB_STRUCT(BuildArgs)
   F(uint, half_size)
 RTSTDB_STRUCT(SmallBuildArgs)
 
-#define RTSTDB_FIELDS_TriangleArgs(F) \
-  F(uint, count)                      \
-  F(uint, leaf_base)
-RTSTDB_STRUCT(TriangleArgs)
-
 #endif

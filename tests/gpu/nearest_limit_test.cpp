@@ -183,7 +183,7 @@ TEST_F(NearestLimits, AHeapOfEntitiesIsSearchedWholeOrNotAnswered) {
 }
 
 /// Heaps one behind the other, each nearer than the one before and a little smaller: every level of the tree
-/// holds one heap in seven parts, which wait, and all that is left.
+/// holds one heap in seven leaves, which wait, and all that is left.
 TEST_F(NearestLimits, AStackThatIsFullIsNoAnswer) {
   TriangleMesh mesh;
   constexpr int levels = 21;
@@ -192,7 +192,7 @@ TEST_F(NearestLimits, AStackThatIsFullIsNoAnswer) {
     const float size = 20.0f - 0.8f * static_cast<float>(level);
     const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
     mesh.positions_m.insert(mesh.positions_m.end(), {{x, -size, -size}, {x, size, -size}, {x, 0.0f, size}});
-    mesh.triangles.insert(mesh.triangles.end(), 64, {first, first + 1, first + 2});
+    mesh.triangles.insert(mesh.triangles.end(), 28, {first, first + 1, first + 2});
   }
   const EntityId entity = create(row_of(add(mesh)));
   const auto query = prepare(NearestTarget::triangle, 1);

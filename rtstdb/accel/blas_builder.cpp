@@ -1,0 +1,207 @@
+#include "rtstdb/accel/blas_builder.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "shaders/shared/build.h"
+#include "shaders/shared/node.h"
+
+namespace rtstdb::accel {
+namespace {
+
+/// Scratch for more triangles is given back after the build.
+constexpr std::uint32_t kept_capacity = 1u << 17;
+constexpr std::size_t node_bytes = 16 * shared::node_texels;
+constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
+
+constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t group) {
+  return (count + group - 1) / group;
+}
+
+constexpr std::size_t level_word(std::uint32_t level, std::uint32_t word) {
+  return shared::blas_levels + std::size_t{level} * shared::blas_level_words + word;
+}
+
+constexpr gpu::ShaderId pass_shaders[] = {
+    gpu::ShaderId::radix_histogram, gpu::ShaderId::scan,       gpu::ShaderId::radix_scatter,
+    gpu::ShaderId::blas_centers,    gpu::ShaderId::blas_codes, gpu::ShaderId::blas_leaves,
+    gpu::ShaderId::blas_merge,      gpu::ShaderId::blas_root,  gpu::ShaderId::blas_count,
+    gpu::ShaderId::blas_queue,      gpu::ShaderId::blas_nodes, gpu::ShaderId::blas_triangles,
+};
+
+const Error lost{ErrorCode::device_lost, "the GPU stopped answering while a geometry was built"};
+
+}  // namespace
+
+Result<BlasBuilder> BlasBuilder::create(gpu::Device& device, Submit& submit) {
+  BlasBuilder builder;
+  for (std::size_t i = 0; i < pass_count; ++i) {
+    auto pipeline = device.create_pipeline(pass_shaders[i]);
+    if (!pipeline) return pipeline.error();
+    builder.passes_[i].pipeline = std::move(pipeline).value();
+  }
+  TriangleMesh some;
+  some.positions_m = {{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}};
+  some.triangles.assign(16, {0, 1, 2});
+  if (auto built = builder.build(device, some, submit); !built) return built.error();
+  const auto make_pool = [&](std::size_t size_bytes) {
+    return device.create_buffer({.name = "warm-up pool", .size_bytes = size_bytes});
+  };
+  const auto nodes = make_pool(node_bytes * builder.node_count_);
+  if (!nodes) return nodes.error();
+  const auto triangles = make_pool(triangle_bytes * some.triangles.size());
+  if (!triangles) return triangles.error();
+  if (!builder.write({}, nodes.value(), triangles.value(), submit)) return lost;
+  return builder;
+}
+
+Result<void> BlasBuilder::adopt(gpu::Device& device, BlasScratch scratch) {
+  // The old bindings name the old buffers.
+  for (Pass& pass : passes_)
+    pass.bindings = {};
+  scratch_ = std::move(scratch);
+  const auto buffers = scratch_.bindings();
+  const auto sort_buffers = scratch_.sort_bindings();
+  for (std::size_t i = 0; i < pass_count; ++i) {
+    const std::span<const gpu::Buffer* const> of_pass =
+        i <= scatter_pass ? std::span<const gpu::Buffer* const>(sort_buffers) : buffers;
+    auto bindings = device.create_bindings(passes_[i].pipeline, of_pass);
+    if (!bindings) {
+      scratch_ = {};
+      return bindings.error();
+    }
+    passes_[i].bindings = std::move(bindings).value();
+  }
+  return {};
+}
+
+Result<void> BlasBuilder::reserve(gpu::Device& device, const TriangleMesh& mesh) {
+  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+  const std::size_t positions = mesh.positions_m.size();
+  if (count <= scratch_.capacity() && positions <= scratch_.positions_capacity()) return {};
+  const auto roomy = [](std::size_t n) { return n <= kept_capacity ? std::bit_ceil(n) : n; };
+  const std::size_t triangles = std::max<std::size_t>(count, scratch_.capacity());
+  auto scratch = BlasScratch::create(device, static_cast<std::uint32_t>(roomy(triangles)),
+                                     roomy(std::max(positions, scratch_.positions_capacity())));
+  if (!scratch) return scratch.error();
+  return adopt(device, std::move(scratch).value());
+}
+
+void BlasBuilder::dispatch(PassIndex pass, const shared::BlasArgs& args, std::uint32_t groups,
+                           Submit& submit) const {
+  submit.recorder().dispatch(passes_[pass].pipeline, passes_[pass].bindings, args, groups);
+  submit.recorder().barrier();
+}
+
+void BlasBuilder::record_sort(Submit& submit) const {
+  const std::uint32_t tiles = groups_of(count_, shared::radix_tile);
+  shared::BuildArgs args{};
+  args.count = count_;
+  args.half_size = scratch_.capacity();
+  args.scan_count = tiles * shared::radix_bins;
+  const auto pass = [&](PassIndex index, std::uint32_t groups) {
+    submit.recorder().dispatch(passes_[index].pipeline, passes_[index].bindings, args, groups);
+    submit.recorder().barrier();
+  };
+  // Eight digits of eight bits cover the 63-bit code; an even number of passes ends where it began.
+  for (args.shift = 0; args.shift < 64; args.shift += shared::radix_bits) {
+    pass(histogram_pass, tiles);
+    pass(scan_pass, 1);
+    pass(scatter_pass, tiles);
+    args.source = 1 - args.source;
+  }
+}
+
+void BlasBuilder::record_levels(Submit& submit) const {
+  gpu::Recorder& recorder = submit.recorder();
+  shared::BlasArgs args{};
+  args.count = count_;
+  args.half_size = scratch_.capacity();
+  for (args.level = 0; args.level < shared::blas_levels_recorded; ++args.level) {
+    const std::size_t groups = 4 * level_word(args.level, shared::blas_level_groups);
+    for (const PassIndex pass : {count_pass, queue_pass}) {
+      recorder.dispatch_indirect(passes_[pass].pipeline, passes_[pass].bindings, args, scratch_.state(),
+                                 groups);
+      recorder.barrier();
+    }
+  }
+  recorder.copy(scratch_.state(), 0, scratch_.state_readback(), 0, 4 * shared::blas_state_words);
+}
+
+Result<std::uint32_t> BlasBuilder::build(gpu::Device& device, const TriangleMesh& mesh, Submit& submit) {
+  if (auto reserved = reserve(device, mesh); !reserved) return reserved.error();
+  scratch_.upload(mesh);
+  count_ = static_cast<std::uint32_t>(mesh.triangles.size());
+  shared::BlasArgs args{};
+  args.count = count_;
+  args.half_size = scratch_.capacity();
+  const std::uint32_t tiles = groups_of(count_, shared::blas_tile);
+  submit.begin();
+  gpu::Recorder& recorder = submit.recorder();
+  recorder.fill(scratch_.state(), 0, 4 * shared::blas_state_words, 0);
+  recorder.barrier();
+  recorder.fill(scratch_.state(), 4 * shared::blas_center_min, 12, 0xFFFFFFFFu);
+  recorder.barrier();
+  dispatch(centers_pass, args, tiles, submit);
+  dispatch(codes_pass, args, tiles, submit);
+  record_sort(submit);
+  const std::uint32_t runs = groups_of(count_, 64 * shared::blas_run);
+  for (const PassIndex pass : {leaves_pass, merge_pass, root_pass}) {
+    dispatch(pass, args, pass == leaves_pass ? tiles : pass == merge_pass ? runs : 1, submit);
+  }
+  while (true) {
+    record_levels(submit);
+    if (!submit.run()) return lost;
+    const auto state = scratch_.state_readback().host_as<std::uint32_t>();
+    // The record behind the last level of all says how many nodes there are; the one behind the last level that
+    // was recorded, where to go on.
+    constexpr std::uint32_t last = shared::blas_levels_recorded;
+    node_count_ = 0;
+    for (std::uint32_t level = 0; level <= last; ++level) {
+      node_count_ = std::max(node_count_, state[level_word(level, shared::blas_level_first)] +
+                                              state[level_word(level, shared::blas_level_count)]);
+    }
+    if (state[level_word(last, shared::blas_level_count)] == 0) return node_count_;
+    submit.begin();
+    recorder.fill(scratch_.state(), 4 * shared::blas_levels,
+                  4 * (shared::blas_state_words - shared::blas_levels), 0);
+    recorder.barrier();
+    recorder.copy(scratch_.state_readback(), 4 * level_word(last, 0), scratch_.state(), 4 * level_word(0, 0),
+                  4 * shared::blas_level_words);
+    recorder.barrier();
+  }
+}
+
+bool BlasBuilder::write(const Place& place, const gpu::Buffer& nodes, const gpu::Buffer& triangles,
+                        Submit& submit) {
+  gpu::Recorder& recorder = submit.recorder();
+  shared::BlasArgs args{};
+  args.count = count_;
+  args.half_size = scratch_.capacity();
+  args.leaf_base = place.leaf_base;
+  args.node_base = place.node_base;
+  submit.begin();
+  for (args.first = 0; args.first < node_count_; args.first = args.end) {
+    args.end = std::min(node_count_, args.first + scratch_.nodes_at_once());
+    dispatch(nodes_pass, args, groups_of(args.end - args.first, 64), submit);
+    recorder.copy(scratch_.wide(), 0, nodes, (place.node_base + args.first) * node_bytes,
+                  (args.end - args.first) * node_bytes);
+    recorder.barrier();
+  }
+  for (args.first = 0; args.first < count_; args.first = args.end) {
+    args.end = std::min(count_, args.first + scratch_.triangles_at_once());
+    dispatch(triangles_pass, args, groups_of(args.end - args.first, shared::blas_tile), submit);
+    recorder.copy(scratch_.triangles(), 0, triangles, (place.leaf_base + args.first) * triangle_bytes,
+                  (args.end - args.first) * triangle_bytes);
+    recorder.barrier();
+  }
+  const bool alive = submit.run();
+  if (scratch_.capacity() > kept_capacity || scratch_.positions_capacity() > kept_capacity) {
+    for (Pass& pass : passes_)
+      pass.bindings = {};
+    scratch_ = {};
+  }
+  return alive;
+}
+
+}  // namespace rtstdb::accel

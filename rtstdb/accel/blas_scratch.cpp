@@ -1,0 +1,91 @@
+#include <algorithm>
+#include <cstring>
+
+#include "rtstdb/accel/blas_builder.hpp"
+#include "rtstdb/accel/build_scratch.hpp"
+#include "shaders/shared/build.h"
+#include "shaders/shared/node.h"
+
+namespace rtstdb::accel {
+namespace {
+
+/// What goes to the pools goes in parts of at most so many.
+constexpr std::uint32_t most_nodes_at_once = 1u << 17;
+constexpr std::uint32_t most_triangles_at_once = 1u << 18;
+constexpr std::uint32_t least_capacity = 1024;
+
+template <class T>
+void fill_from(const gpu::Buffer& buffer, const std::vector<T>& values) {
+  std::memcpy(buffer.host().data(), values.data(), values.size() * sizeof(T));
+}
+
+}  // namespace
+
+Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t triangles, std::size_t positions) {
+  // The largest of the buffers that passes bind whole hold so much for each.
+  constexpr std::size_t bytes_per_triangle = 24;
+  const std::size_t most_bytes = device.limits().max_storage_range_bytes;
+  if (triangles > most_bytes / bytes_per_triangle) {
+    return Error{ErrorCode::capacity,
+                 "a geometry of " + std::to_string(triangles) + " triangles passes the limit of " +
+                     std::to_string(most_bytes / bytes_per_triangle) + ", as " + device.info().name +
+                     " binds at most " + std::to_string(most_bytes) + " bytes of storage"};
+  }
+  BlasScratch scratch;
+  scratch.capacity_ = std::max(triangles, least_capacity);
+  scratch.positions_capacity_ = std::max<std::size_t>(positions, least_capacity);
+  const std::size_t n = scratch.capacity_;
+  const std::size_t nodes = wide_node_bound(scratch.capacity_, shared::blas_always_leaf);
+  scratch.nodes_at_once_ = static_cast<std::uint32_t>(std::min<std::size_t>(nodes, most_nodes_at_once));
+  scratch.triangles_at_once_ = std::min(scratch.capacity_, most_triangles_at_once);
+  const std::size_t tiles = (n + shared::radix_tile - 1) / shared::radix_tile;
+  const std::size_t offsets = std::max<std::size_t>(n, shared::radix_bins * tiles);
+  const std::size_t state_bytes = 4 * shared::blas_state_words;
+  const auto upload = gpu::Memory::upload;
+  const std::pair<gpu::Buffer*, gpu::BufferOptions> wanted[] = {
+      {&scratch.positions_,
+       {.name = "geometry positions", .size_bytes = 12 * scratch.positions_capacity_, .memory = upload}},
+      {&scratch.corners_, {.name = "geometry corners", .size_bytes = 12 * n, .memory = upload}},
+      {&scratch.keys_, {.name = "geometry keys", .size_bytes = 2 * 8 * n}},
+      {&scratch.values_, {.name = "geometry values", .size_bytes = 2 * 4 * n}},
+      {&scratch.offsets_, {.name = "geometry offsets", .size_bytes = 4 * offsets}},
+      {&scratch.box_lo_, {.name = "geometry boxes, low", .size_bytes = bytes_per_triangle * n}},
+      {&scratch.box_hi_, {.name = "geometry boxes, high", .size_bytes = bytes_per_triangle * n}},
+      {&scratch.binary_, {.name = "geometry binary", .size_bytes = 16 * n}},
+      {&scratch.arrivals_, {.name = "geometry arrivals", .size_bytes = 4 * n}},
+      {&scratch.costs_, {.name = "geometry costs", .size_bytes = 16 * n}},
+      {&scratch.queue_, {.name = "geometry queue", .size_bytes = 8 * nodes}},
+      {&scratch.state_, {.name = "geometry state", .size_bytes = state_bytes, .indirect = true}},
+      {&scratch.wide_,
+       {.name = "geometry nodes",
+        .size_bytes = 16 * std::size_t{shared::node_texels} * scratch.nodes_at_once_}},
+      {&scratch.triangles_,
+       {.name = "geometry triangles",
+        .size_bytes = 16 * std::size_t{shared::triangle_texels} * scratch.triangles_at_once_}},
+      {&scratch.state_readback_,
+       {.name = "geometry state readback", .size_bytes = state_bytes, .memory = gpu::Memory::readback}},
+  };
+  for (const auto& [buffer, options] : wanted) {
+    auto made = device.create_buffer(options);
+    if (!made) return made.error();
+    *buffer = std::move(made).value();
+  }
+  return scratch;
+}
+
+void BlasScratch::upload(const TriangleMesh& mesh) const {
+  fill_from(positions_, mesh.positions_m);
+  fill_from(corners_, mesh.triangles);
+}
+
+std::array<const gpu::Buffer*, 15> BlasScratch::bindings() const noexcept {
+  return {&positions_, &corners_, &keys_,  &values_, &offsets_, &box_lo_, &box_hi_,   &binary_,
+          &arrivals_,  &keys_,    &costs_, &queue_,  &state_,   &wide_,   &triangles_};
+}
+
+std::array<const gpu::Buffer*, 11> BlasScratch::sort_bindings() const noexcept {
+  return {&box_lo_,   &keys_,  &values_,  &binary_, &binary_, &box_hi_,
+          &arrivals_, &queue_, &offsets_, &state_,  &wide_};
+}
+
+}  // namespace rtstdb::accel

@@ -1,0 +1,84 @@
+// The children of a wide node, as blas_cost.glsl has chosen them. How a node's cost is had, per number of children i: how many of
+// them its left child gives, 0 when i - 1 children cost no more.
+//   bits 0-17   three each for i = 2..7
+//   bits 18-20  of the 8 children of a wide node
+//   bit 21      as one child it is a leaf
+#ifndef RTSTDB_BUILD_BLAS_CHOICE_GLSL
+#define RTSTDB_BUILD_BLAS_CHOICE_GLSL
+#include "build/blas_scratch.glsl"
+
+const uint choice_wide_shift = 18u;
+const uint choice_leaf_bit = 1u << 21;
+uint choice_shift(uint children) { return 3u * (children - 2u); }
+
+uint triangles_below(uint child) { return is_leaf(child) ? 1u : binary[child].z; }
+
+struct Choice {
+  uint child[8];
+  uint count;
+  uint inner;  // bit k: child k becomes a wide node
+};
+
+// Sums of the workgroups stand behind the places in the level, of which there are fewer than half as many as triangles.
+uint group_sum_place(uint group) { return args.half_size / 2u + group; }
+
+Choice choose_children(uint node) {
+  Choice choice;
+  uint wanted[8];
+  choice.child[0] = node;
+  choice.count = 1u;
+  choice.inner = 0u;
+  uvec4 opened = uvec4(0u);
+  bool whole = is_leaf(node);
+  if (!whole) {
+    opened = binary[node];
+    whole = (opened.w & choice_leaf_bit) != 0u;
+  }
+  // A structure of one leaf: its root holds that leaf alone.
+  if (whole) return choice;
+  wanted[0] = opened.w >> choice_wide_shift & 7u;
+  wanted[1] = 8u - wanted[0];
+  choice.child[0] = opened.x;
+  choice.child[1] = opened.y;
+  choice.count = 2u;
+  uint k = 0u;
+  while (k < choice.count) {
+    const uint child = choice.child[k];
+    bool split = false;
+    if (!is_leaf(child)) {
+      opened = binary[child];
+      uint children = wanted[k];
+      uint left = 0u;
+      [[unroll]] for (uint i = 7u; i >= 2u; --i) {
+        left = left == 0u && i <= children ? opened.w >> choice_shift(i) & 7u : left;
+        children = left == 0u ? min(children, i - 1u) : children;
+      }
+      split = left != 0u;
+      if (split) {
+        choice.child[k] = opened.x;
+        wanted[k] = left;
+        choice.child[choice.count] = opened.y;
+        wanted[choice.count] = children - left;
+        ++choice.count;
+      } else {
+        choice.inner |= (opened.w & choice_leaf_bit) == 0u ? 1u << k : 0u;
+      }
+    }
+    k += split ? 0u : 1u;
+  }
+  // No slot stays empty beside an inner child: wide_node_bound counts on it.
+  while (choice.count < 8u && choice.inner != 0u) {
+    const uint widest = uint(findLSB(choice.inner));
+    opened = binary[choice.child[widest]];
+    choice.child[widest] = opened.x;
+    choice.child[choice.count] = opened.y;
+    const bool left_inner = !is_leaf(opened.x) && (binary[opened.x].w & choice_leaf_bit) == 0u;
+    const bool right_inner = !is_leaf(opened.y) && (binary[opened.y].w & choice_leaf_bit) == 0u;
+    choice.inner ^= left_inner ? 0u : 1u << widest;
+    choice.inner |= right_inner ? 1u << choice.count : 0u;
+    ++choice.count;
+  }
+  return choice;
+}
+
+#endif

@@ -1,0 +1,62 @@
+// The buffers of the geometry builder, the same bindings in every pass, and what each holds for n triangles.
+//
+//   keys, values  Morton codes and triangle numbers, sorted together, in two halves; afterwards the second half of the values
+//                 is the order of the triangles in the leaves, and costs_low lies where the keys were
+//   offsets       histograms of the sort; then, per gap between neighbours in sorted order, how early their codes part; then
+//                 where the first inner child of each wide node stands
+//   box_lo, _hi   boxes of the n inner nodes, of which one is not used, then of the n leaves in sorted order. Inner node g
+//                 parts the leaves in sorted order between g and g + 1 (Apetrei 2014); nodes are named by their place here
+//   binary        inner nodes: left, right, triangles below, how the cost is had (see blas_choice.glsl)
+//   arrivals      per inner node: where the range of the child ends that came first
+//   costs         per inner node: what it costs as 1..4 and as 5..7 children of a wide node; triangles below, as bits
+//   queue         per wide node: its binary node, its first triangle in the order of the leaves
+//   wide          a part of the wide nodes, on its way to the pool
+//   triangles     a part of the triangles in the order of the leaves, on its way to the pool
+#ifndef RTSTDB_BUILD_BLAS_SCRATCH_GLSL
+#define RTSTDB_BUILD_BLAS_SCRATCH_GLSL
+#include "common/bounds.glsl"
+#include "common/fence.glsl"
+#include "shared/blas.h"
+#include "shared/node.h"
+
+layout(set = 0, binding = 0, scalar) readonly buffer PositionsBuffer { vec3 positions[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer CornersBuffer { uvec3 corners[]; };
+layout(set = 0, binding = 2, scalar) buffer KeysBuffer { uvec2 keys[]; };
+layout(set = 0, binding = 3, scalar) buffer ValuesBuffer { uint values[]; };
+layout(set = 0, binding = 4, scalar) buffer OffsetsBuffer { uint offsets[]; };
+layout(set = 0, binding = 5, scalar) coherent buffer BoxLoBuffer { vec3 box_lo[]; };
+layout(set = 0, binding = 6, scalar) coherent buffer BoxHiBuffer { vec3 box_hi[]; };
+layout(set = 0, binding = 7, scalar) coherent buffer BinaryBuffer { uvec4 binary[]; };
+layout(set = 0, binding = 8, scalar) coherent buffer ArrivalsBuffer { uint arrivals[]; };
+layout(set = 0, binding = 9, scalar) coherent buffer CostsLowBuffer { vec4 costs_low[]; };
+layout(set = 0, binding = 10, scalar) coherent buffer CostsHighBuffer { vec4 costs_high[]; };
+layout(set = 0, binding = 11, scalar) buffer QueueBuffer { uvec2 queue[]; };
+layout(set = 0, binding = 12, scalar) buffer StateBuffer { uint state[]; };
+layout(set = 0, binding = 13, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
+layout(set = 0, binding = 14, scalar) writeonly buffer TrianglesBuffer { vec4 triangles[]; };
+
+layout(push_constant, scalar) uniform Push { BlasArgs args; };
+
+const uint nobody = 0xFFFFFFFFu;
+
+bool is_leaf(uint node) { return node >= args.count; }
+
+Box box_of(uint node) { return Box(box_lo[node], box_hi[node]); }
+
+Box box_of_triangle(uint triangle) {
+  const uvec3 c = corners[triangle];
+  const vec3 p = positions[c.x];
+  const vec3 q = positions[c.y];
+  const vec3 r = positions[c.z];
+  return Box(min(p, min(q, r)), max(p, max(q, r)));
+}
+
+// The triangles that this workgroup visits.
+uint tile_begin() { return gl_WorkGroupID.x * blas_tile + gl_LocalInvocationID.x; }
+uint tile_end() { return min((gl_WorkGroupID.x + 1u) * blas_tile, args.count); }
+
+// Where the tree is climbed: the leaves from which this invocation sets out, one after the other.
+uint run_begin() { return gl_GlobalInvocationID.x * blas_run; }
+uint run_end() { return min(run_begin() + blas_run, args.count); }
+
+#endif

@@ -1,0 +1,38 @@
+// Arguments and state of the passes that build the structure of one geometry (shaders/build/blas_*.comp).
+#ifndef RTSTDB_SHARED_BLAS_H
+#define RTSTDB_SHARED_BLAS_H
+#include "shared/interop.h"
+
+// Triangles of one workgroup in the passes that visit each.
+RTSTDB_CONSTANT(blas_tile, 1024)
+RTSTDB_CONSTANT(blas_run, 16)
+
+// A subtree of so many triangles is a leaf, whatever its surface: it bounds the number of nodes.
+RTSTDB_CONSTANT(blas_always_leaf, 3)
+
+// Words of the state buffer: box of the centres as ordered integers, the root of the binary tree, then one record a level of
+// the wide tree. A record begins with what an indirect dispatch reads.
+RTSTDB_CONSTANT(blas_center_min, 0)
+RTSTDB_CONSTANT(blas_center_max, 3)
+// Word 6 is the sort's.
+RTSTDB_CONSTANT(blas_root, 7)
+RTSTDB_CONSTANT(blas_levels, 8)
+RTSTDB_CONSTANT(blas_level_words, 8)
+RTSTDB_CONSTANT(blas_level_groups, 0)
+RTSTDB_CONSTANT(blas_level_first, 3)
+RTSTDB_CONSTANT(blas_level_count, 4)
+// Levels of one submission; deeper trees take more of them.
+RTSTDB_CONSTANT(blas_levels_recorded, 40)
+RTSTDB_CONSTANT(blas_state_words, 8 + 8 * 41)
+
+#define RTSTDB_FIELDS_BlasArgs(F)                                                       \
+  F(uint, count)     /* triangles */                                                    \
+  F(uint, half_size) /* elements in one half of the ping-pong buffers of the sort */    \
+  F(uint, leaf_base) /* first triangle of this geometry in the pool */                  \
+  F(uint, node_base) /* where its root will stand in the node pool */                   \
+  F(uint, level)     /* of the wide tree */                                             \
+  F(uint, first)     /* the part of the nodes, or of the triangles, that is written */   \
+  F(uint, end)
+RTSTDB_STRUCT(BlasArgs)
+
+#endif
