@@ -48,7 +48,7 @@ std::vector<Figure> measure_tlas(const std::string& name, std::uint32_t count, C
   const rtstdb::TriangleMesh mesh = lumpy_body(17, 16, 7);
   Random random(8);
   std::vector<rtstdb::Pose> places = anywhere(count, random);
-  OurTlas ours(mesh, places);
+  OurTlas ours(mesh, places, change == Change::a_little);
   EmbreeTlas theirs(mesh, places,
                     change == Change::a_little ? EmbreeTlas::Quality::refit : EmbreeTlas::Quality::low);
   std::vector<double> our_s, device_s, their_s;

@@ -60,11 +60,11 @@ void demand_alive(bool alive) {
 }  // namespace
 
 struct OurTlas::Impl {
-  explicit Impl(std::size_t count)
+  Impl(std::size_t count, bool refits)
       : device(must(gpu::Device::open({}))),
-        options{.max_entities = static_cast<std::uint32_t>(count)},
+        options{.max_entities = static_cast<std::uint32_t>(count), .refits = refits},
         submit(must(accel::Submit::create(*device))),
-        pool(must(accel::GeometryPool::create(*device, accel::Tlas::nodes_needed(options), 1, submit))),
+        pool(must(accel::GeometryPool::create(*device, 1, submit))),
         tlas(must(accel::Tlas::create(*device, options))),
         rows(count) {}
 
@@ -77,8 +77,8 @@ struct OurTlas::Impl {
   GeometryId geometry;
 };
 
-OurTlas::OurTlas(const TriangleMesh& mesh, std::span<const Pose> places)
-    : impl_(std::make_unique<Impl>(places.size())) {
+OurTlas::OurTlas(const TriangleMesh& mesh, std::span<const Pose> places, bool refits)
+    : impl_(std::make_unique<Impl>(places.size(), refits)) {
   impl_->geometry = {must(impl_->pool.add(*impl_->device, mesh, impl_->submit))};
   must(impl_->tlas.bind(*impl_->device, impl_->pool));
   impl_->submit.begin();
@@ -108,7 +108,7 @@ double OurTlas::update() {
 std::size_t our_mesh_bytes(const TriangleMesh& mesh) {
   const auto device = must(gpu::Device::open({}));
   auto submit = must(accel::Submit::create(*device));
-  auto pool = must(accel::GeometryPool::create(*device, 0, 2, submit));
+  auto pool = must(accel::GeometryPool::create(*device, 2, submit));
   const std::uint32_t first = must(pool.add(*device, mesh, submit));
   const std::uint32_t second = must(pool.add(*device, make_box(glm::dvec3(1.0)), submit));
   // One structure stands behind the other.
@@ -122,7 +122,7 @@ std::size_t our_version_bytes(std::uint32_t entities) {
   const accel::TlasOptions options{.max_entities = entities, .slots = 1};
   const accel::Tlas tlas = must(accel::Tlas::create(*device, options));
   return sizeof(shared::EntityRecord) * entities + tlas.instances(0).size_bytes() +
-         accel::Tlas::nodes_needed(options) * node_bytes;
+         tlas.nodes(0).size_bytes();
 }
 
 }  // namespace hil::bench

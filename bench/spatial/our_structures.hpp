@@ -14,8 +14,9 @@ namespace hil::bench {
 
 class OurTlas {
  public:
-  /// As many instances of the mesh as there are places; they stand still.
-  OurTlas(const rtstdb::TriangleMesh& mesh, std::span<const rtstdb::Pose> places);
+  /// As many instances of the mesh as there are places; they stand still. Without `refits` every structure
+  /// is built anew.
+  OurTlas(const rtstdb::TriangleMesh& mesh, std::span<const rtstdb::Pose> places, bool refits);
   ~OurTlas();
   OurTlas(const OurTlas&) = delete;
   OurTlas& operator=(const OurTlas&) = delete;

@@ -86,59 +86,58 @@ constexpr gpu::ShaderId pass_shaders[] = {
 
 Result<LargeBuild> LargeBuild::create(gpu::Device& device) {
   LargeBuild build;
-  for (std::size_t i = 0; i < build.passes_.size(); ++i) {
+  for (std::size_t i = 0; i < pass_count; ++i) {
     auto pipeline = device.create_pipeline(pass_shaders[i]);
     if (!pipeline) return pipeline.error();
-    build.passes_[i].pipeline = std::move(pipeline).value();
+    build.pipelines_[i] = std::move(pipeline).value();
   }
   return build;
 }
 
-Result<void> LargeBuild::bind(gpu::Device& device, const BuildScratch& scratch,
-                              const gpu::Buffer& node_pool) {
-  const auto buffers = scratch.bindings(node_pool);
-  for (Pass& pass : passes_) {
-    auto bindings = device.create_bindings(pass.pipeline, buffers);
+Result<LargeBuild::Bound> LargeBuild::bind(gpu::Device& device, const BuildScratch& scratch,
+                                           const gpu::Buffer& nodes) const {
+  const auto buffers = scratch.bindings(nodes);
+  Bound bound;
+  for (std::size_t i = 0; i < pass_count; ++i) {
+    auto bindings = device.create_bindings(pipelines_[i], buffers);
     if (!bindings) return bindings.error();
-    pass.bindings = std::move(bindings).value();
+    bound[i] = std::move(bindings).value();
   }
-  return {};
+  return bound;
 }
 
-void LargeBuild::record_warm_up(gpu::Recorder& recorder) const {
-  for (const Pass& pass : passes_)
-    recorder.dispatch(pass.pipeline, pass.bindings, shared::BuildArgs{}, 1);
+void LargeBuild::record_warm_up(const Bound& bound, gpu::Recorder& recorder) const {
+  for (std::size_t i = 0; i < pass_count; ++i)
+    recorder.dispatch(pipelines_[i], bound[i], shared::BuildArgs{}, 1);
 }
 
-void LargeBuild::sort(const shared::BuildArgs& args, gpu::Recorder& recorder) const {
+void LargeBuild::sort(const shared::BuildArgs& args, const Bound& bound, gpu::Recorder& recorder) const {
   shared::BuildArgs pass = args;
   const std::uint32_t tiles = radix_tiles(args.count);
   pass.scan_count = tiles * shared::radix_bins;
+  const auto dispatch = [&](PassIndex index, std::uint32_t groups) {
+    recorder.dispatch(pipelines_[index], bound[index], pass, groups);
+    recorder.barrier();
+  };
   // Eight digits of eight bits cover the 63-bit code; an even number of passes ends where it began.
   for (pass.shift = 0; pass.shift < 64; pass.shift += shared::radix_bits) {
-    recorder.dispatch(passes_[histogram_pass].pipeline, passes_[histogram_pass].bindings, pass, tiles);
-    recorder.barrier();
-    recorder.dispatch(passes_[scan_pass].pipeline, passes_[scan_pass].bindings, pass, 1);
-    recorder.barrier();
-    recorder.dispatch(passes_[scatter_pass].pipeline, passes_[scatter_pass].bindings, pass, tiles);
-    recorder.barrier();
+    dispatch(histogram_pass, tiles);
+    dispatch(scan_pass, 1);
+    dispatch(scatter_pass, tiles);
     pass.source = 1 - pass.source;
   }
 }
 
-std::optional<std::uint32_t> LargeBuild::run(const Task& task, const BuildScratch& scratch, Submit& submit) {
+bool LargeBuild::run(std::uint32_t count, const Bound& bound, const BuildScratch& scratch, Submit& submit,
+                     std::vector<std::uint32_t>& levels) const {
   const auto dispatch = [&](PassIndex pass, const shared::BuildArgs& args, std::uint32_t groups) {
-    submit.recorder().dispatch(passes_[pass].pipeline, passes_[pass].bindings, args, groups);
+    submit.recorder().dispatch(pipelines_[pass], bound[pass], args, groups);
     submit.recorder().barrier();
   };
   shared::BuildArgs args{};
-  args.count = task.count;
-  args.max_leaf = task.max_leaf;
-  args.leaf_bits = task.leaf_bits;
-  args.leaf_base = task.leaf_base;
-  args.node_base = task.node_base;
+  args.count = count;
   args.half_size = scratch.half_size();
-  const std::uint32_t groups = groups_of(task.count, 64);
+  const std::uint32_t groups = groups_of(count, 64);
 
   gpu::Recorder& recorder = submit.recorder();
   recorder.barrier();
@@ -147,33 +146,36 @@ std::optional<std::uint32_t> LargeBuild::run(const Task& task, const BuildScratc
   recorder.barrier();
   dispatch(scene_bounds_pass, args, groups);
   dispatch(morton_pass, args, groups);
-  sort(args, recorder);
-  if (task.count > 1) {
+  sort(args, bound, recorder);
+  if (count > 1) {
     dispatch(hierarchy_pass, args, groups);
     dispatch(fit_pass, args, groups);
   }
-  // The first level is the root: binary node 0 becomes wide node node_base.
-  recorder.fill(scratch.queue(), 0, 4, 0);
-  recorder.fill(scratch.queue(), 4, 4, task.node_base);
+  // The first level is the root: binary node 0 becomes wide node 0.
+  recorder.fill(scratch.queue(), 0, 8, 0);
   recorder.barrier();
 
   args.level_count = 1;
+  levels.clear();
   while (true) {
     args.scan_count = args.level_count;
-    if (task.count > 1) {
+    if (count > 1) {
       dispatch(collapse_count_pass, args, groups_of(args.level_count, 64));
       dispatch(scan_pass, args, 1);
     }
     dispatch(collapse_emit_pass, args, groups_of(args.level_count, 64));
     recorder.copy(scratch.state(), 0, scratch.state_readback(), 0, 4 * shared::state_words);
-    if (!submit.run()) return std::nullopt;
+    if (!submit.run()) return false;
+    levels.push_back(args.level_first);
     args.level_first += args.level_count;
     args.level_count =
-        task.count > 1 ? scratch.state_readback().host_as<std::uint32_t>()[shared::state_level_count] : 0;
-    if (args.level_count == 0) return args.level_first;
+        count > 1 ? scratch.state_readback().host_as<std::uint32_t>()[shared::state_level_count] : 0;
+    if (args.level_count == 0) break;
     args.shift = 1 - args.shift;
     submit.begin();
   }
+  levels.push_back(args.level_first);
+  return true;
 }
 
 }  // namespace rtstdb::accel

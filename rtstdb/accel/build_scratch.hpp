@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "rtstdb/accel/submit.hpp"
 #include "rtstdb/gpu/device.hpp"
@@ -44,31 +45,24 @@ class BuildScratch {
 /// collapse has.
 class LargeBuild {
  public:
+  static constexpr std::size_t pass_count = 9;
   static Result<LargeBuild> create(gpu::Device& device);
-  /// Connects to a scratch and a node pool; again whenever either was made anew.
-  Result<void> bind(gpu::Device& device, const BuildScratch& scratch, const gpu::Buffer& node_pool);
+  /// The passes connected to a scratch and to the nodes that are to be made.
+  using Bound = std::array<gpu::Bindings, pass_count>;
+  Result<Bound> bind(gpu::Device& device, const BuildScratch& scratch, const gpu::Buffer& nodes) const;
 
   /// Dispatches of every pass that build nothing.
-  void record_warm_up(gpu::Recorder& recorder) const;
+  void record_warm_up(const Bound& bound, gpu::Recorder& recorder) const;
 
-  struct Task {
-    std::uint32_t count = 0;  ///< primitives, at least 1
-    std::uint32_t max_leaf = 1;
-    std::uint32_t leaf_bits = 0;  ///< or-ed into leaf references
-    std::uint32_t leaf_base = 0;
-    std::uint32_t node_base = 0;
-  };
-  /// `recorder` is begun and holds the passes that made the boxes; on return it has been submitted. Gives the
-  /// number of wide nodes, or nothing when the device was lost.
-  std::optional<std::uint32_t> run(const Task& task, const BuildScratch& scratch, Submit& submit);
+  /// The tree over `count` primitives, at least 1, but for the boxes of its wide nodes. The recorder is begun
+  /// and holds the passes that made the primitives' boxes; on return it has been submitted. Puts the first
+  /// node of each level and then the number of nodes into `levels`. False: the device was lost.
+  bool run(std::uint32_t count, const Bound& bound, const BuildScratch& scratch, Submit& submit,
+           std::vector<std::uint32_t>& levels) const;
 
  private:
-  struct Pass {
-    gpu::Pipeline pipeline;
-    gpu::Bindings bindings;
-  };
-  void sort(const shared::BuildArgs& args, gpu::Recorder& recorder) const;
-  std::array<Pass, 9> passes_;
+  void sort(const shared::BuildArgs& args, const Bound& bound, gpu::Recorder& recorder) const;
+  std::array<gpu::Pipeline, pass_count> pipelines_;
 };
 
 }  // namespace rtstdb::accel

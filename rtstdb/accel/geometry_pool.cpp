@@ -23,15 +23,13 @@ Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t
 
 }  // namespace
 
-Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t tlas_nodes,
-                                          std::uint32_t max_geometries, Submit& submit) {
+Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t max_geometries, Submit& submit) {
   GeometryPool pool;
   auto builder = BlasBuilder::create(device, submit);
   if (!builder) return builder.error();
   pool.builder_ = std::move(builder).value();
   pool.max_geometries_ = max_geometries;
-  pool.node_count_ = tlas_nodes;
-  pool.node_capacity_ = tlas_nodes + 4096;
+  pool.node_capacity_ = 4096;
   pool.triangle_capacity_ = 16384;
   auto nodes = make_pool(device, "node pool", pool.node_capacity_ * node_bytes, true);
   if (!nodes) return nodes.error();

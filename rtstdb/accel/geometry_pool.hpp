@@ -1,6 +1,5 @@
 #pragma once
-// All geometry on the device: one pool of wide nodes (the TLAS slots first, then one BLAS after the other),
-// one of triangles in leaf order, one table of geometries. Setup only; a pool that grows is made anew, and
+// All geometry on the device: one pool of wide nodes (one BLAS after the other), one of triangles in leaf order, one table of geometries. Setup only; a pool that grows is made anew, and
 // whoever bound it binds again (generation).
 
 #include <cstdint>
@@ -14,9 +13,7 @@ namespace rtstdb::accel {
 
 class GeometryPool {
  public:
-  /// `tlas_nodes` nodes at the beginning are left to the TLAS slots.
-  static Result<GeometryPool> create(gpu::Device& device, std::uint32_t tlas_nodes,
-                                     std::uint32_t max_geometries, Submit& submit);
+  static Result<GeometryPool> create(gpu::Device& device, std::uint32_t max_geometries, Submit& submit);
 
   /// Builds the BLAS. The mesh has passed validate. Errors: capacity, out_of_memory, device_lost; the pool is
   /// unchanged.

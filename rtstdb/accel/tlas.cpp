@@ -61,26 +61,27 @@ float window_seconds(WorldTime begin, WorldTime end) noexcept {
 Moment TlasView::moment(WorldTime t) const noexcept {
   const WorldTime late_epoch = epoch + epoch_length;
   const bool late = t >= late_epoch;
+  const double window_s = seconds_between(window_begin, window_end);
   return {.t_s = static_cast<float>(seconds_between(late ? late_epoch : epoch, t)),
-          .instance_base = late ? late_base : 0};
+          .instance_base = late ? late_base : 0,
+          .share = window_s > 0.0 ? static_cast<float>(seconds_between(window_begin, t) / window_s) : 0.0f};
 }
 
 std::uint32_t Tlas::Slot::root() const noexcept {
-  return visible_count == 0 ? shared::ref_none : node_base;
-}
-
-std::uint32_t Tlas::nodes_needed(const TlasOptions& options) noexcept {
-  return options.slots * wide_node_bound(options.max_entities, instances_per_leaf);
+  return visible_count == 0 ? shared::ref_none : 0;
 }
 
 Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   Tlas tlas;
   tlas.max_entities_ = options.max_entities;
+  tlas.refits_ = options.refits;
   tlas.changed_.reserve(options.max_entities);
   const std::pair<gpu::Pipeline*, gpu::ShaderId> pipelines[] = {
       {&tlas.apply_rows_, gpu::ShaderId::apply_rows},
       {&tlas.instances_pass_, gpu::ShaderId::instances},
-      {&tlas.small_build_, gpu::ShaderId::tlas_small}};
+      {&tlas.small_build_, gpu::ShaderId::tlas_small},
+      {&tlas.refit_, gpu::ShaderId::tlas_refit},
+      {&tlas.cost_, gpu::ShaderId::tlas_cost}};
   for (const auto& [pipeline, shader] : pipelines) {
     auto made = device.create_pipeline(shader);
     if (!made) return made.error();
@@ -92,72 +93,103 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   auto large = LargeBuild::create(device);
   if (!large) return large.error();
   tlas.large_build_ = std::move(large).value();
-
   const std::size_t n = options.max_entities;
-  const std::uint32_t nodes_per_slot = wide_node_bound(options.max_entities, instances_per_leaf);
+  const std::size_t nodes = wide_node_bound(options.max_entities, instances_per_leaf);
+  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+      {&tlas.changed_rows_,
+       {.name = "changed rows",
+        .size_bytes = sizeof(shared::EntityRecord) * n,
+        .memory = gpu::Memory::upload}},
+      {&tlas.motion_boxes_, {.name = "TLAS motion boxes", .size_bytes = 48 * n}},
+      {&tlas.node_boxes_, {.name = "TLAS node boxes", .size_bytes = 48 * nodes}},
+  };
+  for (const auto& [buffer, wanted] : buffers) {
+    auto made = device.create_buffer(wanted);
+    if (!made) return made.error();
+    *buffer = std::move(made).value();
+  }
   tlas.slots_.resize(options.slots);
   for (std::uint32_t i = 0; i < options.slots; ++i) {
-    Slot& slot = tlas.slots_[i];
-    slot.node_base = i * nodes_per_slot;
-    slot.presence.assign(n, Presence::absent);
-    slot.place.assign(n, shared::no_entity);
-    slot.identities.resize(n);
-    const std::string name = "slot " + std::to_string(i);
-    gpu::BufferOptions instances{.name = name + " instances",
-                                 .size_bytes = 2 * 16 * shared::instance_texels * n};
-    instances.texel_float4 = true;
-    gpu::BufferOptions identities{
-        .name = name + " identities", .size_bytes = sizeof(Identity) * n, .memory = gpu::Memory::upload};
-    identities.texel_uint4 = true;
-    const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
-        {&slot.rows, {.name = name + " rows", .size_bytes = sizeof(shared::EntityRecord) * n}},
-        {&slot.instances, instances},
-        {&slot.live, {.name = name + " live", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
-        {&slot.identity_texels, identities},
-        {&slot.places, {.name = name + " places", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
-    };
-    for (const auto& [buffer, wanted] : buffers) {
-      auto made = device.create_buffer(wanted);
-      if (!made) return made.error();
-      *buffer = std::move(made).value();
-    }
+    if (auto made = tlas.create_slot(device, tlas.slots_[i], "slot " + std::to_string(i)); !made)
+      return made.error();
   }
-  auto changed_rows = device.create_buffer({.name = "changed rows",
-                                            .size_bytes = sizeof(shared::EntityRecord) * n,
-                                            .memory = gpu::Memory::upload});
-  if (!changed_rows) return changed_rows.error();
-  tlas.changed_rows_ = std::move(changed_rows).value();
   return tlas;
 }
 
+Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::string& name) {
+  const std::size_t n = max_entities_;
+  slot.presence.assign(n, Presence::absent);
+  slot.place.assign(n, shared::no_entity);
+  slot.identities.resize(n);
+  slot.levels.reserve(shared::max_tlas_levels + 1);
+  gpu::BufferOptions instances{.name = name + " instances",
+                               .size_bytes = 2 * 16 * shared::instance_texels * n};
+  instances.texel_float4 = true;
+  gpu::BufferOptions identities{
+      .name = name + " identities", .size_bytes = sizeof(Identity) * n, .memory = gpu::Memory::upload};
+  identities.texel_uint4 = true;
+  const std::size_t nodes_count = wide_node_bound(max_entities_, instances_per_leaf);
+  gpu::BufferOptions nodes{.name = name + " nodes",
+                           .size_bytes = 16 * shared::tlas_node_texels * nodes_count};
+  nodes.texel_uint4 = true;
+  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+      {&slot.rows, {.name = name + " rows", .size_bytes = sizeof(shared::EntityRecord) * n}},
+      {&slot.instances, instances},
+      {&slot.live, {.name = name + " live", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
+      {&slot.identity_texels, identities},
+      {&slot.places, {.name = name + " places", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
+      {&slot.nodes, nodes},
+      {&slot.levels_readback,
+       {.name = name + " levels",
+        .size_bytes = 4 * (shared::max_tlas_levels + 2),
+        .memory = gpu::Memory::readback}},
+      {&slot.cost_readback, {.name = name + " cost", .size_bytes = 16, .memory = gpu::Memory::readback}},
+  };
+  for (const auto& [buffer, wanted] : buffers) {
+    auto made = device.create_buffer(wanted);
+    if (!made) return made.error();
+    *buffer = std::move(made).value();
+  }
+  return {};
+}
+
 Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
-  const auto common = scratch_.bindings(pool.nodes());
   for (Slot& slot : slots_) {
+    const auto common = scratch_.bindings(slot.nodes);
+    const gpu::Buffer& bounds = *common.front();
     const gpu::Buffer* rows[] = {&changed_rows_, &slot.rows};
-    std::vector<const gpu::Buffer*> build(common.begin(), common.end());
-    build.insert(build.end(), {&slot.rows, &pool.geometries(), &slot.live, &slot.instances});
+    const gpu::Buffer* instances[] = {&slot.rows, &pool.geometries(), &slot.live, &slot.instances,
+                                      &bounds,    &motion_boxes_};
+    std::vector<const gpu::Buffer*> small(common.begin(), common.end());
+    small.insert(small.end(), {&motion_boxes_, &node_boxes_, &slot.levels_readback});
+    const gpu::Buffer* refit[] = {&motion_boxes_, &node_boxes_, &slot.nodes};
+    const gpu::Buffer* cost[] = {&node_boxes_, &slot.cost_readback};
     const std::tuple<gpu::Bindings*, gpu::Pipeline*, std::span<const gpu::Buffer* const>> wanted[] = {
         {&slot.apply_rows, &apply_rows_, rows},
-        {&slot.instances_pass, &instances_pass_, build},
-        {&slot.small_build, &small_build_, build}};
+        {&slot.instances_pass, &instances_pass_, instances},
+        {&slot.small_build, &small_build_, small},
+        {&slot.refit, &refit_, refit},
+        {&slot.cost, &cost_, cost}};
     for (const auto& [bindings, pipeline, buffers] : wanted) {
       auto made = device.create_bindings(*pipeline, buffers);
       if (!made) return made.error();
       *bindings = std::move(made).value();
     }
-    // The pool's new buffer holds no TLAS of before.
-    slot.filled = false;
+    auto large = large_build_.bind(device, scratch_, slot.nodes);
+    if (!large) return large.error();
+    slot.large_build = std::move(large).value();
   }
-  return large_build_.bind(device, scratch_, pool.nodes());
+  return {};
 }
 
 void Tlas::record_warm_up(gpu::Recorder& recorder) {
   const Slot& slot = slots_.front();
   recorder.dispatch(apply_rows_, slot.apply_rows, shared::ApplyRowsArgs{}, 1);
-  recorder.dispatch(small_build_, slot.small_build, shared::SmallBuildArgs{}, 1);
-  if (max_entities_ <= shared::small_build_max) return;
   recorder.dispatch(instances_pass_, slot.instances_pass, shared::InstanceArgs{}, 1);
-  large_build_.record_warm_up(recorder);
+  recorder.dispatch(small_build_, slot.small_build, shared::SmallBuildArgs{}, 1);
+  recorder.dispatch(refit_, slot.refit, shared::RefitArgs{}, 1);
+  recorder.dispatch(cost_, slot.cost, shared::RefitArgs{}, 1);
+  if (max_entities_ > shared::small_build_max) large_build_.record_warm_up(slot.large_build, recorder);
 }
 
 Tlas::Slot* Tlas::find(const query::RowSource& rows, const query::TimeSpan& times) noexcept {
@@ -208,47 +240,91 @@ void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorde
     list_changed = list_changed || presence != slot.presence[entity];
     slot.presence[entity] = presence;
   }
-  if (list_changed) list_live(slot, max_entities_);
+  if (list_changed) {
+    list_live(slot, max_entities_);
+    slot.tree = Tree::none;
+  }
   recorder.dispatch(apply_rows_, slot.apply_rows, shared::ApplyRowsArgs{.count = count}, (count + 63) / 64);
   recorder.barrier();
 }
 
-bool Tlas::build(Slot& slot, Submit& submit) {
-  const float window_s = window_seconds(slot.window_begin, slot.window_end);
+void Tlas::make_instances(Slot& slot, gpu::Recorder& recorder) {
   const WorldTime late_epoch = slot.epoch + epoch_length;
-  const std::uint32_t late_base = slot.window_end >= late_epoch ? max_entities_ : 0;
-  if (slot.live_count <= shared::small_build_max) {
-    const shared::SmallBuildArgs args{.epoch = words_of(slot.epoch),
-                                      .late_epoch = words_of(late_epoch),
-                                      .window_begin = words_of(slot.window_begin),
-                                      .window_s = window_s,
-                                      .late_base = late_base,
-                                      .count = slot.live_count,
-                                      .visible_count = slot.visible_count,
-                                      .node_base = slot.node_base,
-                                      .half_size = scratch_.half_size()};
-    submit.recorder().dispatch(small_build_, slot.small_build, args, slot.live_count == 0 ? 0 : 1);
-    submit.recorder().barrier();
-    return true;
-  }
   const shared::InstanceArgs args{.epoch = words_of(slot.epoch),
                                   .late_epoch = words_of(late_epoch),
                                   .window_begin = words_of(slot.window_begin),
-                                  .window_s = window_s,
-                                  .late_base = late_base,
+                                  .window_s = window_seconds(slot.window_begin, slot.window_end),
+                                  .late_base = slot.window_end >= late_epoch ? max_entities_ : 0,
                                   .count = slot.live_count,
                                   .visible_count = slot.visible_count};
-  submit.recorder().dispatch(instances_pass_, slot.instances_pass, args, (slot.live_count + 63) / 64);
-  submit.recorder().barrier();
-  if (slot.visible_count == 0) return true;
-  const auto built = large_build_.run({.count = slot.visible_count,
-                                       .max_leaf = instances_per_leaf,
-                                       .leaf_bits = shared::ref_instance_bit,
-                                       .leaf_base = 0,
-                                       .node_base = slot.node_base},
-                                      scratch_, submit);
+  recorder.dispatch(instances_pass_, slot.instances_pass, args, (slot.live_count + 63) / 64);
+  recorder.barrier();
+}
+
+/// Looks at what the device left of the slot's last tree, which is done by now.
+bool Tlas::may_refit(Slot& slot) {
+  if (slot.tree == Tree::none || !refits_) return false;
+  if (slot.tree == Tree::unknown) {
+    const auto levels = slot.levels_readback.host_as<const std::uint32_t>();
+    slot.levels.assign(levels.begin() + 1, levels.begin() + 2 + levels[0]);
+    slot.tree = Tree::known;
+  }
+  const float cost = slot.cost_readback.host_as<const float>()[0];
+  if (slot.built_cost == 0.0f) slot.built_cost = cost;
+  return cost <= rebuild_growth * slot.built_cost;
+}
+
+/// Boxes from the deepest level up; those of the first are the tree's cost.
+void Tlas::refit(const Slot& slot, gpu::Recorder& recorder) const {
+  for (std::size_t level = slot.levels.size() - 1; level-- > 0;) {
+    const shared::RefitArgs args{.first = slot.levels[level],
+                                 .count = slot.levels[level + 1] - slot.levels[level]};
+    recorder.dispatch(refit_, slot.refit, args, (args.count + 63) / 64);
+    recorder.barrier();
+  }
+}
+
+bool Tlas::build(Slot& slot, Submit& submit) {
+  slot.built_cost = 0.0f;
+  if (slot.visible_count <= shared::small_build_max) {
+    const shared::SmallBuildArgs args{.count = slot.visible_count, .half_size = scratch_.half_size()};
+    submit.recorder().dispatch(small_build_, slot.small_build, args, 1);
+    submit.recorder().barrier();
+    slot.tree = Tree::unknown;
+    return true;
+  }
+  const bool built = large_build_.run(slot.visible_count, slot.large_build, scratch_, submit, slot.levels);
   if (!built) return false;
+  slot.tree = Tree::known;
   submit.begin();
+  refit(slot, submit.recorder());
+  return true;
+}
+
+void Tlas::find_cost(const Slot& slot, gpu::Recorder& recorder) const {
+  // A tree of n leaves has n / 8 nodes at least; always the same number of them, so that costs compare.
+  const std::uint32_t nodes = 1 + slot.visible_count / shared::node_width;
+  const shared::RefitArgs args{.first = 0, .count = std::min(nodes, shared::max_cost_nodes)};
+  recorder.dispatch(cost_, slot.cost, args, 1);
+  recorder.barrier();
+}
+
+bool Tlas::make_tree(Slot& slot, Submit& submit) {
+  make_instances(slot, submit.recorder());
+  if (slot.visible_count == 0) return true;
+  if (may_refit(slot)) {
+    refit(slot, submit.recorder());
+    find_cost(slot, submit.recorder());
+    ++counts_.refits;
+    if (slot.visible_count <= shared::small_build_max) return true;
+    // A large world that was turned upside down is not searched through a tree that knows nothing of it.
+    if (!submit.run()) return false;
+    submit.begin();
+    if (may_refit(slot)) return true;
+  }
+  if (!build(slot, submit)) return false;
+  find_cost(slot, submit.recorder());
+  ++counts_.builds;
   return true;
 }
 
@@ -264,8 +340,9 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query:
     slot->window_begin = times.first;
     slot->window_end = times.last;
     slot->epoch = epoch_of(rows.time(), times.first);
-    if (!build(*slot, submit)) {
+    if (!make_tree(*slot, submit)) {
       slot->filled = false;
+      slot->tree = Tree::none;
       return std::nullopt;
     }
   }
@@ -274,7 +351,9 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query:
                   .identities = slot->identities.data(),
                   .root = slot->root(),
                   .epoch = slot->epoch,
-                  .late_base = max_entities_};
+                  .late_base = max_entities_,
+                  .window_begin = slot->window_begin,
+                  .window_end = slot->window_end};
 }
 
 }  // namespace rtstdb::accel

@@ -1,7 +1,10 @@
 #pragma once
 // Top-level structures (paper, Section 4.1): a few slots, each with its own copy of the rows, the instances
-// made from them, and a wide BVH over what every instance covers during the slot's window. A slot stands for
-// one version and one window of time; a later version is reached by applying the rows that changed.
+// made from them, and a wide BVH over what every instance covers at the begin and at the end of the slot's
+// window. A slot stands for one version and one window of time; a later version is reached by applying the
+// rows that changed and by a refit: the tree stays and its boxes are made anew. It is built anew when
+// entities came, went, got or lost their geometry, or when its cost by the surface area heuristic has grown
+// by rebuild_growth since it was built.
 //
 // Threads: one. prepare is the tick's and does not allocate; the rest is setup.
 
@@ -21,6 +24,7 @@ namespace rtstdb::accel {
 struct TlasOptions {
   std::uint32_t max_entities = 0;
   std::uint32_t slots = 4;
+  bool refits = true;  ///< false: every tree is built anew, to measure that
 };
 
 /// Instants at which rows are written down in single precision lie this far apart, from the version's time
@@ -28,10 +32,14 @@ struct TlasOptions {
 inline constexpr Nanoseconds epoch_length{shared::epoch_length_ns};
 static_assert(epoch_length.count() >= max_query_window_ns, "a window meets at most two epochs");
 
+/// A tree that costs more than this times what it did when it was built is built anew.
+inline constexpr float rebuild_growth = 1.3f;
+
 /// An instant as the device is told of it.
 struct Moment {
   float t_s = 0.0f;                 ///< since its epoch
   std::uint32_t instance_base = 0;  ///< where that epoch's instances begin
+  float share = 0.0f;               ///< of the window that has passed
 };
 
 /// What answers say of an entity besides what the device found.
@@ -48,14 +56,13 @@ struct TlasView {
   std::uint32_t root = 0;                ///< reference; none when nothing is visible
   WorldTime epoch{};
   std::uint32_t late_base = 0;
+  WorldTime window_begin{}, window_end{};
   /// For instants in the slot's window.
   Moment moment(WorldTime t) const noexcept;
 };
 
 class Tlas {
  public:
-  static std::uint32_t nodes_needed(const TlasOptions& options) noexcept;
-  /// The pool leaves nodes_needed nodes at its beginning.
   static Result<Tlas> create(gpu::Device& device, const TlasOptions& options);
   /// Connects to the pool; again whenever the pool's generation changed.
   Result<void> bind(gpu::Device& device, const GeometryPool& pool);
@@ -64,6 +71,8 @@ class Tlas {
   void record_warm_up(gpu::Recorder& recorder);
 
   std::uint32_t slots() const noexcept { return static_cast<std::uint32_t>(slots_.size()); }
+  /// tlas_node_texels a node, the root first; references count in it.
+  const gpu::Buffer& nodes(std::uint32_t slot) const noexcept { return slots_[slot].nodes; }
   const gpu::Buffer& instances(std::uint32_t slot) const noexcept { return slots_[slot].instances; }
   /// By entity index, a texel each: id, mask and material of a row.
   const gpu::Buffer& identity_texels(std::uint32_t slot) const noexcept {
@@ -81,12 +90,25 @@ class Tlas {
   /// slot is there already. Scenes above small_build_max submit in between. Empty: the device is lost.
   std::optional<TlasView> prepare(const query::RowSource& rows, const query::TimeSpan& times, Submit& submit);
 
+  /// How trees came about so far.
+  struct Counts {
+    std::uint64_t builds = 0, refits = 0;
+  };
+  Counts counts() const noexcept { return counts_; }
+
  private:
   enum class Presence : std::uint8_t { absent, hidden, visible };
+  /// What a slot's nodes are to its entities.
+  enum class Tree : std::uint8_t {
+    none,     ///< to be built
+    unknown,  ///< built by the device alone: its levels stand in levels_readback once that is done
+    known,
+  };
 
   struct Slot {
-    gpu::Buffer rows, instances, live, identity_texels, places;
-    gpu::Bindings apply_rows, instances_pass, small_build;
+    gpu::Buffer rows, instances, live, identity_texels, places, nodes, levels_readback, cost_readback;
+    gpu::Bindings apply_rows, instances_pass, small_build, refit, cost;
+    LargeBuild::Bound large_build;
     std::vector<Presence> presence;    // by entity index
     std::vector<std::uint32_t> place;  // by entity index
     std::vector<Identity> identities;  // by entity index: a row of an older version takes long to find
@@ -95,23 +117,34 @@ class Tlas {
     Version version = 0;
     WorldTime window_begin{}, window_end{}, epoch{};
     std::uint64_t last_used = 0;
-    std::uint32_t node_base = 0;
+    Tree tree = Tree::none;
+    std::vector<std::uint32_t> levels;  // first node of each, then the number of nodes
+    float built_cost = 0.0f;            // 0: not known yet
     std::uint32_t root() const noexcept;
   };
 
   Slot* find(const query::RowSource& rows, const query::TimeSpan& times) noexcept;
   void upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
   void list_live(Slot& slot, std::uint32_t index_limit);
+  void make_instances(Slot& slot, gpu::Recorder& recorder);
+  bool may_refit(Slot& slot);
+  void refit(const Slot& slot, gpu::Recorder& recorder) const;
   bool build(Slot& slot, Submit& submit);
+  void find_cost(const Slot& slot, gpu::Recorder& recorder) const;
+  bool make_tree(Slot& slot, Submit& submit);
+  Result<void> create_slot(gpu::Device& device, Slot& slot, const std::string& name);
 
   std::uint32_t max_entities_ = 0;
+  bool refits_ = true;
   std::uint64_t uses_ = 0;
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> changed_;
   gpu::Buffer changed_rows_;
   BuildScratch scratch_;
   LargeBuild large_build_;
-  gpu::Pipeline apply_rows_, instances_pass_, small_build_;
+  gpu::Buffer motion_boxes_, node_boxes_;  // of the tree being made
+  gpu::Pipeline apply_rows_, instances_pass_, small_build_, refit_, cost_;
+  Counts counts_;
 };
 
 }  // namespace rtstdb::accel

@@ -17,8 +17,7 @@ Result<std::unique_ptr<GpuExecutor>> GpuExecutor::create(gpu::Device& device,
   if (!submit) return submit.error();
   executor->submit_ = std::move(submit).value();
   const accel::TlasOptions tlas_options{.max_entities = options.max_entities};
-  auto pool = accel::GeometryPool::create(device, accel::Tlas::nodes_needed(tlas_options),
-                                          options.max_geometries, executor->submit_);
+  auto pool = accel::GeometryPool::create(device, options.max_geometries, executor->submit_);
   if (!pool) return pool.error();
   executor->pool_ = std::move(pool).value();
   auto tlas = accel::Tlas::create(device, tlas_options);

@@ -127,14 +127,17 @@ Result<void> GpuNearestQuery::bind(gpu::Device& device, const accel::GeometryPoo
   search_bindings_.clear();
   sign_bindings_.clear();
   for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
-    const gpu::Buffer* const buffers[] = {&pool.nodes(), &tlas.instances(slot), &point_records_,
-                                          &counts_,      &neighbor_records_,    &pool.triangles()};
-    const std::span all(buffers);
+    const gpu::Buffer* const searched[] = {&tlas.nodes(slot), &tlas.instances(slot), &point_records_,
+                                           &counts_,          &neighbor_records_,    &pool.triangles(),
+                                           &pool.nodes()};
+    const std::span all(searched);
     auto search = device.create_bindings(search_, looks_at_triangles(options_.target) ? all : all.first(5));
     if (!search) return search.error();
     search_bindings_.push_back(std::move(search).value());
     if (!sign_) continue;
-    auto sign = device.create_bindings(sign_, all);
+    const gpu::Buffer* const signs[] = {&pool.nodes(), &tlas.instances(slot), &point_records_,
+                                        &counts_,      &neighbor_records_,    &pool.triangles()};
+    auto sign = device.create_bindings(sign_, signs);
     if (!sign) return sign.error();
     sign_bindings_.push_back(std::move(sign).value());
   }
@@ -161,7 +164,8 @@ void GpuNearestQuery::record(std::uint32_t count, const RowSource& /*rows*/, con
                   .mask = point.mask,
                   .carrier = place_of(point.carrier, tlas, view),
                   .excluded = point.excluded.index,
-                  .instance_base = moment.instance_base};
+                  .instance_base = moment.instance_base,
+                  .share = moment.share};
   }
   dispatch(count, false, view, recorder);
 }

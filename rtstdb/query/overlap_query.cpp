@@ -52,7 +52,8 @@ void GpuOverlapQuery::record(std::uint32_t count, const RowSource& rows, const a
                   .t_s = moment.t_s,
                   .carrier = tlas.place_of(view.slot, overlap.entity.index),
                   .excluded = overlap.entity.index,
-                  .instance_base = moment.instance_base};
+                  .instance_base = moment.instance_base,
+                  .share = moment.share};
   }
   runner_.record(count, view, recorder);
 }

@@ -72,7 +72,7 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
   query->max_groups_ = device.limits().max_groups;
   const bool any = options.mode == RayMode::any;
   const gpu::ShaderId shaders[] = {any ? gpu::ShaderId::ray_any : gpu::ShaderId::ray_closest,
-                                   any ? gpu::ShaderId::ray_any_carried : gpu::ShaderId::ray_closest_carried};
+                                   any ? gpu::ShaderId::ray_any_moving : gpu::ShaderId::ray_closest_moving};
   for (std::size_t i = 0; i < query->kernels_.size(); ++i) {
     auto pipeline = device.create_pipeline(shaders[i]);
     if (!pipeline) return pipeline.error();
@@ -148,6 +148,7 @@ Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& p
     for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
       const gpu::Buffer* buffers[] = {&pool.nodes(),
                                       &pool.triangles(),
+                                      &tlas.nodes(slot),
                                       &tlas.instances(slot),
                                       &tlas.identity_texels(slot),
                                       &rays_,
@@ -155,9 +156,9 @@ Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& p
                                       &hits_,
                                       &some_incomplete_,
                                       &tlas.places(slot)};
-      const bool carried = &kernel == &kernels_.back();
-      auto bindings =
-          device.create_bindings(kernel.pipeline, std::span(buffers).first(std::size(buffers) - !carried));
+      const bool moving = &kernel == &kernels_.back();
+      auto bindings = device.create_bindings(kernel.pipeline,
+                                             std::span(buffers).first(std::size(buffers) - (moving ? 0 : 1)));
       if (!bindings) return bindings.error();
       kernel.bindings.push_back(std::move(bindings).value());
     }
@@ -173,6 +174,8 @@ void GpuRayQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
 void GpuRayQuery::record(std::uint32_t count, const RowSource& rows, const accel::Tlas& /*tlas*/,
                          const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   some_incomplete_.host_as<std::uint32_t>()[0] = 0;
+  const double window_s = seconds_between(view.window_begin, view.window_end);
+  moving_ = carried_ || window_s > 0.0;
   args_ = {.root = view.root,
            .count = count,
            .alone = 0,
@@ -181,11 +184,13 @@ void GpuRayQuery::record(std::uint32_t count, const RowSource& rows, const accel
            .late_base = view.late_base,
            .still = options_.ignore_motion ? 1u : 0u,
            .still_ns = low_word(rows.time()),
+           .window_begin_ns = low_word(view.window_begin),
+           .per_window_ns = window_s > 0.0 ? static_cast<float>(1e-9 / window_s) : 0.0f,
            .faces = options_.faces == Faces::both    ? 0.0f
                     : options_.faces == Faces::front ? 1.0f
                                                      : -1.0f,
            .two = 2};
-  const Kernel& kernel = kernels_[carried_ ? 1 : 0];
+  const Kernel& kernel = kernels_[moving_ ? 1 : 0];
   recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args_, (count + 63) / 64);
 }
 
@@ -202,7 +207,7 @@ void GpuRayQuery::unpack(std::uint32_t count, const accel::TlasView& /*view*/) n
 
 void GpuRayQuery::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   std::ranges::copy(incomplete_, again_.host_as<std::uint32_t>().begin());
-  const Kernel& kernel = kernels_[carried_ ? 1 : 0];
+  const Kernel& kernel = kernels_[moving_ ? 1 : 0];
   args_.alone = 1;
   const auto count = static_cast<std::uint32_t>(incomplete_.size());
   for (args_.first = 0; args_.first < count; args_.first += max_groups_) {

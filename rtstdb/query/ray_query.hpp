@@ -36,7 +36,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   bool truncated() const noexcept override { return truncated_; }
 
  private:
-  /// A kernel for rays of the world, and a dearer one for batches in which some are carried.
+  /// A kernel for rays of the world that all ask at one instant, and a dearer one for all others.
   struct Kernel {
     gpu::Pipeline pipeline;
     std::vector<gpu::Bindings> bindings;  // one per slot
@@ -49,6 +49,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   std::uint32_t answered_ = 0;
   bool truncated_ = false;
   mutable bool carried_ = false;           // what check saw in the batch that is recorded next
+  bool moving_ = false;                    // which kernel the last dispatch ran
   shared::RayArgs args_{};                 // of the last dispatch
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
   std::uint32_t max_groups_ = 0;

@@ -54,7 +54,8 @@ void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, cons
                   .carrier = region.carrier.valid() ? tlas.place_of(view.slot, region.carrier.index)
                                                     : shared::no_entity,
                   .excluded = shared::no_entity,
-                  .instance_base = moment.instance_base};
+                  .instance_base = moment.instance_base,
+                  .share = moment.share};
   }
   runner_.record(count, view, recorder);
 }

@@ -47,11 +47,11 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string
   return runner;
 }
 
-Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& pool,
+Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& /*pool*/,
                                 const accel::Tlas& tlas) {
   bindings_.clear();
   for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
-    const gpu::Buffer* buffers[] = {&pool.nodes(), &tlas.instances(slot), &records_, &counts_, &ids_};
+    const gpu::Buffer* buffers[] = {&tlas.nodes(slot), &tlas.instances(slot), &records_, &counts_, &ids_};
     auto bindings = device.create_bindings(pipeline_, buffers);
     if (!bindings) return bindings.error();
     bindings_.push_back(std::move(bindings).value());

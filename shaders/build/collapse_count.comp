@@ -13,5 +13,5 @@ void main() {
   if (i >= args.level_count) return;
   const uint sorted_half = args.source * args.half_size;
   const uvec2 entry = queue[(args.shift & 1u) * args.half_size + i];
-  offsets[i] = inner_children(choose_children(entry.x, args.max_leaf, sorted_half), args.max_leaf);
+  offsets[i] = inner_children(choose_children(entry.x, sorted_half));
 }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// One level of the collapse, 2 of 2: writes the level's wide nodes and queues their inner children.
+// One level of the collapse, 2 of 2: writes the level's wide nodes but for their boxes and queues their inner children.
 #include "build/phase_collapse.glsl"
 
 layout(local_size_x = 64) in;
@@ -12,16 +12,15 @@ void main() {
   if (i >= args.level_count) return;
   const uint sorted_half = args.source * args.half_size;
   if (args.count == 1u) {
-    write_single_leaf_root(args, sorted_half);
+    write_single_leaf_root(sorted_half);
     return;
   }
   const uvec2 entry = queue[(args.shift & 1u) * args.half_size + i];
-  const WideChildren children = choose_children(entry.x, args.max_leaf, sorted_half);
-  const uint next_level = args.node_base + args.level_first + args.level_count;
-  write_wide_node(entry.y, children, next_level + offsets[i], args, sorted_half);
+  const WideChildren children = choose_children(entry.x, sorted_half);
+  uint next = args.level_first + args.level_count + offsets[i];
+  write_tree_node(entry.y, children, next, sorted_half);
   uint place = (1u - (args.shift & 1u)) * args.half_size + offsets[i];
-  uint next = next_level + offsets[i];
   for (uint k = 0u; k < children.count; ++k) {
-    if (stays_inner(children.child[k], args.max_leaf)) queue[place++] = uvec2(children.child[k], next++);
+    if (is_inner(children.child[k])) queue[place++] = uvec2(children.child[k], next++);
   }
 }

@@ -1,15 +1,20 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// A whole TLAS of at most small_build_max instances by one workgroup in one dispatch, since on lavapipe every dispatch
-// costs as much as hundreds of instances. The same phases as the passes of a large build, with a bitonic sort.
+// The tree of a TLAS of at most small_build_max instances by one workgroup in one dispatch, since on lavapipe every dispatch
+// costs as much as hundreds of instances. The same phases as the passes of a large build, with a bitonic sort; the refit too.
 #include "build/phase_collapse.glsl"
 #include "build/phase_hierarchy.glsl"
-#include "build/phase_instances.glsl"
 #include "build/phase_morton.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { SmallBuildArgs args; };
+
+layout(set = 0, binding = 11, scalar) readonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
+layout(set = 0, binding = 12, scalar) buffer NodeBoxesBuffer { MotionBox node_boxes[]; };
+// How many levels there are, then the first node of each, then the number of nodes.
+layout(set = 0, binding = 13, scalar) writeonly buffer LevelsBuffer { uint levels[]; };
+#include "build/phase_refit.glsl"
 
 const uint lanes = 64u;
 
@@ -20,18 +25,15 @@ shared uint next_count;
 shared vec3 lane_lo[lanes];
 shared vec3 lane_hi[lanes];
 
-void make_instances(uint lane) {
-  const InstanceArgs times = InstanceArgs(args.epoch, args.late_epoch, args.window_begin, args.window_s, args.late_base,
-                                          args.count, args.visible_count);
+shared uint level_begin[max_tlas_levels + 1u];
+
+void find_scene_bounds(uint lane) {
   vec3 lo = vec3(3e38);
   vec3 hi = vec3(-3e38);
   for (uint i = lane; i < args.count; i += lanes) {
-    const Box box = write_instances(i, times);
-    if (i >= args.visible_count) continue;
-    bounds[i].lo = box.lo;
-    bounds[i].hi = box.hi;
-    lo = min(lo, center_of(box));
-    hi = max(hi, center_of(box));
+    const vec3 center = center_of(bounds[i]);
+    lo = min(lo, center);
+    hi = max(hi, center);
   }
   lane_lo[lane] = lo;
   lane_hi[lane] = hi;
@@ -55,9 +57,9 @@ bool after(uint a, uint b) {
 
 void sort_by_code(uint lane) {
   uint padded = 1u;
-  while (padded < args.visible_count) padded *= 2u;
+  while (padded < args.count) padded *= 2u;
   for (uint i = lane; i < padded; i += lanes) {
-    sort_keys[i] = i < args.visible_count ? morton_code(center_of(bounds[i]), lane_lo[0], lane_hi[0]) : uvec2(0xFFFFFFFFu);
+    sort_keys[i] = i < args.count ? morton_code(center_of(bounds[i]), lane_lo[0], lane_hi[0]) : uvec2(0xFFFFFFFFu);
     sort_values[i] = i;
   }
   for (uint size = 2u; size <= padded; size *= 2u) {
@@ -78,7 +80,7 @@ void sort_by_code(uint lane) {
     }
   }
   barrier();
-  for (uint i = lane; i < args.visible_count; i += lanes) {
+  for (uint i = lane; i < args.count; i += lanes) {
     keys[i] = sort_keys[i];
     values[i] = sort_values[i];
     arrivals[i] = 0u;
@@ -87,39 +89,26 @@ void sort_by_code(uint lane) {
   barrier();
 }
 
-void main() {
-  const uint lane = gl_LocalInvocationID.x;
-  make_instances(lane);
-  if (args.visible_count == 0u) return;
-  sort_by_code(lane);
-  for (uint i = lane; i + 1u < args.visible_count; i += lanes) build_inner_node(int(i), int(args.visible_count));
-  memoryBarrierBuffer();
-  barrier();
-  if (args.visible_count > 1u) {
-    for (uint i = lane; i < args.visible_count; i += lanes) fit_from_leaf(i, args.visible_count, 0u);
-  }
-  memoryBarrierBuffer();
-  barrier();
-
-  BuildArgs build;
-  build.count = args.visible_count;
-  build.max_leaf = 1u;
-  build.leaf_bits = ref_instance_bit;
-  build.node_base = args.node_base;
-  if (args.visible_count == 1u) {
-    if (lane == 0u) write_single_leaf_root(build, 0u);
-    return;
-  }
+// Level by level from the root. Returns how many levels there are.
+uint collapse(uint lane) {
+  uint level = 0u;
   uint level_count = 1u;
   uint level_first = 0u;
   uint half_index = 0u;
-  if (lane == 0u) queue[0] = uvec2(0u, args.node_base);
+  if (lane == 0u) queue[0] = uvec2(0u, 0u);
+  if (lane == 0u) level_begin[0] = 0u;
+  if (args.count == 1u) {
+    if (lane == 0u) write_single_leaf_root(0u);
+    if (lane == 0u) level_begin[1] = 1u;
+    level_count = 0u;
+    level = 1u;
+  }
   memoryBarrierBuffer();
   barrier();
-  while (level_count > 0u) {
+  while (level_count > 0u && level < max_tlas_levels) {
     for (uint i = lane; i < level_count; i += lanes) {
       const uint node = queue[half_index * args.half_size + i].x;
-      offsets[i] = inner_children(choose_children(node, 1u, 0u), 1u);
+      offsets[i] = inner_children(choose_children(node, 0u));
     }
     memoryBarrierBuffer();
     barrier();
@@ -131,23 +120,49 @@ void main() {
         total += here;
       }
       next_count = total;
+      level_begin[level + 1u] = level_first + level_count;
     }
     memoryBarrierBuffer();
     barrier();
-    const uint next_level = args.node_base + level_first + level_count;
+    const uint next_level = level_first + level_count;
     for (uint i = lane; i < level_count; i += lanes) {
       const uvec2 entry = queue[half_index * args.half_size + i];
-      const WideChildren children = choose_children(entry.x, 1u, 0u);
-      write_wide_node(entry.y, children, next_level + offsets[i], build, 0u);
+      const WideChildren children = choose_children(entry.x, 0u);
+      write_tree_node(entry.y, children, next_level + offsets[i], 0u);
       uint place = (1u - half_index) * args.half_size + offsets[i];
       uint next = next_level + offsets[i];
       for (uint k = 0u; k < children.count; ++k) {
-        if (stays_inner(children.child[k], 1u)) queue[place++] = uvec2(children.child[k], next++);
+        if (is_inner(children.child[k])) queue[place++] = uvec2(children.child[k], next++);
       }
     }
+    ++level;
     level_first += level_count;
     level_count = next_count;
     half_index = 1u - half_index;
+    memoryBarrierBuffer();
+    barrier();
+  }
+  return level;
+}
+
+void main() {
+  const uint lane = gl_LocalInvocationID.x;
+  if (args.count == 0u) return;
+  find_scene_bounds(lane);
+  sort_by_code(lane);
+  for (uint i = lane; i + 1u < args.count; i += lanes) build_inner_node(int(i), int(args.count));
+  memoryBarrierBuffer();
+  barrier();
+  if (args.count > 1u) {
+    for (uint i = lane; i < args.count; i += lanes) fit_from_leaf(i, args.count, 0u);
+  }
+  memoryBarrierBuffer();
+  barrier();
+  const uint level_count = collapse(lane);
+  if (lane == 0u) levels[0] = level_count;
+  for (uint i = lane; i <= level_count; i += lanes) levels[1u + i] = level_begin[i];
+  for (uint level = level_count; level > 0u; --level) {
+    for (uint node = level_begin[level - 1u] + lane; node < level_begin[level]; node += lanes) refit_node(node);
     memoryBarrierBuffer();
     barrier();
   }

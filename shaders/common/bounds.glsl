@@ -7,6 +7,12 @@ struct Box {
   vec3 hi;
 };
 
+// What something covers at the begin of a window and at its end; in between, no more than the mixture of both.
+struct MotionBox {
+  Box begin;
+  Box end;
+};
+
 Box box_union(Box a, Box b) { return Box(min(a.lo, b.lo), max(a.hi, b.hi)); }
 
 float box_half_area(Box b) {
@@ -23,6 +29,10 @@ uint ordered(float x) {
 float unordered(uint bits) {
   return uintBitsToFloat(bits ^ ((bits >> 31) != 0u ? 0x80000000u : 0xFFFFFFFFu));
 }
+
+MotionBox motion_union(MotionBox a, MotionBox b) { return MotionBox(box_union(a.begin, b.begin), box_union(a.end, b.end)); }
+
+Box swept(MotionBox b) { return box_union(b.begin, b.end); }
 
 vec3 center_of(Box b) { return 0.5 * (b.lo + b.hi); }
 

@@ -13,10 +13,11 @@ Box box_of_oriented(vec3 p, vec4 q, vec3 center, vec3 half_extent) {
   return Box(c - e, c + e);
 }
 
-// Everything the oriented box covers during [0, window_s]. The union of both end boxes (paper, Eq. 1) loses the bulge of the
-// arc; between its ends an arc leaves its chord by at most rho phi^2 / 8, so the union grows by that, and never beyond the
-// ball of radius rho about the moving centre. Proof and reference: rtstdb/geometry/motion_bounds.hpp.
-Box motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 half_extent, float window_s) {
+// What the oriented box covers at both ends of [0, window_s], grown so that the mixture of both covers it in between. Its
+// corners leave the chords between their ends by at most rho phi^2 / 8 (paper, Eq. 1, forgets that), and never the ball of
+// radius rho about the centre, which moves on a line. Along each side the tighter of the two is taken, the same at both ends.
+// Proof and reference: rtstdb/geometry/motion_bounds.hpp.
+MotionBox motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 half_extent, float window_s) {
   const vec3 p_end = p + v * window_s;
   const Box begin = box_of_oriented(p, q, center, half_extent);
   const Box end = box_of_oriented(p_end, orientation_at(q, w, window_s), center, half_extent);
@@ -27,9 +28,13 @@ Box motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 half_extent,
   const float rounded_s = window_s + 1.0;
   const float reach = max(max(abs(p.x), abs(p.y)), abs(p.z)) + length(v) * rounded_s + rho;
   const float slop = 2e-6 * (reach + rho * length(w) * rounded_s);
-  Box result;
-  result.lo = max(min(begin.lo, end.lo) - bulge, min(p, p_end) - rho) - slop;
-  result.hi = min(max(begin.hi, end.hi) + bulge, max(p, p_end) + rho) + slop;
+  const bvec3 ball_above = greaterThan(p + p_end - 2.0 * rho, begin.lo + end.lo - 2.0 * bulge);
+  const bvec3 ball_below = lessThan(p + p_end + 2.0 * rho, begin.hi + end.hi + 2.0 * bulge);
+  MotionBox result;
+  result.begin.lo = mix(begin.lo - bulge, p - rho, ball_above) - slop;
+  result.end.lo = mix(end.lo - bulge, p_end - rho, ball_above) - slop;
+  result.begin.hi = mix(begin.hi + bulge, p + rho, ball_below) + slop;
+  result.end.hi = mix(end.hi + bulge, p_end + rho, ball_below) + slop;
   return result;
 }
 
@@ -67,7 +72,7 @@ Instance instance_of(EntityRecord row, GeometryRecord geometry, uvec2 instant) {
   return instance;
 }
 
-Box bounds_of(Instance i, float window_s) {
+MotionBox bounds_of(Instance i, float window_s) {
   return motion_bounds(i.p, i.q, i.v, i.w, i.box_center * i.scale, i.box_half * i.scale, window_s);
 }
 

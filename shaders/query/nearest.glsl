@@ -10,7 +10,7 @@
 //   NEAREST_TRIANGLE                 triangles
 #include "common/interleave.glsl"
 #include "common/loops.glsl"
-#include "query/nearest_node.glsl"
+#include "common/wide_node.glsl"
 #include "query/nearest_point.glsl"
 
 #if defined(NEAREST_CENTER) || defined(NEAREST_BOUNDS)
@@ -19,13 +19,14 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { NearestArgs args; };
-layout(set = 0, binding = 0) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 0) uniform usamplerBuffer tlas;
 layout(set = 0, binding = 1) uniform samplerBuffer instances;
 layout(set = 0, binding = 2, scalar) readonly buffer PointsBuffer { NearestRecord points[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer CountsBuffer { NearestCount counts[]; };
 layout(set = 0, binding = 4, scalar) writeonly buffer NeighborsBuffer { NeighborRecord neighbors[]; };
 #ifndef NEAREST_ENTITY
 layout(set = 0, binding = 5) uniform samplerBuffer triangles;
+layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
 #endif
 
 const float nowhere = 3.4e38;  // farther than anything
@@ -104,31 +105,52 @@ float box_square(vec3 lo, vec3 hi, vec3 point) {
   return dot(gap, gap);
 }
 
-// The child whose box is nearest, stretched by `scale`; the others that are in reach wait on the stack.
-uint nearest_child(uint node, vec3 scale, vec3 point) {
+// Before the child that is offered next stands the nearest so far; the one that gives way waits on the stack.
+void offer_child(uint ref, vec3 lo, vec3 hi, vec3 point, inout uint nearest, inout float nearest_square) {
+  const float square = box_square(lo, hi, point);
+  const bool in_reach = square <= box_limit && ref != ref_none;
+  const bool nearer = in_reach && square < nearest_square;
+  stack_ref[depth] = nearer ? nearest : ref;
+  stack_square[depth] = nearer ? nearest_square : square;
+  depth += (nearer ? nearest != ref_none : in_reach) ? 1u : 0u;
+  nearest = nearer ? ref : nearest;
+  nearest_square = nearer ? square : nearest_square;
+}
+
+uint unless_full(uint nearest) {
+  const bool full = depth > stack_limit;
+  cut_short = cut_short || full;
+  depth = full ? 0u : depth;
+  return full ? ref_none : nearest;
+}
+
+// The child whose box is nearest; the others that are in reach wait on the stack.
+uint nearest_entity_child(uint node, float share, vec3 point) {
+  const MotionNode wide = fetch_motion_node(tlas, node, share);
+  uint nearest = ref_none;
+  float nearest_square = 3.4e38;
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+    precise vec3 lo = child_lo(wide, k);
+    precise vec3 hi = child_hi(wide, k);
+    offer_child(child_reference(wide, k), lo, hi, point, nearest, nearest_square);
+  }
+  return unless_full(nearest);
+}
+
+#ifndef NEAREST_ENTITY
+// The same for the boxes of a geometry, stretched by `scale`.
+uint nearest_triangle_child(uint node, vec3 scale, vec3 point) {
   const WideNode wide = fetch_wide_node(nodes, node);
   uint nearest = ref_none;
   float nearest_square = 3.4e38;
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-    const uint ref = child_reference(wide, k);
     precise vec3 lo = child_lo(wide, k) * scale;
     precise vec3 hi = child_hi(wide, k) * scale;
-    const float square = box_square(lo, hi, point);
-    const bool in_reach = square <= box_limit && ref != ref_none;
-    const bool nearer = in_reach && square < nearest_square;
-    stack_ref[depth] = nearer ? nearest : ref;
-    stack_square[depth] = nearer ? nearest_square : square;
-    depth += (nearer ? nearest != ref_none : in_reach) ? 1u : 0u;
-    nearest = nearer ? ref : nearest;
-    nearest_square = nearer ? square : nearest_square;
+    offer_child(child_reference(wide, k), lo, hi, point, nearest, nearest_square);
   }
-  if (depth > stack_limit) {
-    cut_short = true;
-    depth = 0u;
-    nearest = ref_none;
-  }
-  return nearest;
+  return unless_full(nearest);
 }
+#endif
 
 // What waits above `bottom` and is still in reach, or none.
 uint next_waiting(uint bottom) {
@@ -177,7 +199,7 @@ void search_triangles(Instance i, uint root, uint place, vec3 point) {
   uint current = root;
   while (current != ref_none && !cut_short) {
     rounds += 3u;  // this loop's, and one for each of the two inside
-    if (is_inner(current)) current = nearest_child(current, i.scale, point);
+    if (is_inner(current)) current = nearest_triangle_child(current, i.scale, point);
     const bool is_leaf = current != ref_none && !is_inner(current);
     const uint first = current & ref_triangle_first_mask;
     const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
@@ -237,7 +259,7 @@ void search_entities(NearestRecord record, vec3 asked_point) {
   uint current = args.root;
   while (current != ref_none && !cut_short) {
     rounds += 3u;  // this loop's, and one for each of the two inside
-    if (is_inner(current)) current = nearest_child(current, vec3(1.0), asked_point);
+    if (is_inner(current)) current = nearest_entity_child(current, record.share, asked_point);
     if (current != ref_none && !is_inner(current)) {
       const uint place = (current & ref_instance_mask) + record.instance_base;
       Instance i = fetch_instance(instances, place);

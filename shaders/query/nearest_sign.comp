@@ -6,7 +6,7 @@
 // needs nothing but the triangles, and stretching does not change it, while the angles that weigh pseudonormals (Baerentzen
 // and Aanaes 2005) are others for every scale.
 #include "common/loops.glsl"
-#include "query/nearest_node.glsl"
+#include "common/wide_node.glsl"
 #include "query/nearest_point.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,18 +1,19 @@
 // The body of the ray queries: reads a ray, traces it, writes the hit. See rtstdb/query.hpp for what the fields mean.
 //
-// Include with RAY_ANY defined for rays that stop at the first hit, RAY_CARRIED where some of them move with an entity.
+// Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants or
+// some of them move with an entity.
 #include "common/interleave.glsl"
 #include "query/traverse.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RayArgs args; };
-layout(set = 0, binding = 3) uniform usamplerBuffer identities;
-layout(set = 0, binding = 4) uniform samplerBuffer rays;
-layout(set = 0, binding = 5) uniform usamplerBuffer again;
-layout(set = 0, binding = 6, rgba32ui) writeonly uniform uimageBuffer hits;
-layout(set = 0, binding = 7, scalar) writeonly buffer IncompleteBuffer { uint some_incomplete; };
-#ifdef RAY_CARRIED
-layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint places[]; };
+layout(set = 0, binding = 4) uniform usamplerBuffer identities;
+layout(set = 0, binding = 5) uniform samplerBuffer rays;
+layout(set = 0, binding = 6) uniform usamplerBuffer again;
+layout(set = 0, binding = 7, rgba32ui) writeonly uniform uimageBuffer hits;
+layout(set = 0, binding = 8, scalar) writeonly buffer IncompleteBuffer { uint some_incomplete; };
+#ifdef RAY_MOVING
+layout(set = 0, binding = 9, scalar) readonly buffer PlacesBuffer { uint places[]; };
 #endif
 
 float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
@@ -52,14 +53,16 @@ void main() {
   const vec4 r0 = texelFetch(rays, base);
   const vec4 r1 = texelFetch(rays, base + 1);
   const vec4 r2 = texelFetch(rays, base + 2);
-  const uint since_epoch_ns = (args.still != 0u ? args.still_ns : floatBitsToUint(r2.x)) - args.epoch_ns;
+  const uint at_ns = args.still != 0u ? args.still_ns : floatBitsToUint(r2.x);
+  const uint since_epoch_ns = at_ns - args.epoch_ns;
   const bool late = since_epoch_ns >= epoch_length_ns;
   const float t_s = float(double(late ? since_epoch_ns - epoch_length_ns : since_epoch_ns) * 1e-9LF);
   const uint instance_base = late ? args.late_base : 0u;
+  const float share = clamp(float(at_ns - args.window_begin_ns) * args.per_window_ns, 0.0, 1.0);
   vec3 origin = r0.xyz;
   vec3 direction = vec3(r0.w, r1.xy);
   vec3 v_origin = vec3(0.0);
-#ifdef RAY_CARRIED
+#ifdef RAY_MOVING
   const uint carrier = floatBitsToUint(r2.w);
   if (carrier != no_entity) {
     const Instance i = fetch_instance(instances, places[carrier] + instance_base);
@@ -69,7 +72,7 @@ void main() {
     v_origin = velocity_at(i, t_s, origin);
   }
 #endif
-  const Found found = trace(make_segment(origin, direction), r1.z, r1.w, t_s, instance_base, floatBitsToUint(r2.z), args.root,
+  const Found found = trace(make_segment(origin, direction), r1.z, r1.w, t_s, share, instance_base, floatBitsToUint(r2.z), args.root,
                             args.faces, args.two);
 #ifdef RAY_ANY
   // The rest of the hit stays as it was made.

@@ -5,12 +5,12 @@
 // the query's own time. Ids are kept in a heap with the largest on top, so that on overflow the lowest remain.
 #include "common/instance.glsl"
 #include "common/loops.glsl"
-#include "shared/node.h"
+#include "common/wide_node.glsl"
 #include "shared/query.h"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RegionArgs args; };
-layout(set = 0, binding = 0) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 0) uniform usamplerBuffer tlas;
 layout(set = 0, binding = 1) uniform samplerBuffer instances;
 layout(set = 0, binding = 2, scalar) readonly buffer RegionsBuffer { RegionRecord regions[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer CountsBuffer { RegionCount counts[]; };
@@ -119,23 +119,11 @@ void main() {
   while (current != ref_none) {
     while ((current & ref_leaf_bit) == 0u) {
       ++rounds;
-      const int base = int(current * node_texels);
-      const uvec4 head = texelFetch(nodes, base);
-      const uvec4 ex = texelFetch(nodes, base + 1);
-      const uvec4 ey = texelFetch(nodes, base + 2);
-      const uvec4 ez = texelFetch(nodes, base + 3);
-      const uvec4 refs_low = texelFetch(nodes, base + 4);
-      const uvec4 refs_high = texelFetch(nodes, base + 5);
-      const vec3 origin = uintBitsToFloat(head.xyz);
-      const vec3 quantum = vec3(uintBitsToFloat((head.w & 0xFFu) << 23), uintBitsToFloat((head.w >> 8 & 0xFFu) << 23),
-                                uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
+      const MotionNode node = fetch_motion_node(tlas, current, record.share);
       [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-        const uint word = k >> 2;
-        const uint bit = 8u * (k & 3u);
-        const vec3 lo = origin + quantum * vec3(ex[word] >> bit & 0xFFu, ey[word] >> bit & 0xFFu, ez[word] >> bit & 0xFFu);
-        const vec3 hi = origin + quantum * vec3(ex[2u + word] >> bit & 0xFFu, ey[2u + word] >> bit & 0xFFu,
-                                                ez[2u + word] >> bit & 0xFFu);
-        const uint ref = k < 4u ? refs_low[k] : refs_high[k - 4u];
+        const vec3 lo = child_lo(node, k);
+        const vec3 hi = child_hi(node, k);
+        const uint ref = child_reference(node, k);
         const bool meets = all(lessThanEqual(lo, reach.hi)) && all(greaterThanEqual(hi, reach.lo)) && ref != ref_none;
         stack[depth] = ref;
         depth += meets ? 1u : 0u;

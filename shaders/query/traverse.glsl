@@ -1,7 +1,7 @@
 // Rays through both levels of the structure (paper, Section 5.2). One loop over nodes, one over leaves ("while-while", Aila
 // and Laine 2009); child tests and pushes without branches, because masked lanes run a branch's body anyway on lavapipe.
 //
-// Include with RAY_ANY defined for rays that stop at the first hit.
+// Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants.
 #ifndef RTSTDB_QUERY_TRAVERSE_GLSL
 #define RTSTDB_QUERY_TRAVERSE_GLSL
 #include "common/instance.glsl"
@@ -9,9 +9,10 @@
 #include "shared/node.h"
 #include "shared/query.h"
 
-layout(set = 0, binding = 0) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 0) uniform usamplerBuffer nodes;  // of geometries
 layout(set = 0, binding = 1) uniform samplerBuffer triangles;
-layout(set = 0, binding = 2) uniform samplerBuffer instances;
+layout(set = 0, binding = 2) uniform usamplerBuffer tlas;
+layout(set = 0, binding = 3) uniform samplerBuffer instances;
 
 // One group a level of the trees at most.
 const uint stack_size = 48u;
@@ -115,49 +116,116 @@ void test_triangle(Segment ray, uint slot, float lambda_min, float faces, uint i
 // dear on lavapipe.
 uint stack[stack_size];
 
-// The children of a node that the ray enters, as a group.
-uint enter_children(uint node, Segment ray, float lambda_min, float limit) {
-  const int base = int(node * node_texels);
-  const uvec4 head = texelFetch(nodes, base);
-  const uvec4 ex = texelFetch(nodes, base + 1);
-  const uvec4 ey = texelFetch(nodes, base + 2);
-  const uvec4 ez = texelFetch(nodes, base + 3);
+// A ray seen from a node: lambda of a plane is slope * quanta + offset.
+struct Slabs {
+  vec3 slope;
+  vec3 offset;
+  vec3 far_slope;
+  vec3 far_offset;
+  bvec3 backwards;
+  int first;
+  int last;
+};
+
+Slabs slabs_of(uvec4 head, Segment ray, float lambda_min, float limit) {
   const vec3 quantum = vec3(uintBitsToFloat((head.w & 0xFFu) << 23), uintBitsToFloat((head.w >> 8 & 0xFFu) << 23),
                             uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
-  const vec3 slope = quantum * ray.inverse_d;
-  const vec3 offset = (uintBitsToFloat(head.xyz) - ray.o) * ray.inverse_d;
+  Slabs slabs;
+  slabs.slope = quantum * ray.inverse_d;
+  slabs.offset = (uintBitsToFloat(head.xyz) - ray.o) * ray.inverse_d;
   // A relative 1e-6 covers the rounding of slope, offset and their sum.
-  const vec3 far_slope = slope * 1.000001;
-  const vec3 far_offset = offset * 1.000001;
-  const bvec3 backwards = lessThan(ray.inverse_d, vec3(0.0));
-  const uvec2 near_x = backwards.x ? ex.zw : ex.xy;
-  const uvec2 far_x = backwards.x ? ex.xy : ex.zw;
-  const uvec2 near_y = backwards.y ? ey.zw : ey.xy;
-  const uvec2 far_y = backwards.y ? ey.xy : ey.zw;
-  const uvec2 near_z = backwards.z ? ez.zw : ez.xy;
-  const uvec2 far_z = backwards.z ? ez.xy : ez.zw;
-  // Floats that are not negative are ordered as their bits; negative ones come below all, which is all that is asked of them.
-  const int first = floatBitsToInt(lambda_min);
-  const int last = floatBitsToInt(limit);
-  uint mask = 0u;
-  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-    const uint word = k >> 2;
-    const uint bit = 8u * (k & 3u);
-    const int begin = max(max(floatBitsToInt(float(int(near_x[word] >> bit & 0xFFu)) * slope.x + offset.x),
-                              floatBitsToInt(float(int(near_y[word] >> bit & 0xFFu)) * slope.y + offset.y)),
-                          max(floatBitsToInt(float(int(near_z[word] >> bit & 0xFFu)) * slope.z + offset.z), first));
-    const int end = min(min(floatBitsToInt(float(int(far_x[word] >> bit & 0xFFu)) * far_slope.x + far_offset.x),
-                            floatBitsToInt(float(int(far_y[word] >> bit & 0xFFu)) * far_slope.y + far_offset.y)),
-                        min(floatBitsToInt(float(int(far_z[word] >> bit & 0xFFu)) * far_slope.z + far_offset.z), last));
-    mask |= begin <= end ? 1u << k : 0u;
-  }
+  slabs.far_slope = slabs.slope * 1.000001;
+  slabs.far_offset = slabs.offset * 1.000001;
+  slabs.backwards = lessThan(ray.inverse_d, vec3(0.0));
+  slabs.first = floatBitsToInt(lambda_min);
+  slabs.last = floatBitsToInt(limit);
+  return slabs;
+}
+
+// Whether the ray enters the box between two corners, in quanta. Floats that are not negative are ordered as their bits;
+// negative ones come below all, which is all that is asked of them.
+bool enters(Slabs slabs, vec3 near, vec3 far) {
+  const ivec3 begin = floatBitsToInt(near * slabs.slope + slabs.offset);
+  const ivec3 end = floatBitsToInt(far * slabs.far_slope + slabs.far_offset);
+  return max(max(begin.x, begin.y), max(begin.z, slabs.first)) <= min(min(end.x, end.y), min(end.z, slabs.last));
+}
+
+// The edges of one axis, low ones of all children and then high ones, as those that the ray meets first and last.
+struct Edges {
+  uvec2 near;
+  uvec2 far;
+};
+
+Edges edges_along(uvec4 edges, bool backwards) {
+  return Edges(backwards ? edges.zw : edges.xy, backwards ? edges.xy : edges.zw);
+}
+
+float quanta_of(uvec2 edges, uint k) { return float(int(edges[k >> 2] >> 8u * (k & 3u) & 0xFFu)); }
+
+uint as_group(uint node, uint mask, uint used, uint octant) {
   // An empty slot's box is inside out, which a distant ray may not notice.
-  mask &= head.w >> 24;
-  mask = (ray.octant & 1u) != 0u ? (mask & 0x55u) << 1 | (mask >> 1 & 0x55u) : mask;
-  mask = (ray.octant & 2u) != 0u ? (mask & 0x33u) << 2 | (mask >> 2 & 0x33u) : mask;
-  mask = (ray.octant & 4u) != 0u ? (mask & 0x0Fu) << 4 | mask >> 4 : mask;
+  mask &= used;
+  mask = (octant & 1u) != 0u ? (mask & 0x55u) << 1 | (mask >> 1 & 0x55u) : mask;
+  mask = (octant & 2u) != 0u ? (mask & 0x33u) << 2 | (mask >> 2 & 0x33u) : mask;
+  mask = (octant & 4u) != 0u ? (mask & 0x0Fu) << 4 | mask >> 4 : mask;
   return node << 8 | mask;
 }
+
+// The children of a node that the ray enters, as a group. `base`: the node's first texel.
+uint enter_children(usamplerBuffer of, int base, uint node, Segment ray, float lambda_min, float limit) {
+  const uvec4 head = texelFetch(of, base);
+  const Slabs slabs = slabs_of(head, ray, lambda_min, limit);
+  const Edges x = edges_along(texelFetch(of, base + 1), slabs.backwards.x);
+  const Edges y = edges_along(texelFetch(of, base + 2), slabs.backwards.y);
+  const Edges z = edges_along(texelFetch(of, base + 3), slabs.backwards.z);
+  uint mask = 0u;
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+    const vec3 near = vec3(quanta_of(x.near, k), quanta_of(y.near, k), quanta_of(z.near, k));
+    const vec3 far = vec3(quanta_of(x.far, k), quanta_of(y.far, k), quanta_of(z.far, k));
+    mask |= enters(slabs, near, far) ? 1u << k : 0u;
+  }
+  return as_group(node, mask, head.w >> 24, ray.octant);
+}
+
+uint enter_geometry(uint node, Segment ray, float lambda_min, float limit) {
+  return enter_children(nodes, int(node * node_texels), node, ray, lambda_min, limit);
+}
+
+#ifdef RAY_MOVING
+float quanta_at(uvec2 begin, uvec2 end, uint k, float share) {
+  const float from = quanta_of(begin, k);
+  return from + share * (quanta_of(end, k) - from);
+}
+
+// The same for entities; `share`: of the window that has passed when the ray asks.
+uint enter_entities(uint node, float share, Segment ray, float lambda_min, float limit) {
+  const int base = int(node * tlas_node_texels);
+  const uvec4 head = texelFetch(tlas, base);
+  const Slabs slabs = slabs_of(head, ray, lambda_min, limit);
+  Edges begin[3];
+  Edges end[3];
+  [[unroll]] for (int axis = 0; axis < 3; ++axis) {
+    begin[axis] = edges_along(texelFetch(tlas, base + 1 + axis), slabs.backwards[axis]);
+    end[axis] = edges_along(texelFetch(tlas, base + 6 + axis), slabs.backwards[axis]);
+  }
+  uint mask = 0u;
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+    vec3 near;
+    vec3 far;
+    [[unroll]] for (int axis = 0; axis < 3; ++axis) {
+      near[axis] = quanta_at(begin[axis].near, end[axis].near, k, share);
+      far[axis] = quanta_at(begin[axis].far, end[axis].far, k, share);
+    }
+    mask |= enters(slabs, near, far) ? 1u << k : 0u;
+  }
+  return as_group(node, mask, head.w >> 24, ray.octant);
+}
+#else
+// The same for entities, all of them where they are at the window's begin, which is its end.
+uint enter_entities(uint node, float share, Segment ray, float lambda_min, float limit) {
+  return enter_children(tlas, int(node * tlas_node_texels), node, ray, lambda_min, limit);
+}
+#endif
 
 // What is left of a search: the group at hand, those on the stack, and how long it took.
 struct Search {
@@ -167,7 +235,7 @@ struct Search {
 };
 
 // The next child, or ref_none when nothing is left above `bottom`.
-uint take_next(inout Search search, uint bottom, uint octant) {
+uint take_next(usamplerBuffer of, uint texels, inout Search search, uint bottom, uint octant) {
   const bool pop = (search.group & 0xFFu) == 0u;
   const bool done = pop && search.depth == bottom;
   search.depth -= pop && !done ? 1u : 0u;
@@ -179,17 +247,18 @@ uint take_next(inout Search search, uint bottom, uint octant) {
   search.depth += (rest & 0xFFu) != 0u && !done ? 1u : 0u;
   search.rounds += search.depth == stack_size ? max_rounds : 0u;
   search.group = 0u;
-  const uvec4 refs = texelFetch(nodes, int((group >> 8) * node_texels + 4u + (slot >> 2)));
+  const uvec4 refs = texelFetch(of, int((group >> 8) * texels + 4u + (slot >> 2)));
   const uint low = (slot & 1u) != 0u ? refs.y : refs.x;
   const uint high = (slot & 1u) != 0u ? refs.w : refs.z;
   return done || search.rounds >= max_rounds ? ref_none : (slot & 2u) != 0u ? high : low;
 }
 
-// `t_s`: since the epoch of the instances that stand from `instance_base` on. `two`: see loops_still_turn.
+// `t_s`: since the epoch of the instances that stand from `instance_base` on. `share`: of the window that has passed then.
+// `two`: see loops_still_turn.
 //
 // Loops end where their condition stands: what follows a break runs for the lanes that are left even when there are none.
-Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint instance_base, uint mask, uint root, float faces,
-            uint two) {
+Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float share, uint instance_base, uint mask, uint root,
+            float faces, uint two) {
   Found best;
   best.status = status_miss;
   best.lambda = lambda_max;
@@ -205,8 +274,8 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint i
     ++search.rounds;
     while ((current & ref_leaf_bit) == 0u) {
       ++search.rounds;
-      search.group = enter_children(current, world, lambda_min, best.lambda);
-      current = take_next(search, 0u, world.octant);
+      search.group = enter_entities(current, share, world, lambda_min, best.lambda);
+      current = take_next(tlas, tlas_node_texels, search, 0u, world.octant);
     }
     if (current == ref_none) break;
     const uint instance = (current & ref_instance_mask) + instance_base;
@@ -219,8 +288,8 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint i
       ++search.rounds;
       do {
         ++search.rounds;
-        search.group = enter_children(current, ray, lambda_min, best.lambda);
-        current = take_next(search, bottom, ray.octant);
+        search.group = enter_geometry(current, ray, lambda_min, best.lambda);
+        current = take_next(nodes, node_texels, search, bottom, ray.octant);
       } while ((current & ref_leaf_bit) == 0u);
       if (current == ref_none) break;
       // Leaves, as long as they follow one another.
@@ -234,7 +303,7 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint i
           ++slot;
         } while (slot < end);
         ++search.rounds;
-        current = take_next(search, bottom, ray.octant);
+        current = take_next(nodes, node_texels, search, bottom, ray.octant);
 #ifdef RAY_ANY
         current = best.status == status_hit ? ref_none : current;
 #endif
@@ -242,7 +311,7 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, uint i
     }
     search.depth = bottom;
     search.group = 0u;
-    current = take_next(search, 0u, world.octant);
+    current = take_next(tlas, tlas_node_texels, search, 0u, world.octant);
 #ifdef RAY_ANY
     current = best.status == status_hit ? ref_none : current;
 #endif

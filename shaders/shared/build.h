@@ -10,6 +10,11 @@ RTSTDB_CONSTANT(radix_group, 32)
 RTSTDB_CONSTANT(radix_run, 64)
 RTSTDB_CONSTANT(radix_tile, 2048)
 
+// A tree of more levels than a search remembers is not searched whole anyway.
+RTSTDB_CONSTANT(max_tlas_levels, 64)
+// Nodes that a TLAS's cost is judged by.
+RTSTDB_CONSTANT(max_cost_nodes, 1024)
+
 // Largest number of instances that one workgroup builds alone.
 RTSTDB_CONSTANT(small_build_max, 2048)
 
@@ -22,10 +27,6 @@ RTSTDB_CONSTANT(state_words, 16)
 
 #define RTSTDB_FIELDS_BuildArgs(F)                                                             \
   F(uint, count)         /* primitives */                                                      \
-  F(uint, max_leaf)      /* primitives a leaf may hold */                                      \
-  F(uint, leaf_bits)     /* or-ed into leaf references */                                      \
-  F(uint, leaf_base)     /* first triangle of this geometry */                                 \
-  F(uint, node_base)     /* where this structure's root stands in the node pool */             \
   F(uint, shift)         /* radix pass: first bit of the digit */                              \
   F(uint, source)        /* radix pass, collapse level: which half of the ping-pong is read */ \
   F(uint, level_count)   /* collapse: wide nodes of this level */                              \
@@ -35,15 +36,14 @@ RTSTDB_CONSTANT(state_words, 16)
 RTSTDB_STRUCT(BuildArgs)
 
 #define RTSTDB_FIELDS_SmallBuildArgs(F) \
-  F(uvec2, epoch) /* these six: see InstanceArgs */ \
-  F(uvec2, late_epoch)                  \
-  F(uvec2, window_begin)                \
-  F(float, window_s)                    \
-  F(uint, late_base)                    \
-  F(uint, count)                        \
-  F(uint, visible_count)                \
-  F(uint, node_base)                    \
+  F(uint, count) /* instances with a geometry */ \
   F(uint, half_size)
 RTSTDB_STRUCT(SmallBuildArgs)
+
+// Of the nodes `first` to `first + count`. tlas_cost: of the first `count`.
+#define RTSTDB_FIELDS_RefitArgs(F) \
+  F(uint, first)                   \
+  F(uint, count)
+RTSTDB_STRUCT(RefitArgs)
 
 #endif

@@ -13,7 +13,8 @@ RTSTDB_CONSTANT(list_size, 32)
   F(uint, mask)                        \
   F(uint, carrier)                     \
   F(uint, excluded)                    \
-  F(uint, instance_base) /* 0 or late_base */
+  F(uint, instance_base) /* 0 or late_base */ \
+  F(float, share) /* of the window that has passed */
 RTSTDB_STRUCT(NearestRecord)
 
 #define RTSTDB_FIELDS_NearestCount(F) \

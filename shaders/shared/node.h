@@ -11,8 +11,13 @@
 #define RTSTDB_SHARED_NODE_H
 #include "shared/interop.h"
 
+//
+// A node of a TLAS has 3 texels more: 1-3 are the edges at the begin of the TLAS's window, 6-8 at its end, in the same quanta
+// from the same origin. What an entity covers in between lies between the two, so a query at any instant of the window meets
+// the mixture of both. Children of a TLAS's node stand in the slot's own buffer, those of a geometry's in the pool.
 RTSTDB_CONSTANT(node_width, 8)
 RTSTDB_CONSTANT(node_texels, 6)
+RTSTDB_CONSTANT(tlas_node_texels, 9)
 
 // A reference: a node (bit 31 clear), a run of triangles, an instance, or nothing.
 RTSTDB_CONSTANT(ref_leaf_bit, 0x80000000u)

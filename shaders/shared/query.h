@@ -25,6 +25,8 @@ RTSTDB_CONSTANT(hit_texels, 4)
   F(uint, late_base) /* where the next epoch's instances begin */                                 \
   F(uint, still)     /* 1: every ray asks at still_ns */                                          \
   F(uint, still_ns)  /* low word */                                                               \
+  F(uint, window_begin_ns) /* low word */                                                         \
+  F(float, per_window_ns)  /* 1 over the window's length; 0: it is an instant */                   \
   F(float, faces)    /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                \
   F(uint, two)       /* see loops_still_turn */
 RTSTDB_STRUCT(RayArgs)
@@ -41,7 +43,8 @@ RTSTDB_CONSTANT(region_wants_inside, 2)
   F(float, t_s)                       \
   F(uint, carrier)                    \
   F(uint, excluded)                   \
-  F(uint, instance_base)
+  F(uint, instance_base)              \
+  F(float, share) /* of the window that has passed */
 RTSTDB_STRUCT(RegionRecord)
 
 // Followed in the id buffer by `capacity` ids of each region.

@@ -27,7 +27,7 @@ class GeometryStructures : public gpu::test::GpuTest {
   void SetUp() override {
     GpuTest::SetUp();
     submit_ = accel::Submit::create(device()).value();
-    pool_ = accel::GeometryPool::create(device(), 0, 64, submit_).value();
+    pool_ = accel::GeometryPool::create(device(), 64, submit_).value();
   }
 
   std::uint32_t add(const TriangleMesh& mesh) {
@@ -212,7 +212,7 @@ TEST_F(GeometryStructures, HoldOfEverySize) {
     counts.push_back(i);
   for (const std::uint32_t count : counts) {
     SCOPED_TRACE(count);
-    pool_ = accel::GeometryPool::create(device(), 7, 4, submit_).value();
+    pool_ = accel::GeometryPool::create(device(), 4, submit_).value();
     check(mesh_of(count, [&](std::uint32_t) {
       const glm::vec3 center(random_.vector());
       const float size = std::exp2(-8.0f * static_cast<float>(random_.uniform(0, 1)));
@@ -278,7 +278,7 @@ TEST_F(GeometryStructures, HoldOfNastyMeshes) {
   };
   for (const Nasty& nasty : all) {
     SCOPED_TRACE(nasty.name);
-    pool_ = accel::GeometryPool::create(device(), 0, 4, submit_).value();
+    pool_ = accel::GeometryPool::create(device(), 4, submit_).value();
     EXPECT_LE(check(mesh_of(6000, nasty.corners)), nasty.deepest);
   }
 }
@@ -310,7 +310,7 @@ TEST_F(GeometryStructures, AreTheSameInEveryRun) {
   const Copy two = add_copy(mesh.triangles.size() + 12);
   const Words nodes = read(pool_.nodes());
   const Words triangles = read(pool_.triangles());
-  pool_ = accel::GeometryPool::create(device(), 0, 4, submit_).value();
+  pool_ = accel::GeometryPool::create(device(), 4, submit_).value();
   const Copy three = add_copy(0);
   ASSERT_FALSE(HasFailure());
   // Boxes and order; references count from where the copy stands.

@@ -1,0 +1,185 @@
+// Trees of entities from version to version: refitted while they serve, built anew when they do not, and
+// right in either case.
+
+#include "rtstdb/accel/tlas.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+
+#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/random_scene.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+class Rows final : public query::RowSource {
+ public:
+  explicit Rows(std::uint32_t count) : states_(count) {}
+  /// The next version: every row made anew by `make`, or none.
+  void next(const std::function<std::optional<EntityRow>(std::uint32_t)>& make) {
+    ++version_;
+    for (std::uint32_t i = 0; i < states_.size(); ++i) {
+      states_[i].reset();
+      if (auto row = make(i)) {
+        row->motion.valid_from = time();
+        states_[i] = EntityState{.id = {i, 1}, .row = *row, .written_by = version_};
+      }
+    }
+  }
+
+  Version version() const noexcept override { return version_; }
+  WorldTime time() const noexcept override {
+    return world_time_ns(static_cast<std::int64_t>(version_) * 1'000'000);
+  }
+  std::uint32_t index_limit() const noexcept override { return static_cast<std::uint32_t>(states_.size()); }
+  const EntityState* row(std::uint32_t index) const noexcept override {
+    return states_[index] ? &*states_[index] : nullptr;
+  }
+  bool changed_between(Version, std::vector<std::uint32_t>& indices) const noexcept override {
+    indices.resize(states_.size());
+    std::iota(indices.begin(), indices.end(), 0u);
+    return true;
+  }
+
+ private:
+  std::vector<std::optional<EntityState>> states_;
+  Version version_ = 0;
+};
+
+/// A small world is built by one workgroup, a large one by many passes.
+class TreesFromVersionToVersion : public gpu::test::GpuTest,
+                                  public testing::WithParamInterface<std::uint32_t> {
+ protected:
+  void SetUp() override {
+    GpuTest::SetUp();
+    submit_ = std::move(accel::Submit::create(device())).value();
+    pool_ = std::move(accel::GeometryPool::create(device(), 1, submit_)).value();
+    tlas_ = std::move(accel::Tlas::create(device(), {.max_entities = GetParam(), .slots = 1})).value();
+    ASSERT_TRUE(pool_.add(device(), make_box({1.0, 1.0, 1.0}), submit_).ok());
+    ASSERT_TRUE(tlas_.bind(device(), pool_).ok());
+  }
+  void prepare() {
+    submit_.begin();
+    ASSERT_TRUE(tlas_.prepare(rows_, {rows_.time(), rows_.time()}, submit_).has_value());
+    ASSERT_TRUE(submit_.run());
+  }
+  void expect_counts(std::uint64_t builds, std::uint64_t refits) const {
+    EXPECT_EQ(tlas_.counts().builds, builds);
+    EXPECT_EQ(tlas_.counts().refits, refits);
+  }
+  EntityRow anywhere() { return row_of({0}, 100.0 * random_.vector()); }
+
+  Random random_{4};
+  Rows rows_{GetParam()};
+  accel::Submit submit_;
+  accel::GeometryPool pool_;
+  accel::Tlas tlas_;
+};
+
+TEST_P(TreesFromVersionToVersion, AreRefittedWhileNobodyComesOrGoesAndTheyServe) {
+  std::vector<EntityRow> places;
+  for (std::uint32_t i = 0; i < GetParam(); ++i)
+    places.push_back(anywhere());
+  const auto as_they_are = [&](std::uint32_t i) { return std::optional(places[i]); };
+  rows_.next(as_they_are);
+  prepare();
+  expect_counts(1, 0);
+  prepare();
+  expect_counts(1, 0);  // the same version and window
+  for (int k = 0; k < 5; ++k) {
+    for (EntityRow& row : places)
+      row.motion.p_world_m += 0.1 * random_.vector();
+    rows_.next(as_they_are);
+    prepare();
+  }
+  expect_counts(1, 5);
+
+  rows_.next([&](std::uint32_t i) { return i == 7 ? std::nullopt : as_they_are(i); });
+  prepare();
+  expect_counts(2, 5);  // one went
+  rows_.next(as_they_are);
+  prepare();
+  expect_counts(3, 5);  // and came back
+  EntityRow hidden = places[7];
+  hidden.geometry = {};
+  rows_.next([&](std::uint32_t i) { return i == 7 ? std::optional(hidden) : as_they_are(i); });
+  prepare();
+  expect_counts(4, 5);  // has no geometry now
+
+  rows_.next(as_they_are);
+  prepare();
+  rows_.next([&](std::uint32_t) { return std::optional(anywhere()); });
+  prepare();
+  rows_.next([&](std::uint32_t) { return std::optional(anywhere()); });
+  prepare();
+  // Everything is elsewhere: a large tree is made anew at once, a small one for the version after.
+  const std::uint64_t at_once = GetParam() > shared::small_build_max ? 1 : 0;
+  expect_counts(6 + at_once, 6 + at_once);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, TreesFromVersionToVersion, testing::Values(100u, 1500u, 2500u));
+
+/// Versions in which all move, some turn fast, some come and go, and once the whole world is elsewhere.
+class MovingWorlds : public DatabaseTest, public testing::WithParamInterface<std::uint32_t> {};
+
+TEST_P(MovingWorlds, AreSeenAsTheyAreInEveryVersion) {
+  const std::uint32_t count = GetParam();
+  open({.max_entities = 4096});
+  Random random(count);
+  SceneOptions options{.radius_m = 2.5 * std::cbrt(static_cast<double>(count))};
+  std::vector<GeometryId> geometries;
+  for (const TriangleMesh& mesh : mixed_meshes(random))
+    geometries.push_back(add(mesh));
+  std::vector<EntityRow> rows;
+  for (std::uint32_t i = 0; i < count; ++i)
+    rows.push_back(random_row(random, geometries, options, rows));
+  std::vector<EntityId> ids = create(rows, at_s(1.0));
+  const auto query = prepare_rays(RayMode::closest, false, 300);
+  std::optional<oracle::World> world;
+  std::size_t hits = 0;
+  for (int k = 1; k <= 24; ++k) {
+    options.version_time = at_s(1.0 + 0.01 * k);
+    const bool elsewhere = k == 12;
+    const Outcome outcome = execute(
+        [&](Transaction& transaction) {
+          for (std::uint32_t i = 0; i < count; ++i) {
+            EntityRow row = random_row(random, geometries, options, rows);
+            if (!elsewhere) {
+              row.motion.p_world_m = rows[i].motion.p_world_m + 0.05 * random.vector();
+              row.geometry = rows[i].geometry;
+            }
+            row.motion.valid_from = options.version_time;
+            rows[i] = row;
+            transaction.update(ids[i], row);
+          }
+        },
+        options.version_time);
+    ASSERT_TRUE(outcome.done()) << describe(outcome);
+    const auto entities = database().snapshot({}).value();
+    std::vector<Ray> rays(300);
+    for (Ray& ray : rays)
+      ray = random_ray(random, entities, options, options.version_time, k % 3 == 0 ? 0.0 : 0.4);
+    world = world ? world->with_entities(entities, options.version_time) : this->world();
+    const auto answers = trace(*query, rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const auto truth = oracle::trace(*world, rays[i]);
+      const auto verdict = oracle::compare(*world, rays[i], RayMode::closest, false, truth, answers[i]);
+      ASSERT_NE(verdict.verdict, oracle::Verdict::differs) << "version " << k << ": " << verdict.reason;
+      hits += truth.status == HitStatus::hit ? 1 : 0;
+    }
+    if (k % 8 == 0) {
+      ASSERT_TRUE(
+          execute([&](Transaction& transaction) { transaction.remove(ids[count / 2]); }, options.version_time)
+              .done());
+      ids[count / 2] = create(rows[count / 2], options.version_time);
+    }
+  }
+  EXPECT_GT(hits, 24u * 300u / 5u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, MovingWorlds, testing::Values(12u, 300u, 2300u));
+
+}  // namespace
+}  // namespace rtstdb::test
