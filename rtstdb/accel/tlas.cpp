@@ -11,6 +11,8 @@ namespace rtstdb::accel {
 namespace {
 
 constexpr std::uint32_t instances_per_leaf = 1;
+constexpr std::size_t instance_bytes = 16 * shared::instance_texels;
+static_assert(instance_bytes * 16 % 256 == 0);
 // Read by shaders as a texel.
 static_assert(sizeof(Identity) == 16 && offsetof(Identity, mask) == 8 && offsetof(Identity, material) == 12);
 
@@ -74,6 +76,8 @@ std::uint32_t Tlas::Slot::root() const noexcept {
 Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   Tlas tlas;
   tlas.max_entities_ = options.max_entities;
+  // Where late instances begin is where a binding may begin, whatever the device asks of that up to 256 bytes.
+  tlas.late_base_ = (options.max_entities + 15) / 16 * 16;
   tlas.refits_ = options.refits;
   tlas.changed_.reserve(options.max_entities);
   const std::pair<gpu::Pipeline*, gpu::ShaderId> pipelines[] = {
@@ -122,8 +126,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   slot.place.assign(n, shared::no_entity);
   slot.identities.resize(n);
   slot.levels.reserve(shared::max_tlas_levels + 1);
-  gpu::BufferOptions instances{.name = name + " instances",
-                               .size_bytes = 2 * 16 * shared::instance_texels * n};
+  gpu::BufferOptions instances{.name = name + " instances", .size_bytes = 2 * instance_bytes * late_base_};
   instances.texel_float4 = true;
   gpu::BufferOptions identities{
       .name = name + " identities", .size_bytes = sizeof(Identity) * n, .memory = gpu::Memory::upload};
@@ -158,15 +161,23 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
     const auto common = scratch_.bindings(slot.nodes);
     const gpu::Buffer& bounds = *common.front();
     const gpu::Buffer* rows[] = {&changed_rows_, &slot.rows};
-    const gpu::Buffer* instances[] = {&slot.rows, &pool.geometries(), &slot.live, &slot.instances,
-                                      &bounds,    &motion_boxes_};
+    const std::size_t half_bytes = instance_bytes * late_base_;
+    const gpu::BufferPart instances[] = {{&slot.rows},
+                                         {&pool.geometries()},
+                                         {&slot.live},
+                                         {&slot.instances, 0, half_bytes},
+                                         {&slot.instances, half_bytes, half_bytes},
+                                         {&bounds},
+                                         {&motion_boxes_}};
+    auto instances_bindings = device.create_bindings(instances_pass_, instances);
+    if (!instances_bindings) return instances_bindings.error();
+    slot.instances_pass = std::move(instances_bindings).value();
     std::vector<const gpu::Buffer*> small(common.begin(), common.end());
     small.insert(small.end(), {&motion_boxes_, &node_boxes_, &slot.levels_readback});
     const gpu::Buffer* refit[] = {&motion_boxes_, &node_boxes_, &slot.nodes};
     const gpu::Buffer* cost[] = {&node_boxes_, &slot.cost_readback};
     const std::tuple<gpu::Bindings*, gpu::Pipeline*, std::span<const gpu::Buffer* const>> wanted[] = {
         {&slot.apply_rows, &apply_rows_, rows},
-        {&slot.instances_pass, &instances_pass_, instances},
         {&slot.small_build, &small_build_, small},
         {&slot.refit, &refit_, refit},
         {&slot.cost, &cost_, cost}};
@@ -254,7 +265,7 @@ void Tlas::make_instances(Slot& slot, gpu::Recorder& recorder) {
                                   .late_epoch = words_of(late_epoch),
                                   .window_begin = words_of(slot.window_begin),
                                   .window_s = window_seconds(slot.window_begin, slot.window_end),
-                                  .late_base = slot.window_end >= late_epoch ? max_entities_ : 0,
+                                  .meets_late = slot.window_end >= late_epoch ? 1u : 0u,
                                   .count = slot.live_count,
                                   .visible_count = slot.visible_count};
   recorder.dispatch(instances_pass_, slot.instances_pass, args, (slot.live_count + 63) / 64);
@@ -351,7 +362,7 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query:
                   .identities = slot->identities.data(),
                   .root = slot->root(),
                   .epoch = slot->epoch,
-                  .late_base = max_entities_,
+                  .late_base = late_base_,
                   .window_begin = slot->window_begin,
                   .window_end = slot->window_end};
 }

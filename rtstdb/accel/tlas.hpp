@@ -135,6 +135,7 @@ class Tlas {
   Result<void> create_slot(gpu::Device& device, Slot& slot, const std::string& name);
 
   std::uint32_t max_entities_ = 0;
+  std::uint32_t late_base_ = 0;
   bool refits_ = true;
   std::uint64_t uses_ = 0;
   std::vector<Slot> slots_;

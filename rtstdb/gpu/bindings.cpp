@@ -22,18 +22,25 @@ const vk::raii::BufferView& view_of(const Buffer::Impl& buffer, char letter) {
   return view;
 }
 
+/// A BufferPart whose size is known.
+struct Part {
+  const Buffer::Impl* buffer;
+  std::size_t offset;
+  std::size_t size;
+};
+
 void write_set(const vk::raii::Device& device, vk::DescriptorSet set, std::string_view letters,
-               std::span<const Buffer::Impl* const> buffers) {
+               std::span<const Part> parts) {
   std::vector<vk::DescriptorBufferInfo> ranges(letters.size());
   std::vector<vk::BufferView> views(letters.size());
   std::vector<vk::WriteDescriptorSet> writes;
   for (std::uint32_t i = 0; i < letters.size(); ++i) {
     vk::WriteDescriptorSet write(set, i, 0, 1, descriptor_type(letters[i]));
     if (letters[i] == 'S') {
-      ranges[i] = vk::DescriptorBufferInfo(*buffers[i]->buffer, 0, VK_WHOLE_SIZE);
+      ranges[i] = vk::DescriptorBufferInfo(*parts[i].buffer->buffer, parts[i].offset, parts[i].size);
       write.pBufferInfo = &ranges[i];
     } else {
-      views[i] = *view_of(*buffers[i], letters[i]);
+      views[i] = *view_of(*parts[i].buffer, letters[i]);
       write.pTexelBufferView = &views[i];
     }
     writes.push_back(write);
@@ -44,21 +51,32 @@ void write_set(const vk::raii::Device& device, vk::DescriptorSet set, std::strin
 }  // namespace
 
 Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<const Buffer* const> buffers) {
+  std::vector<BufferPart> parts;
+  for (const Buffer* buffer : buffers)
+    parts.push_back({.buffer = buffer});
+  return create_bindings(pipeline, parts);
+}
+
+Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<const BufferPart> wanted) {
   RTSTDB_ASSERT(pipeline.impl_ != nullptr);
   const Pipeline::Impl& of = *pipeline.impl_;
-  RTSTDB_ASSERT(buffers.size() == of.letters.size());
-  std::vector<const Buffer::Impl*> parts;
-  for (std::size_t i = 0; i < buffers.size(); ++i) {
-    RTSTDB_ASSERT(buffers[i] != nullptr && buffers[i]->impl_ != nullptr);
-    const Buffer::Impl& buffer = *buffers[i]->impl_;
-    RTSTDB_ASSERT(buffer.device == impl_);
-    if (of.letters[i] == 'S' && buffer.options.size_bytes > limits().max_storage_range_bytes) {
-      return Error{ErrorCode::capacity,
-                   "buffer \"" + buffer.options.name + "\" of " + std::to_string(buffer.options.size_bytes) +
-                       " bytes passes the limit of " + std::to_string(limits().max_storage_range_bytes) +
-                       " bytes in one storage binding on " + info().name};
+  RTSTDB_ASSERT(wanted.size() == of.letters.size());
+  std::vector<Part> parts;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    RTSTDB_ASSERT(wanted[i].buffer != nullptr && wanted[i].buffer->impl_ != nullptr);
+    const Buffer::Impl& buffer = *wanted[i].buffer->impl_;
+    const std::size_t offset = wanted[i].offset_bytes;
+    const std::size_t all = buffer.options.size_bytes;
+    RTSTDB_ASSERT(buffer.device == impl_ && offset < all && offset % limits().storage_alignment_bytes == 0);
+    const std::size_t size = wanted[i].size_bytes != 0 ? wanted[i].size_bytes : all - offset;
+    RTSTDB_ASSERT(size <= all - offset);
+    if (of.letters[i] == 'S' && size > limits().max_storage_range_bytes) {
+      return Error{ErrorCode::capacity, "buffer \"" + buffer.options.name + "\" of " + std::to_string(size) +
+                                            " bytes passes the limit of " +
+                                            std::to_string(limits().max_storage_range_bytes) +
+                                            " bytes in one storage binding on " + info().name};
     }
-    parts.push_back(&buffer);
+    parts.push_back({&buffer, offset, size});
   }
   return impl_->attempt("bindings of " + of.name + " can not be created", [&]() -> Result<Bindings> {
     Bindings bindings;

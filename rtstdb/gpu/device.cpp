@@ -49,6 +49,7 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen)
                                      vk::PhysicalDeviceMaintenance4Properties>();
   const auto& core = chain.get<vk::PhysicalDeviceProperties2>().properties.limits;
   limits.max_storage_range_bytes = core.maxStorageBufferRange;
+  limits.storage_alignment_bytes = core.minStorageBufferOffsetAlignment;
   limits.max_texel_elements = core.maxTexelBufferElements;
   limits.max_groups = core.maxComputeWorkGroupCount[0];
   const std::size_t max_buffer_bytes = chain.get<vk::PhysicalDeviceMaintenance4Properties>().maxBufferSize;

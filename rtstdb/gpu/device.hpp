@@ -63,6 +63,14 @@ class Buffer {
   std::unique_ptr<Impl> impl_;
 };
 
+/// What a storage binding sees of a buffer; texel bindings always see all of it. Offsets are multiples of
+/// DeviceLimits::storage_alignment_bytes.
+struct BufferPart {
+  const Buffer* buffer = nullptr;
+  std::size_t offset_bytes = 0;
+  std::size_t size_bytes = 0;  ///< 0: to the end
+};
+
 /// One compute shader of the table, ready to run.
 class Pipeline {
  public:
@@ -199,6 +207,7 @@ struct DeviceOptions {
 
 struct DeviceLimits {
   std::size_t max_storage_range_bytes = 0;
+  std::size_t storage_alignment_bytes = 1;
   std::size_t max_texel_elements = 0;
   std::uint32_t max_groups = 0;  ///< per dispatch
   std::size_t max_allocation_bytes = 0;
@@ -228,9 +237,11 @@ class Device {
   /// an internal fault and asserts. Errors: capacity (the group size), out_of_memory, device_lost.
   Result<Pipeline> create_pipeline(ShaderId shader);
   Result<Pipeline> create_pipeline(const ShaderInfo& shader);  ///< a shader of another table: tests
-  /// `buffers` in the order of the shader's bindings. A buffer without the view that the table asks for is
-  /// misuse. Errors: capacity (a storage buffer over max_storage_range_bytes), out_of_memory, device_lost.
+  /// `buffers` in the order of the shader's bindings. A buffer without the view that the table asks for, or a
+  /// part that does not lie in its buffer, is misuse. Errors: capacity (more than max_storage_range_bytes of a
+  /// storage buffer), out_of_memory, device_lost.
   Result<Bindings> create_bindings(const Pipeline& pipeline, std::span<const Buffer* const> buffers);
+  Result<Bindings> create_bindings(const Pipeline& pipeline, std::span<const BufferPart> parts);
   Result<Recorder> create_recorder();
   Result<Timeline> create_timeline();
 

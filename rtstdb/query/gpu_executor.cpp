@@ -16,7 +16,9 @@ Result<std::unique_ptr<GpuExecutor>> GpuExecutor::create(gpu::Device& device,
   auto submit = accel::Submit::create(device);
   if (!submit) return submit.error();
   executor->submit_ = std::move(submit).value();
-  const accel::TlasOptions tlas_options{.max_entities = options.max_entities};
+  // A version of a million entities takes half a gigabyte.
+  const std::uint32_t slots = options.max_entities > 1u << 17 ? 2 : 4;
+  const accel::TlasOptions tlas_options{.max_entities = options.max_entities, .slots = slots};
   auto pool = accel::GeometryPool::create(device, options.max_geometries, executor->submit_);
   if (!pool) return pool.error();
   executor->pool_ = std::move(pool).value();

@@ -10,22 +10,25 @@ layout(push_constant, scalar) uniform Push { InstanceArgs args; };
 layout(set = 0, binding = 0, scalar) readonly buffer RowsBuffer { EntityRecord rows[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer GeometriesBuffer { GeometryRecord geometries[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer LiveBuffer { uint live[]; };
+// Of either epoch, each a part of one buffer: together they may be more than a binding holds.
 layout(set = 0, binding = 3, scalar) writeonly buffer InstancesBuffer { vec4 instances[]; };
-layout(set = 0, binding = 4, scalar) writeonly buffer BoundsBuffer { Box bounds[]; };
-layout(set = 0, binding = 5, scalar) writeonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
+layout(set = 0, binding = 4, scalar) writeonly buffer LateInstancesBuffer { vec4 late_instances[]; };
+layout(set = 0, binding = 5, scalar) writeonly buffer BoundsBuffer { Box bounds[]; };
+layout(set = 0, binding = 6, scalar) writeonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
 
 const uint no_geometry = 0xFFFFFFFFu;
 
-void write_instance(uint place, Instance i) {
-  const uint base = place * instance_texels;
-  instances[base] = vec4(i.p, uintBitsToFloat(i.mask));
-  instances[base + 1u] = i.q;
-  instances[base + 2u] = vec4(i.v, uintBitsToFloat(i.blas_root));
-  instances[base + 3u] = vec4(i.w, uintBitsToFloat(i.entity));
-  instances[base + 4u] = vec4(i.scale, i.closed ? 1.0 : 0.0);
-  instances[base + 5u] = vec4(i.box_center, 0.0);
-  instances[base + 6u] = vec4(i.box_half, 0.0);
-}
+#define WRITE_INSTANCE(target, i)                                          \
+  {                                                                        \
+    const uint base = place * instance_texels;                             \
+    target[base] = vec4(i.p, uintBitsToFloat(i.mask));                     \
+    target[base + 1u] = i.q;                                               \
+    target[base + 2u] = vec4(i.v, uintBitsToFloat(i.blas_root));           \
+    target[base + 3u] = vec4(i.w, uintBitsToFloat(i.entity));              \
+    target[base + 4u] = vec4(i.scale, i.closed ? 1.0 : 0.0);               \
+    target[base + 5u] = vec4(i.box_center, 0.0);                           \
+    target[base + 6u] = vec4(i.box_half, 0.0);                             \
+  }
 
 // An instance is known by its place in `live`. Entities without a geometry come after the `visible_count` others: they get
 // instances (they may carry queries) but no place in the tree.
@@ -35,8 +38,12 @@ void main() {
   const EntityRecord row = rows[live[place]];
   GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u);
   if (row.geometry != no_geometry) geometry = geometries[row.geometry];
-  write_instance(place, instance_of(row, geometry, args.epoch));
-  if (args.late_base != 0u) write_instance(args.late_base + place, instance_of(row, geometry, args.late_epoch));
+  const Instance early = instance_of(row, geometry, args.epoch);
+  WRITE_INSTANCE(instances, early)
+  if (args.meets_late != 0u) {
+    const Instance late = instance_of(row, geometry, args.late_epoch);
+    WRITE_INSTANCE(late_instances, late)
+  }
   if (place >= args.visible_count) return;
   const MotionBox box = bounds_of(instance_of(row, geometry, args.window_begin), args.window_s);
   motion_boxes[place] = box;

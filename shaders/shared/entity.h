@@ -48,7 +48,7 @@ RTSTDB_STRUCT(ApplyRowsArgs)
   F(uvec2, late_epoch)   /* the next one */ \
   F(uvec2, window_begin)              \
   F(float, window_s)                  \
-  F(uint, late_base)     /* 0: the window ends before the next epoch */ \
+  F(uint, meets_late)    /* 0: the window ends before the next epoch */ \
   F(uint, count)         /* live entities */ \
   F(uint, visible_count) /* of them with a geometry, standing first */
 RTSTDB_STRUCT(InstanceArgs)
