@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "shaders/shared/build.h"
 #include "shaders/shared/node.h"
 
 namespace rtstdb::accel {
@@ -23,10 +22,10 @@ constexpr std::size_t level_word(std::uint32_t level, std::uint32_t word) {
 }
 
 constexpr gpu::ShaderId pass_shaders[] = {
-    gpu::ShaderId::radix_histogram, gpu::ShaderId::scan,       gpu::ShaderId::radix_scatter,
-    gpu::ShaderId::blas_centers,    gpu::ShaderId::blas_codes, gpu::ShaderId::blas_leaves,
-    gpu::ShaderId::blas_merge,      gpu::ShaderId::blas_root,  gpu::ShaderId::blas_count,
-    gpu::ShaderId::blas_queue,      gpu::ShaderId::blas_nodes, gpu::ShaderId::blas_triangles,
+    gpu::ShaderId::blas_centers,   gpu::ShaderId::blas_codes,      gpu::ShaderId::blas_sort_count,
+    gpu::ShaderId::blas_sort_scan, gpu::ShaderId::blas_sort_place, gpu::ShaderId::blas_leaves,
+    gpu::ShaderId::blas_merge,     gpu::ShaderId::blas_root,       gpu::ShaderId::blas_count,
+    gpu::ShaderId::blas_queue,     gpu::ShaderId::blas_nodes,      gpu::ShaderId::blas_triangles,
 };
 
 const Error lost{ErrorCode::device_lost, "the GPU stopped answering while a geometry was built"};
@@ -63,9 +62,9 @@ Result<void> BlasBuilder::adopt(gpu::Device& device, BlasScratch scratch) {
   const auto buffers = scratch_.bindings();
   const auto sort_buffers = scratch_.sort_bindings();
   for (std::size_t i = 0; i < pass_count; ++i) {
-    const std::span<const gpu::Buffer* const> of_pass =
-        i <= scatter_pass ? std::span<const gpu::Buffer* const>(sort_buffers) : buffers;
-    auto bindings = device.create_bindings(passes_[i].pipeline, of_pass);
+    const bool sorts = i == sort_count_pass || i == sort_scan_pass || i == sort_place_pass;
+    auto bindings = sorts ? device.create_bindings(passes_[i].pipeline, sort_buffers)
+                          : device.create_bindings(passes_[i].pipeline, buffers);
     if (!bindings) {
       scratch_ = {};
       return bindings.error();
@@ -94,20 +93,16 @@ void BlasBuilder::dispatch(PassIndex pass, const shared::BlasArgs& args, std::ui
 }
 
 void BlasBuilder::record_sort(Submit& submit) const {
-  const std::uint32_t tiles = groups_of(count_, shared::radix_tile);
-  shared::BuildArgs args{};
+  shared::BlasArgs args{};
   args.count = count_;
   args.half_size = scratch_.capacity();
-  args.scan_count = tiles * shared::radix_bins;
-  const auto pass = [&](PassIndex index, std::uint32_t groups) {
-    submit.recorder().dispatch(passes_[index].pipeline, passes_[index].bindings, args, groups);
-    submit.recorder().barrier();
-  };
+  args.run = sort_run(count_);
+  const std::uint32_t groups = groups_of(groups_of(count_, args.run), 32);
   // Eight digits of eight bits cover the 63-bit code; an even number of passes ends where it began.
-  for (args.shift = 0; args.shift < 64; args.shift += shared::radix_bits) {
-    pass(histogram_pass, tiles);
-    pass(scan_pass, 1);
-    pass(scatter_pass, tiles);
+  for (args.shift = 0; args.shift < 64; args.shift += shared::blas_digit_bits) {
+    dispatch(sort_count_pass, args, groups, submit);
+    dispatch(sort_scan_pass, args, 1, submit);
+    dispatch(sort_place_pass, args, groups, submit);
     args.source = 1 - args.source;
   }
 }

@@ -17,6 +17,9 @@
 
 namespace rtstdb::accel {
 
+/// Keys that one invocation of the sort takes: a few hundred of them, as long as each has not too many.
+std::uint32_t sort_run(std::uint32_t count) noexcept;
+
 /// The memory of one build.
 class BlasScratch {
  public:
@@ -29,9 +32,10 @@ class BlasScratch {
   std::uint32_t triangles_at_once() const noexcept { return triangles_at_once_; }
 
   void upload(const TriangleMesh& mesh) const;
-  /// Bindings 0 to 14 of blas_scratch.glsl, and those that the sort asks for.
+  /// In the order of blas_scratch.glsl.
   std::array<const gpu::Buffer*, 15> bindings() const noexcept;
-  std::array<const gpu::Buffer*, 11> sort_bindings() const noexcept;
+  /// In that of blas_sort.glsl.
+  std::array<const gpu::Buffer*, 3> sort_bindings() const noexcept { return {&keys_, &values_, &offsets_}; }
 
   const gpu::Buffer& state() const noexcept { return state_; }
   const gpu::Buffer& state_readback() const noexcept { return state_readback_; }
@@ -64,11 +68,11 @@ class BlasBuilder {
 
  private:
   enum PassIndex : std::size_t {
-    histogram_pass,
-    scan_pass,
-    scatter_pass,
     centers_pass,
     codes_pass,
+    sort_count_pass,
+    sort_scan_pass,
+    sort_place_pass,
     leaves_pass,
     merge_pass,
     root_pass,

@@ -1,0 +1,32 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/prelude.glsl"
+// Geometry builder, sort, 3 of 3: keys and values to their places.
+#include "build/blas_sort.glsl"
+
+layout(local_size_x = 32) in;
+
+void main() {
+  const uint run = gl_GlobalInvocationID.x;
+  const uint runs = run_count();
+  if (run >= runs) return;
+  const uint target_half = (1u - args.source) * args.half_size;
+  uint place[blas_digits];
+  for (uint k = 0u; k < row_fours; ++k) {
+    const uvec4 begin = counts[runs * row_fours + k] + counts[run * row_fours + k] + target_half;
+    place[4u * k] = begin.x;
+    place[4u * k + 1u] = begin.y;
+    place[4u * k + 2u] = begin.z;
+    place[4u * k + 3u] = begin.w;
+  }
+  const uint half_begin = source_half();
+  const uint end = min((run + 1u) * args.run, args.count);
+  for (uint i = run * args.run; i < end; ++i) {
+    const uint from = half_begin + i;
+    const uvec2 key = keys[from];
+    const uint digit = (args.shift < 32u ? key.x : key.y) >> (args.shift & 31u) & (blas_digits - 1u);
+    const uint to = place[digit]++;
+    keys[to] = key;
+    values[to] = values[from];
+  }
+}
