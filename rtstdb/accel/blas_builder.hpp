@@ -33,7 +33,7 @@ class BlasScratch {
 
   void upload(const TriangleMesh& mesh) const;
   /// In the order of blas_scratch.glsl.
-  std::array<const gpu::Buffer*, 15> bindings() const noexcept;
+  std::array<const gpu::Buffer*, 16> bindings() const noexcept;
   /// In that of blas_sort.glsl.
   std::array<const gpu::Buffer*, 3> sort_bindings() const noexcept { return {&keys_, &values_, &offsets_}; }
 
@@ -46,7 +46,7 @@ class BlasScratch {
   std::uint32_t capacity_ = 0, nodes_at_once_ = 0, triangles_at_once_ = 0;
   std::size_t positions_capacity_ = 0;
   gpu::Buffer positions_, corners_, keys_, values_, offsets_, box_lo_, box_hi_, binary_;
-  gpu::Buffer arrivals_, costs_, queue_, state_, wide_, triangles_, state_readback_;
+  gpu::Buffer arrivals_, costs_, queue_, children_, state_, wide_, triangles_, state_readback_;
 };
 
 class BlasBuilder {

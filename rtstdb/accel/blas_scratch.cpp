@@ -62,7 +62,8 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
       {&scratch.binary_, {.name = "geometry binary", .size_bytes = 16 * n}},
       {&scratch.arrivals_, {.name = "geometry arrivals", .size_bytes = 4 * n}},
       {&scratch.costs_, {.name = "geometry costs", .size_bytes = 16 * n}},
-      {&scratch.queue_, {.name = "geometry queue", .size_bytes = 8 * nodes}},
+      {&scratch.queue_, {.name = "geometry queue", .size_bytes = 16 * nodes}},
+      {&scratch.children_, {.name = "geometry children", .size_bytes = 32 * nodes}},
       {&scratch.state_, {.name = "geometry state", .size_bytes = state_bytes, .indirect = true}},
       {&scratch.wide_,
        {.name = "geometry nodes",
@@ -86,9 +87,9 @@ void BlasScratch::upload(const TriangleMesh& mesh) const {
   fill_from(corners_, mesh.triangles);
 }
 
-std::array<const gpu::Buffer*, 15> BlasScratch::bindings() const noexcept {
-  return {&positions_, &corners_, &keys_,  &values_, &offsets_, &box_lo_, &box_hi_,   &binary_,
-          &arrivals_,  &keys_,    &costs_, &queue_,  &state_,   &wide_,   &triangles_};
+std::array<const gpu::Buffer*, 16> BlasScratch::bindings() const noexcept {
+  return {&positions_, &corners_, &keys_,  &values_, &offsets_, &box_lo_, &box_hi_,    &binary_,
+          &arrivals_,  &keys_,    &costs_, &queue_,  &state_,   &wide_,   &triangles_, &children_};
 }
 
 }  // namespace rtstdb::accel

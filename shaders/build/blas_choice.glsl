@@ -19,12 +19,11 @@ struct Choice {
   uint inner;  // bit k: child k becomes a wide node
 };
 
-// Sums of the workgroups stand behind the places in the level, of which there are fewer than half as many as triangles.
-uint group_sum_place(uint group) { return args.half_size / 2u + group; }
+// A byte of the queue's third word each.
+uint packed_choice(Choice choice) { return choice.inner | choice.count << 8; }
 
 Choice choose_children(uint node) {
   Choice choice;
-  uint wanted[8];
   choice.child[0] = node;
   choice.count = 1u;
   choice.inner = 0u;
@@ -36,34 +35,30 @@ Choice choose_children(uint node) {
   }
   // A structure of one leaf: its root holds that leaf alone.
   if (whole) return choice;
-  wanted[0] = opened.w >> choice_wide_shift & 7u;
-  wanted[1] = 8u - wanted[0];
+  // How many children each may still become, four bits a child.
+  uint wanted = opened.w >> choice_wide_shift & 7u;
+  wanted |= (8u - wanted) << 4;
   choice.child[0] = opened.x;
   choice.child[1] = opened.y;
   choice.count = 2u;
   uint k = 0u;
   while (k < choice.count) {
     const uint child = choice.child[k];
-    bool split = false;
-    if (!is_leaf(child)) {
-      opened = binary[child];
-      uint children = wanted[k];
-      uint left = 0u;
-      [[unroll]] for (uint i = 7u; i >= 2u; --i) {
-        left = left == 0u && i <= children ? opened.w >> choice_shift(i) & 7u : left;
-        children = left == 0u ? min(children, i - 1u) : children;
-      }
-      split = left != 0u;
-      if (split) {
-        choice.child[k] = opened.x;
-        wanted[k] = left;
-        choice.child[choice.count] = opened.y;
-        wanted[choice.count] = children - left;
-        ++choice.count;
-      } else {
-        choice.inner |= (opened.w & choice_leaf_bit) == 0u ? 1u << k : 0u;
-      }
+    const bool leaf = is_leaf(child);
+    opened = binary[leaf ? 0u : child];
+    uint children = wanted >> 4u * k & 15u;
+    uint left = 0u;
+    [[unroll]] for (uint i = 7u; i >= 2u; --i) {
+      left = left == 0u && i <= children ? opened.w >> choice_shift(i) & 7u : left;
+      children = left == 0u ? min(children, i - 1u) : children;
     }
+    const bool split = !leaf && left != 0u;
+    choice.child[k] = split ? opened.x : child;
+    choice.child[split ? choice.count : k] = split ? opened.y : child;
+    const uint both = (wanted & ~(15u << 4u * k)) | left << 4u * k | (children - left) << 4u * choice.count;
+    wanted = split ? both : wanted;
+    choice.count += split ? 1u : 0u;
+    choice.inner |= !leaf && !split && (opened.w & choice_leaf_bit) == 0u ? 1u << k : 0u;
     k += split ? 0u : 1u;
   }
   // No slot stays empty beside an inner child: wide_node_bound counts on it.

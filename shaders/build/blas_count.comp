@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Geometry builder, per level of the wide tree, 1 of 2: how many inner children the wide nodes of the level have, and where
-// those of each stand among those of its workgroup.
+// Geometry builder, per level of the wide tree, 1 of 2: the children of the wide nodes of the level, and where the inner ones of each
+// stand among those of its workgroup.
 #include "build/blas_choice.glsl"
 
 layout(local_size_x = 64) in;
@@ -15,7 +15,15 @@ void main() {
   const uint i = gl_GlobalInvocationID.x;
   const bool mine = i < state[level + blas_level_count];
   const uint index = state[level + blas_level_first] + i;
-  counts[lane] = mine ? uint(bitCount(choose_children(queue[index].x).inner)) : 0u;
+  uint inner = 0u;
+  if (mine) {
+    const Choice choice = choose_children(queue[index].x);
+    children[2u * index] = uvec4(choice.child[0], choice.child[1], choice.child[2], choice.child[3]);
+    children[2u * index + 1u] = uvec4(choice.child[4], choice.child[5], choice.child[6], choice.child[7]);
+    queue[index].z = packed_choice(choice);
+    inner = uint(bitCount(choice.inner));
+  }
+  counts[lane] = inner;
   barrier();
   if (lane == 0u) {
     uint sum = 0u;
@@ -24,8 +32,8 @@ void main() {
       counts[k] = sum;
       sum += here;
     }
-    offsets[group_sum_place(gl_WorkGroupID.x)] = sum;
+    offsets[gl_WorkGroupID.x] = sum;
   }
   barrier();
-  if (mine) offsets[index] = counts[lane];
+  if (mine) queue[index].w = counts[lane];
 }

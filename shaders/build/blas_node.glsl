@@ -5,32 +5,38 @@
 #include "build/quantum.glsl"
 #include "build/slots.glsl"
 
+// All loops over children and slots are of constant length, so that arrays become registers.
 struct WideNode {
   Box box[8];
   uint reference[8];
-  uint count;
+  uint count;  // the boxes from there on are among those before
 };
 
 void write_wide_node(uint index, WideNode node) {
   Box all = node.box[0];
-  for (uint k = 1u; k < node.count; ++k) all = box_union(all, node.box[k]);
+  [[unroll]] for (uint k = 1u; k < 8u; ++k) all = box_union(all, node.box[k]);
   vec3 away[8];
-  for (uint k = 0u; k < node.count; ++k) away[k] = center_of(node.box[k]) - center_of(all);
-  uint slot_of[8];
-  choose_slots(away, node.count, slot_of);
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) away[k] = center_of(node.box[k]) - center_of(all);
+  const uint slots = choose_slots(away, node.count);
   const Quanta quanta = quanta_of(all);
   // An unused slot is a box turned inside out: no ray enters it.
   uvec3 low_edges[2] = uvec3[2](uvec3(0xFFFFFFFFu), uvec3(0xFFFFFFFFu));
   uvec3 high_edges[2] = uvec3[2](uvec3(0u), uvec3(0u));
   uint references[8] = uint[8](ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none);
   uint used = 0u;
-  for (uint k = 0u; k < node.count; ++k) {
-    const uint slot = slot_of[k];
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+    const uint slot = k < node.count ? slots >> 3u * k & 7u : 8u;
     const uint bit = 8u * (slot & 3u);
-    low_edges[slot >> 2] ^= (low_edge(node.box[k].lo, quanta) ^ 0xFFu) << bit;
-    high_edges[slot >> 2] |= high_edge(node.box[k].hi, quanta) << bit;
-    references[slot] = node.reference[k];
-    used |= 1u << slot;
+    const uvec3 lo = low_edge(node.box[k].lo, quanta) ^ 0xFFu;
+    const uvec3 hi = high_edge(node.box[k].hi, quanta);
+    [[unroll]] for (uint word = 0u; word < 2u; ++word) {
+      low_edges[word] ^= slot >> 2 == word ? lo << bit : uvec3(0u);
+      high_edges[word] |= slot >> 2 == word ? hi << bit : uvec3(0u);
+    }
+    [[unroll]] for (uint other = 0u; other < 8u; ++other) {
+      references[other] = slot == other ? node.reference[k] : references[other];
+    }
+    used |= slot < 8u ? 1u << slot : 0u;
   }
   const uint base = index * node_texels;
   wide[base] = uvec4(floatBitsToUint(quanta.origin), quanta.exponents | used << 24);

@@ -27,21 +27,26 @@ void order_leaf(uint child, uint first) {
 void main() {
   const uint index = args.first + gl_GlobalInvocationID.x;
   if (index >= args.end) return;
-  const Choice choice = choose_children(queue[index].x);
-  uint first = queue[index].y;
-  uint next = args.node_base + offsets[index];
+  const uvec4 entry = queue[index];
+  const uvec4 low = children[2u * index];
+  const uvec4 high = children[2u * index + 1u];
+  const uint child[8] = uint[8](low.x, low.y, low.z, low.w, high.x, high.y, high.z, high.w);
+  uint first = entry.y;
+  uint next = args.node_base + entry.w;
   WideNode node;
-  node.count = choice.count;
-  for (uint k = 0u; k < choice.count; ++k) {
-    const uint child = choice.child[k];
-    const uint count = triangles_below(child);
-    const bool inner = (choice.inner >> k & 1u) != 0u;
-    node.box[k] = box_of(child);
+  node.count = entry.z >> 8;
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+    const bool used = k < node.count;
+    // Slots that are not used repeat the first child, which changes no box.
+    const uint here = used ? child[k] : child[0];
+    const bool inner = (entry.z >> k & 1u) != 0u;
+    const uint count = triangles_below(here);
+    node.box[k] = box_of(here);
     node.reference[k] =
         inner ? next : ref_leaf_bit | (count - 1u) << ref_triangle_count_shift | (args.leaf_base + first);
-    if (!inner) order_leaf(child, first);
+    if (used && !inner) order_leaf(here, first);
     next += inner ? 1u : 0u;
-    first += count;
+    first += used ? count : 0u;
   }
   write_wide_node(gl_GlobalInvocationID.x, node);
 }

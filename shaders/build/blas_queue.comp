@@ -9,14 +9,17 @@ layout(local_size_x = 64) in;
 
 shared uint sums[64];
 
-void queue_children(uint index, uint next) {
-  offsets[index] = next;
-  const Choice choice = choose_children(queue[index].x);
-  uint first = queue[index].y;
-  for (uint k = 0u; k < choice.count; ++k) {
-    const uint child = choice.child[k];
-    if ((choice.inner >> k & 1u) != 0u) queue[next++] = uvec2(child, first);
-    first += triangles_below(child);
+void queue_children(uint index, uint before) {
+  const uvec4 entry = queue[index];
+  const uvec4 low = children[2u * index];
+  const uvec4 high = children[2u * index + 1u];
+  const uint child[8] = uint[8](low.x, low.y, low.z, low.w, high.x, high.y, high.z, high.w);
+  uint next = before + entry.w;
+  queue[index].w = next;
+  uint first = entry.y;
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+    if ((entry.z >> k & 1u) != 0u) queue[next++] = uvec4(child[k], first, 0u, 0u);
+    first += k < entry.z >> 8 ? triangles_below(child[k]) : 0u;
   }
 }
 
@@ -27,7 +30,7 @@ void main() {
   const uint level_count = state[level + blas_level_count];
   // What the workgroups before this one have.
   uint before = 0u;
-  for (uint group = lane; group < gl_WorkGroupID.x; group += 64u) before += offsets[group_sum_place(group)];
+  for (uint group = lane; group < gl_WorkGroupID.x; group += 64u) before += offsets[group];
   sums[lane] = before;
   for (uint step = 32u; step >= 1u; step /= 2u) {
     barrier();
@@ -37,9 +40,9 @@ void main() {
   before = sums[0];
   const uint i = gl_GlobalInvocationID.x;
   const uint next_level = level_first + level_count;
-  if (i < level_count) queue_children(level_first + i, next_level + before + offsets[level_first + i]);
+  if (i < level_count) queue_children(level_first + i, next_level + before);
   if (lane == 0u && gl_WorkGroupID.x == gl_NumWorkGroups.x - 1u) {
-    const uint count = before + offsets[group_sum_place(gl_WorkGroupID.x)];
+    const uint count = before + offsets[gl_WorkGroupID.x];
     const uint next = level + blas_level_words;
     state[next + blas_level_groups] = (count + 63u) / 64u;
     state[next + blas_level_groups + 1u] = state[next + blas_level_groups + 2u] = 1u;

@@ -17,5 +17,5 @@ void main() {
   state[level + blas_level_groups] = state[level + blas_level_groups + 1u] = state[level + blas_level_groups + 2u] = 1u;
   state[level + blas_level_first] = 0u;
   state[level + blas_level_count] = 1u;
-  queue[0] = uvec2(root, 0u);
+  queue[0] = uvec4(root, 0u, 0u, 0u);
 }

@@ -2,14 +2,16 @@
 //
 //   keys, values  Morton codes and triangle numbers, sorted together, in two halves; afterwards the second half of the values
 //                 is the order of the triangles in the leaves, and costs_low lies where the keys were
-//   offsets       histograms of the sort; then, per gap between neighbours in sorted order, how early their codes part; then
-//                 where the first inner child of each wide node stands
+//   offsets       counts of the sort; then, per gap between neighbours in sorted order, how early their codes part; then the
+//                 inner children of each workgroup of a level
 //   box_lo, _hi   boxes of the n inner nodes, of which one is not used, then of the n leaves in sorted order. Inner node g
 //                 parts the leaves in sorted order between g and g + 1 (Apetrei 2014); nodes are named by their place here
 //   binary        inner nodes: left, right, triangles below, how the cost is had (see blas_choice.glsl)
 //   arrivals      per inner node: where the range of the child ends that came first
 //   costs         per inner node: what it costs as 1..4 and as 5..7 children of a wide node; triangles below, as bits
-//   queue         per wide node: its binary node, its first triangle in the order of the leaves
+//   queue         per wide node: its binary node, its first triangle in the order of the leaves, which of its children are
+//                 inner (bits 0-7) and how many it has (from bit 8 on), and where the first inner child stands
+//   children      per wide node: 8 binary nodes
 //   wide          a part of the wide nodes, on its way to the pool
 //   triangles     a part of the triangles in the order of the leaves, on its way to the pool
 #ifndef RTSTDB_BUILD_BLAS_SCRATCH_GLSL
@@ -30,7 +32,8 @@ layout(set = 0, binding = 7, scalar) coherent buffer BinaryBuffer { uvec4 binary
 layout(set = 0, binding = 8, scalar) coherent buffer ArrivalsBuffer { uint arrivals[]; };
 layout(set = 0, binding = 9, scalar) coherent buffer CostsLowBuffer { vec4 costs_low[]; };
 layout(set = 0, binding = 10, scalar) coherent buffer CostsHighBuffer { vec4 costs_high[]; };
-layout(set = 0, binding = 11, scalar) buffer QueueBuffer { uvec2 queue[]; };
+layout(set = 0, binding = 11, scalar) buffer QueueBuffer { uvec4 queue[]; };
+layout(set = 0, binding = 15, scalar) buffer ChildrenBuffer { uvec4 children[]; };
 layout(set = 0, binding = 12, scalar) buffer StateBuffer { uint state[]; };
 layout(set = 0, binding = 13, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
 layout(set = 0, binding = 14, scalar) writeonly buffer TrianglesBuffer { vec4 triangles[]; };

@@ -59,17 +59,17 @@ void write_tree_node(uint index, WideChildren children, uint next_first, uint so
   for (uint k = 1u; k < children.count; ++k) all = box_union(all, box_of_child(children.child[k], sorted_half));
   vec3 away[8];
   for (uint k = 0u; k < children.count; ++k) away[k] = center_of(box_of_child(children.child[k], sorted_half)) - center_of(all);
-  uint slot_of[8];
-  choose_slots(away, children.count, slot_of);
+  const uint slots = choose_slots(away, children.count);
   uint refs[8] = uint[8](ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none);
   uint used = 0u;
   uint next = next_first;
   for (uint k = 0u; k < children.count; ++k) {
     const uint child = children.child[k];
     const bool inner = is_inner(child);
-    refs[slot_of[k]] = inner ? next : ref_leaf_bit | ref_instance_bit | values[sorted_half + (child & ~leaf_child_bit)];
+    const uint slot = slots >> 3u * k & 7u;
+    refs[slot] = inner ? next : ref_leaf_bit | ref_instance_bit | values[sorted_half + (child & ~leaf_child_bit)];
     next += inner ? 1u : 0u;
-    used |= 1u << slot_of[k];
+    used |= 1u << slot;
   }
   const uint base = index * tlas_node_texels;
   wide[base] = uvec4(0u, 0u, 0u, used << 24);

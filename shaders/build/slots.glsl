@@ -4,15 +4,17 @@
 #ifndef RTSTDB_BUILD_SLOTS_GLSL
 #define RTSTDB_BUILD_SLOTS_GLSL
 
-// `away`: of the children's centres from the node's.
-void choose_slots(vec3 away[8], uint count, out uint slot_of[8]) {
+// `away`: of the children's centres from the node's. Returns three bits a child. Loops are of constant length, so that arrays
+// become registers.
+uint choose_slots(vec3 away[8], uint count) {
   uint children_left = (1u << count) - 1u;
   uint slots_left = 0xFFu;
+  uint slots = 0u;
   while (children_left != 0u) {
     float best = -3e38;
     uint best_child = 0u;
     uint best_slot = 0u;
-    for (uint k = 0u; k < count; ++k) {
+    [[unroll]] for (uint k = 0u; k < 8u; ++k) {
       const vec3 to = away[k];
       const bool waits = (children_left >> k & 1u) != 0u;
       [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) {
@@ -24,10 +26,11 @@ void choose_slots(vec3 away[8], uint count, out uint slot_of[8]) {
         best_slot = better ? slot : best_slot;
       }
     }
-    slot_of[best_child] = best_slot;
+    slots |= best_slot << 3u * best_child;
     children_left &= ~(1u << best_child);
     slots_left &= ~(1u << best_slot);
   }
+  return slots;
 }
 
 #endif
