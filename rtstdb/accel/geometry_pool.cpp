@@ -47,13 +47,12 @@ Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t max
 
 Result<void> GeometryPool::reserve(gpu::Device& device, std::uint32_t nodes, std::uint32_t triangles,
                                    Submit& submit) {
-  // Both looked at before either grows: a pool that no pass can bind would refuse every geometry after.
+  // Both looked at before either grows: a pool that no query can bind would refuse every geometry after. The
+  // pools are read as texels and written by copies alone.
   const gpu::DeviceLimits& limits = device.limits();
-  const std::size_t largest_view_bytes =
-      std::min(limits.max_allocation_bytes, 16 * limits.max_texel_elements);
-  // The passes of the TLAS write nodes at the pool's beginning.
-  const std::size_t most_nodes = std::min(largest_view_bytes, limits.max_storage_range_bytes) / node_bytes;
-  const std::size_t most_triangles = largest_view_bytes / triangle_bytes;
+  const std::size_t largest_bytes = std::min(limits.max_allocation_bytes, 16 * limits.max_texel_elements);
+  const std::size_t most_nodes = largest_bytes / node_bytes;
+  const std::size_t most_triangles = largest_bytes / triangle_bytes;
   const auto refusal = [](const char* what, std::size_t wanted, std::size_t most) {
     return Error{ErrorCode::capacity, "all geometry together would need " + std::to_string(wanted) + " " +
                                           what + " in one buffer, and the device binds at most " +
