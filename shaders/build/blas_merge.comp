@@ -88,8 +88,8 @@ void make_node(uint node, uint a, uint b) {
   binary[node].y = nested ? promoted : b;
 }
 
-// One loop over all climbs of the run: where a climb ends the next begins in the same round, so that no invocation waits for
-// the others of its subgroup.
+// All climbs of the run are one: where one ends the next begins at once, and each invocation comes to its next node that is to be
+// made before any of its subgroup makes one, since making is dear and masked invocations run along.
 void main() {
   const uint last_leaf = args.count - 1u;
   const uint end = run_end();
@@ -98,36 +98,36 @@ void main() {
   uint first = leaf;
   uint last = leaf;
   while (leaf < end) {
-    const bool whole = first == 0u && last == last_leaf;
-    // The neighbour whose codes part later is nearer.
-    const uint after = offsets[last];
-    const uint before = offsets[max(first, 1u) - 1u];
-    const bool left_child = first == 0u || (last != last_leaf && after < before);
-    const uint parent = left_child ? last : first - 1u;
-    if (!whole) {
-      if (left_child) {
-        binary[parent].x = node;
+    uint made = nobody;
+    while (leaf < end && made == nobody) {
+      const bool whole = first == 0u && last == last_leaf;
+      // The neighbour whose codes part later is nearer.
+      const uint after = offsets[last];
+      const uint before = offsets[max(first, 1u) - 1u];
+      const bool left_child = first == 0u || (last != last_leaf && after < before);
+      const uint parent = left_child ? last : first - 1u;
+      if (!whole) binary[parent][left_child ? 0 : 1] = node;
+      divergent_fence();
+      uint other = nobody;
+      if (whole) {
+        state[blas_root] = node;
       } else {
-        binary[parent].y = node;
+        other = atomicExchange(arrivals[parent], left_child ? first : last);
+      }
+      divergent_fence();
+      if (other == nobody) {
+        ++leaf;
+        node = args.count + leaf;
+        first = last = leaf;
+      } else {
+        first = left_child ? first : other;
+        last = left_child ? other : last;
+        made = parent;
       }
     }
-    divergent_fence();
-    uint other = nobody;
-    if (whole) {
-      state[blas_root] = node;
-    } else {
-      other = atomicExchange(arrivals[parent], left_child ? first : last);
-    }
-    divergent_fence();
-    if (other == nobody) {
-      ++leaf;
-      node = args.count + leaf;
-      first = last = leaf;
-    } else {
-      first = left_child ? first : other;
-      last = left_child ? other : last;
-      make_node(parent, binary[parent].x, binary[parent].y);
-      node = parent;
+    if (made != nobody) {
+      make_node(made, binary[made].x, binary[made].y);
+      node = made;
     }
   }
 }
