@@ -1,5 +1,7 @@
 #include "rtstdb/query/overlap_query.hpp"
 
+#include <numeric>
+
 #include "rtstdb/query/element_check.hpp"
 
 namespace rtstdb::query {
@@ -11,6 +13,8 @@ Result<std::unique_ptr<GpuOverlapQuery>> GpuOverlapQuery::create(gpu::Device& de
   auto query = std::make_unique<GpuOverlapQuery>();
   query->runner_ = std::move(runner).value();
   query->overlaps_.resize(options.capacity);
+  query->order_.resize(options.capacity);
+  std::iota(query->order_.begin(), query->order_.end(), 0u);
   return query;
 }
 
@@ -55,7 +59,7 @@ void GpuOverlapQuery::record(std::uint32_t count, const RowSource& rows, const a
                   .instance_base = moment.instance_base,
                   .share = moment.share};
   }
-  runner_.record(count, view, recorder);
+  runner_.record(std::span(order_).first(count), view, recorder);
 }
 
 }  // namespace rtstdb::query

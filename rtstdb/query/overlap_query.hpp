@@ -36,6 +36,7 @@ class GpuOverlapQuery final : public OverlapQuery, public GpuQuery {
 
  private:
   std::vector<Overlap> overlaps_;
+  std::vector<std::uint32_t> order_;  // as they come
   RegionRunner runner_;
   const accel::GeometryPool* pool_ = nullptr;
 };

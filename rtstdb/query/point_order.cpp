@@ -34,13 +34,23 @@ PointOrder::PointOrder(std::uint32_t capacity)
     : cell_of_(capacity), ends_(std::size_t{1} << 3 * bits_per_axis(capacity)), order_(capacity) {}
 
 std::span<const std::uint32_t> PointOrder::of(std::span<const Nearest> points) noexcept {
+  return order(points, &Nearest::point_m);
+}
+
+std::span<const std::uint32_t> PointOrder::of(std::span<const Region> regions) noexcept {
+  return order(regions, &Region::center_m);
+}
+
+template <class Element>
+std::span<const std::uint32_t> PointOrder::order(std::span<const Element> points,
+                                                 glm::vec3 Element::*point_m) noexcept {
   count_ = points.size();
   if (points.empty()) return {};
-  glm::vec3 least = points[0].point_m;
+  glm::vec3 least = points[0].*point_m;
   glm::vec3 most = least;
-  for (const Nearest& point : points) {
-    least = glm::min(least, point.point_m);
-    most = glm::max(most, point.point_m);
+  for (const Element& point : points) {
+    least = glm::min(least, point.*point_m);
+    most = glm::max(most, point.*point_m);
   }
   const std::uint32_t bits = bits_per_axis(points.size());
   const glm::vec3 last_cell(static_cast<float>((1u << bits) - 1));
@@ -48,7 +58,7 @@ std::span<const std::uint32_t> PointOrder::of(std::span<const Nearest> points) n
   const auto ends = std::span(ends_).first(std::size_t{1} << 3 * bits);
   std::ranges::fill(ends, 0u);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const glm::uvec3 cell(glm::min((points[i].point_m - least) * cells_per_m, last_cell));
+    const glm::uvec3 cell(glm::min((points[i].*point_m - least) * cells_per_m, last_cell));
     cell_of_[i] = static_cast<std::uint16_t>(spread[cell.x] << 2 | spread[cell.y] << 1 | spread[cell.z]);
     ++ends[cell_of_[i]];
   }

@@ -19,10 +19,15 @@ class PointOrder {
   /// Which point stands at each place; valid until the next call. At most `capacity` points with finite
   /// coordinates. Does not allocate.
   std::span<const std::uint32_t> of(std::span<const Nearest> points) noexcept;
+  /// Of regions by their centres.
+  std::span<const std::uint32_t> of(std::span<const Region> regions) noexcept;
   /// What the last call gave.
   std::span<const std::uint32_t> last() const noexcept { return {order_.data(), count_}; }
 
  private:
+  template <class Element>
+  std::span<const std::uint32_t> order(std::span<const Element> elements, glm::vec3 Element::*point) noexcept;
+
   std::vector<std::uint16_t> cell_of_;  // by point
   std::vector<std::uint32_t> ends_;     // by cell: first how many, then where the next of it goes
   std::vector<std::uint32_t> order_;

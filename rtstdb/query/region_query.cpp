@@ -16,6 +16,7 @@ Result<std::unique_ptr<GpuRegionQuery>> GpuRegionQuery::create(gpu::Device& devi
   auto query = std::make_unique<GpuRegionQuery>();
   query->runner_ = std::move(runner).value();
   query->regions_.resize(options.capacity);
+  query->order_ = PointOrder(options.capacity);
   return query;
 }
 
@@ -40,8 +41,9 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
 void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, const accel::Tlas& tlas,
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto records = runner_.records();
+  const auto order = order_.of(std::span(regions_).first(count));
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Region& region = regions_[i];
+    const Region& region = regions_[order[i]];
     const accel::Moment moment = view.moment(region.t);
     const glm::quat q = glm::normalize(region.q);
     records[i] = {.center_m = region.center_m,
@@ -57,7 +59,7 @@ void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, cons
                   .instance_base = moment.instance_base,
                   .share = moment.share};
   }
-  runner_.record(count, view, recorder);
+  runner_.record(order, view, recorder);
 }
 
 }  // namespace rtstdb::query

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "rtstdb/query/point_order.hpp"
 #include "rtstdb/query/region_runner.hpp"
 
 namespace rtstdb::query {
@@ -37,6 +38,7 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
 
  private:
   std::vector<Region> regions_;
+  PointOrder order_;  // in which the device has the regions
   RegionRunner runner_;
 };
 

@@ -18,9 +18,18 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string
   }
   RegionRunner runner;
   runner.ids_per_region_ = ids_per_region;
-  auto pipeline = device.create_pipeline(gpu::ShaderId::region);
-  if (!pipeline) return pipeline.error();
-  runner.pipeline_ = std::move(pipeline).value();
+  using enum gpu::ShaderId;
+  const std::pair<gpu::Pipeline*, gpu::ShaderId> pipelines[] = {
+      {&runner.search_.still, region},
+      {&runner.search_.moving, region_moving},
+      {&runner.lowest_.still, region_lowest},
+      {&runner.lowest_.moving, region_lowest_moving},
+  };
+  for (const auto& [pipeline, shader] : pipelines) {
+    auto made = device.create_pipeline(shader);
+    if (!made) return made.error();
+    *pipeline = std::move(made).value();
+  }
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
       {&runner.records_,
        {.name = name + " regions",
@@ -42,6 +51,7 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string
   }
   // What the device can not hold has been refused by now.
   runner.entities_.resize(std::size_t{capacity} * ids_per_region);
+  runner.sorted_.resize(ids_per_region);
   runner.answers_.resize(capacity);
   runner.incomplete_.reserve(capacity);
   return runner;
@@ -49,37 +59,57 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string
 
 Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& /*pool*/,
                                 const accel::Tlas& tlas) {
-  bindings_.clear();
-  for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
-    const gpu::Buffer* buffers[] = {&tlas.nodes(slot), &tlas.instances(slot), &records_, &counts_, &ids_};
-    auto bindings = device.create_bindings(pipeline_, buffers);
-    if (!bindings) return bindings.error();
-    bindings_.push_back(std::move(bindings).value());
+  const auto bind_to_slots = [&](const gpu::Pipeline& pipeline,
+                                 std::vector<gpu::Bindings>& bindings) -> Result<void> {
+    bindings.clear();
+    for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
+      const gpu::Buffer* buffers[] = {&tlas.nodes(slot), &tlas.instances(slot), &records_, &counts_, &ids_};
+      auto made = device.create_bindings(pipeline, buffers);
+      if (!made) return made.error();
+      bindings.push_back(std::move(made).value());
+    }
+    return {};
+  };
+  for (Kernel* const kernel : {&search_, &lowest_}) {
+    if (auto bound = bind_to_slots(kernel->still, kernel->still_bindings); !bound) return bound;
+    if (auto bound = bind_to_slots(kernel->moving, kernel->moving_bindings); !bound) return bound;
   }
   return {};
 }
 
 void RegionRunner::record_warm_up(gpu::Recorder& recorder) noexcept {
-  recorder.dispatch(pipeline_, bindings_.front(), shared::RegionArgs{}, 1);
+  for (const Kernel* const kernel : {&search_, &lowest_}) {
+    recorder.dispatch(kernel->still, kernel->still_bindings.front(), shared::RegionArgs{}, 1);
+    recorder.dispatch(kernel->moving, kernel->moving_bindings.front(), shared::RegionArgs{}, 1);
+  }
 }
 
-void RegionRunner::record(std::uint32_t count, const accel::TlasView& view,
+void RegionRunner::record(std::span<const std::uint32_t> order, const accel::TlasView& view,
                           gpu::Recorder& recorder) noexcept {
-  dispatch(count, false, view, recorder);
+  order_ = order;
+  dispatch(static_cast<std::uint32_t>(order.size()), false, view, recorder);
 }
 
 void RegionRunner::dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
                             gpu::Recorder& recorder) noexcept {
   const shared::RegionArgs args{
       .root = view.root, .count = count, .capacity = ids_per_region_, .alone = alone ? 1u : 0u, .two = 2};
-  recorder.dispatch(pipeline_, bindings_[view.slot], args, alone ? count : (count + 63) / 64);
+  const bool moving = view.window_begin != view.window_end;
+  const auto run = [&](const Kernel& kernel) {
+    recorder.dispatch(moving ? kernel.moving : kernel.still,
+                      (moving ? kernel.moving_bindings : kernel.still_bindings)[view.slot], args,
+                      alone ? count : (count + 63) / 64);
+  };
+  run(search_);
+  recorder.barrier();
+  run(lowest_);
 }
 
 void RegionRunner::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
   incomplete_.clear();
   for (std::uint32_t i = 0; i < count; ++i) {
-    unpack_answer(i, i, view);
-    if (answers_[i].incomplete) incomplete_.push_back(i);
+    unpack_answer(order_[i], i, view);
+    if (answers_[order_[i]].incomplete) incomplete_.push_back(i);
   }
   answered_ = count;
 }
@@ -93,7 +123,7 @@ void RegionRunner::record_again(const accel::TlasView& view, gpu::Recorder& reco
 
 void RegionRunner::unpack_again(const accel::TlasView& view) noexcept {
   for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
-    unpack_answer(incomplete_[i], i, view);
+    unpack_answer(order_[incomplete_[i]], i, view);
 }
 
 bool RegionRunner::truncated() const noexcept {
@@ -107,9 +137,11 @@ void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
   const auto ids = ids_.host_as<const std::uint32_t>().subspan(std::size_t{place} * ids_per_region_);
   const std::uint32_t kept = std::min(count.found, ids_per_region_);
   const auto entities = std::span(entities_).subspan(std::size_t{region} * ids_per_region_, kept);
-  for (std::uint32_t k = 0; k < kept; ++k)
-    entities[k] = view.identities[ids[k]].id;
-  std::ranges::sort(entities, {}, &EntityId::index);
+  const auto sorted = std::span(sorted_).first(kept);
+  std::ranges::copy(ids.first(kept), sorted.begin());
+  id_order_.sort(sorted);
+  std::ranges::transform(sorted, entities.begin(),
+                         [&](std::uint32_t index) { return view.identities[index].id; });
   answers_[region] = {.entities = entities,
                       .found = count.found,
                       .overflow = count.found > ids_per_region_,

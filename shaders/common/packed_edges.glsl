@@ -1,0 +1,97 @@
+// Edges of a TLAS node's children against planes across the axes, four children at once: an edge is a byte, and so is a plane
+// that has been rounded to whole quanta.
+#ifndef RTSTDB_COMMON_PACKED_EDGES_GLSL
+#define RTSTDB_COMMON_PACKED_EDGES_GLSL
+#include "shared/node.h"
+
+// The children's boxes at an instant in quanta from the origin, low edges in xy and high ones in zw; where the window is longer
+// than an instant, as mixed_edges makes them.
+struct PackedNode {
+  vec3 origin;
+  vec3 per_quantum;
+  uint used;  // one bit a child
+  uvec4 edges[3];
+};
+
+// `share` as 256ths: begin and end mixed, rounded down. Not more than half a quantum off before that.
+uvec4 mixed_edges(uvec4 begin, uvec4 end, uint share) {
+  const uint even = 0x00FF00FFu;
+  const uint rest = 256u - share;
+  const uvec4 low = (begin & even) * rest + (end & even) * share;
+  const uvec4 high = (begin >> 8u & even) * rest + (end >> 8u & even) * share;
+  return (low >> 8u & even) | (high & ~even);
+}
+
+PackedNode fetch_packed_node(usamplerBuffer tlas, uint node, uint share) {
+  const int base = int(node * tlas_node_texels);
+  const uvec4 head = texelFetch(tlas, base);
+  PackedNode packed;
+  packed.origin = uintBitsToFloat(head.xyz);
+  // One over a power of two.
+  packed.per_quantum = vec3(uintBitsToFloat(254u - (head.w & 0xFFu) << 23), uintBitsToFloat(254u - (head.w >> 8 & 0xFFu) << 23),
+                            uintBitsToFloat(254u - (head.w >> 16 & 0xFFu) << 23));
+  packed.used = head.w >> 24;
+  [[unroll]] for (int axis = 0; axis < 3; ++axis) {
+    packed.edges[axis] = texelFetch(tlas, base + 1 + axis);
+#ifdef REGION_MOVING
+    packed.edges[axis] = mixed_edges(packed.edges[axis], texelFetch(tlas, base + 6 + axis), share);
+#endif
+  }
+  return packed;
+}
+
+// What mixing may have taken from an edge, and added to it.
+#ifdef REGION_MOVING
+const float edge_below = 1.5;
+const float edge_above = 0.5;
+#else
+const float edge_below = 0.0;
+const float edge_above = 0.0;
+#endif
+
+// Bit 7 of each byte: whether that of a is not below that of b.
+uvec2 not_below(uvec2 a, uvec2 b) {
+  const uint top = 0x80808080u;
+  const uvec2 lower_bits = (a | top) - (b & ~top);
+  return (a & ~b) | (~(a ^ b) & lower_bits);
+}
+
+// Bits 7, 15, 23 and 31 of both words as one bit a child.
+uint child_mask(uvec2 bits) {
+  const uvec2 apart = bits >> 7u & 0x01010101u;
+  return (apart.x * 0x01020408u >> 24 & 0xFu) | (apart.y * 0x01020408u >> 20 & 0xF0u);
+}
+
+uvec2 in_each_byte(float quanta) { return uvec2(uint(int(quanta)) * 0x01010101u); }
+
+// The children whose boxes may meet the box between two corners, and at least all that do.
+uint children_meeting(PackedNode node, vec3 lo, vec3 hi) {
+  const vec3 first = ceil((lo - node.origin) * node.per_quantum - edge_below);
+  const vec3 last = floor((hi - node.origin) * node.per_quantum + edge_above);
+  const vec3 first_byte = clamp(first, 0.0, 255.0);
+  const vec3 last_byte = clamp(last, 0.0, 255.0);
+  uvec2 meets = uvec2(~0u);
+  [[unroll]] for (int axis = 0; axis < 3; ++axis) {
+    meets &= not_below(node.edges[axis].zw, in_each_byte(first_byte[axis])) &
+             not_below(in_each_byte(last_byte[axis]), node.edges[axis].xy);
+  }
+  const bool beyond = any(greaterThan(first, vec3(255.0))) || any(lessThan(last, vec3(0.0)));
+  return beyond ? 0u : child_mask(meets) & node.used;
+}
+
+// Children whose boxes lie within the box between two corners for certain.
+uint children_inside(PackedNode node, vec3 lo, vec3 hi) {
+  const vec3 first = ceil((lo - node.origin) * node.per_quantum + edge_above);
+  const vec3 last = floor((hi - node.origin) * node.per_quantum - edge_below);
+  const vec3 first_byte = clamp(first, 0.0, 255.0);
+  const vec3 last_byte = clamp(last, 0.0, 255.0);
+  uvec2 inside = uvec2(~0u);
+  [[unroll]] for (int axis = 0; axis < 3; ++axis) {
+    inside &= not_below(node.edges[axis].xy, in_each_byte(first_byte[axis])) &
+              not_below(in_each_byte(last_byte[axis]), node.edges[axis].zw);
+  }
+  const bool beyond = any(greaterThan(first, vec3(255.0))) || any(lessThan(last, vec3(0.0)));
+  return beyond ? 0u : child_mask(inside) & node.used;
+}
+
+#endif

@@ -1,0 +1,171 @@
+// The search of region and overlap queries at entity level: down the TLAS by upright boxes, then the exact test of oriented
+// boxes at the query's own time, for those alone that lie across the region's border.
+//
+// What a node's children are is written down and looked at later, each kind in a loop of its own: on lavapipe lanes wait for
+// one another in every loop, and by lists they wait only where one has more of a kind altogether.
+//
+// Include with REGION_MOVING defined where the window is longer than an instant, and with
+//   REGION_LOWEST   for regions that found more than they have room for: only the lowest ids, by a heap
+#include "common/interleave.glsl"
+#include "common/loops.glsl"
+#include "common/packed_edges.glsl"
+#include "query/region_shape.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { RegionArgs args; };
+layout(set = 0, binding = 0) uniform usamplerBuffer tlas;
+layout(set = 0, binding = 1) uniform samplerBuffer instances;
+layout(set = 0, binding = 2, scalar) readonly buffer RegionsBuffer { RegionRecord regions[]; };
+layout(set = 0, binding = 3, scalar) buffer CountsBuffer { RegionCount counts[]; };
+layout(set = 0, binding = 4, scalar) buffer IdsBuffer { uint ids[]; };
+
+// A group: some children of one node; the node in the upper 24 bits, below it one bit a child. Of inner nodes there is at most
+// one a level of the tree.
+const uint stack_size = 64u;
+uint stack[stack_size];
+uint depth = 0u;
+
+// Leaves that have to be looked at, and those that lie in the region for certain.
+const uint list_size = 32u;
+uint border_list[list_size];
+uint within_list[list_size];
+uint border_count = 0u;
+uint within_count = 0u;
+
+uint rounds = 0u;
+uint found = 0u;
+bool cut_short = false;
+
+#ifdef REGION_LOWEST
+// The largest on top, so that the lowest remain.
+void keep(uint base, bool hit, uint id) {
+  const bool full = found >= args.capacity;
+  uint place = hit && !full ? found : 0u;
+  while (place > 0u && ids[base + (place - 1u) / 2u] < id) {
+    ++rounds;
+    ids[base + place] = ids[base + (place - 1u) / 2u];
+    place = (place - 1u) / 2u;
+  }
+  const bool sinks = hit && full && id < ids[base];
+  uint child = sinks ? 1u : args.capacity;
+  while (child < args.capacity) {
+    ++rounds;
+    const bool right = child + 1u < args.capacity && ids[base + child + 1u] > ids[base + child];
+    child += right ? 1u : 0u;
+    const bool rises = ids[base + child] > id;
+    if (rises) ids[base + place] = ids[base + child];
+    place = rises ? child : place;
+    child = rises ? 2u * child + 1u : args.capacity;
+  }
+  rounds += 2u;
+  if (hit && (!full || sinks)) ids[base + place] = id;
+  found += hit ? 1u : 0u;
+}
+#else
+void keep(uint base, bool hit, uint id) {
+  if (hit && found < args.capacity) ids[base + found] = id;
+  found += hit ? 1u : 0u;
+}
+#endif
+
+// Takes a child out of a group: its reference.
+uint take_child(inout uint group) {
+  const uint rest = group & (group - 1u);
+  // The exponent of a power of two is the place of its bit.
+  const uint slot = uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u;
+  const uvec4 refs = texelFetch(tlas, int((group >> 8) * tlas_node_texels + 4u + (slot >> 2)));
+  const uint low = (slot & 1u) != 0u ? refs.y : refs.x;
+  const uint high = (slot & 1u) != 0u ? refs.w : refs.z;
+  group = rest;
+  return (slot & 2u) != 0u ? high : low;
+}
+
+uint leaf_mask(uint node) {
+  const int base = int(node * tlas_node_texels + 4u);
+  const uvec4 first = texelFetch(tlas, base) >> 31;
+  const uvec4 second = texelFetch(tlas, base + 1) >> 31;
+  return first.x | first.y << 1 | first.z << 2 | first.w << 3 | second.x << 4 | second.y << 5 | second.z << 6 | second.w << 7;
+}
+
+// Writes down the children of a node that meet the region; returns the next node.
+uint visit(uint node, uint share, Shape shape) {
+  const PackedNode packed = fetch_packed_node(tlas, node, share);
+  const uint meeting = children_meeting(packed, shape.outer.lo, shape.outer.hi);
+  const uint within = children_inside(packed, shape.inner.lo, shape.inner.hi);
+  const uint leaves = leaf_mask(node);
+  const uint border_leaves = meeting & leaves & ~within;
+  const uint within_leaves = meeting & leaves & within;
+  border_list[border_count] = node << 8 | border_leaves;
+  border_count += border_leaves != 0u ? 1u : 0u;
+  within_list[within_count] = node << 8 | within_leaves;
+  within_count += within_leaves != 0u ? 1u : 0u;
+
+  uint group = node << 8 | (meeting & ~leaves);
+  const bool pop = (group & 0xFFu) == 0u;
+  const bool done = pop && depth == 0u;
+  depth -= pop && !done ? 1u : 0u;
+  group = pop ? stack[depth] : group;
+  const uint next = take_child(group);
+  stack[depth] = group;
+  depth += (group & 0xFFu) != 0u && !done ? 1u : 0u;
+  cut_short = cut_short || depth == stack_size;
+  return done || cut_short ? ref_none : next;
+}
+
+void look_at_border(RegionRecord record, Shape shape, uint base) {
+  uint group = 0u;
+  while (border_count > 0u || (group & 0xFFu) != 0u) {
+    ++rounds;
+    const bool pop = (group & 0xFFu) == 0u;
+    border_count -= pop ? 1u : 0u;
+    group = pop ? border_list[border_count] : group;
+    const uint place = (take_child(group) & ref_instance_mask) + record.instance_base;
+    Instance i = fetch_instance(instances, place);
+    fetch_instance_box(instances, place, i);
+    const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
+    keep(base, wanted && holds(shape, bounds_at(i, record.t_s)), i.entity);
+  }
+}
+
+void look_within(RegionRecord record, uint base) {
+  uint group = 0u;
+  while (within_count > 0u || (group & 0xFFu) != 0u) {
+    ++rounds;
+    const bool pop = (group & 0xFFu) == 0u;
+    within_count -= pop ? 1u : 0u;
+    group = pop ? within_list[within_count] : group;
+    const uint place = (take_child(group) & ref_instance_mask) + record.instance_base;
+    const uint mask = floatBitsToUint(texelFetch(instances, int(place * instance_texels)).w);
+    const uint entity = floatBitsToUint(texelFetch(instances, int(place * instance_texels) + 3).w);
+    keep(base, (mask & record.mask) != 0u && entity != record.excluded, entity);
+  }
+}
+
+void main() {
+  const bool alone = args.alone != 0u;
+  // Workgroups are handed to lavapipe's threads in contiguous halves; taking regions crosswise gives both the same work.
+  const uint shared_index = interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * 64u + gl_LocalInvocationID.x;
+  const uint index = alone ? gl_WorkGroupID.x : shared_index;
+  if (index >= args.count || (alone && gl_LocalInvocationID.x != 0u)) return;
+#ifdef REGION_LOWEST
+  if (counts[index].found <= args.capacity || counts[index].incomplete != 0u) return;
+#endif
+  const RegionRecord record = regions[index];
+  const Shape shape = shape_of(instances, record);
+  const uint share = uint(record.share * 256.0 + 0.5);
+  const uint base = index * args.capacity;
+  uint node = args.root;
+  while (node != ref_none) {
+    rounds += 4u;  // this loop's, and one for each of the three inside
+    while (node != ref_none && border_count < list_size && within_count < list_size) {
+      ++rounds;
+      node = visit(node, share, shape);
+    }
+    look_at_border(record, shape, base);
+    look_within(record, base);
+    cut_short = cut_short || rounds > max_rounds;
+    node = cut_short ? ref_none : node;
+  }
+  cut_short = cut_short || !loops_still_turn(args.two);
+  counts[index] = RegionCount(found, cut_short ? 1u : 0u);
+}
