@@ -83,6 +83,10 @@ struct RayTruth {
 RayTruth trace(const World& world, const Ray& ray, RayMode mode = RayMode::closest,
                bool ignore_motion = false);
 
+/// Every hit of the ray, also the second one where two triangles meet, ascending by lambda, then entity index,
+/// then triangle index.
+std::vector<RayTruth> trace_all(const World& world, const Ray& ray, bool ignore_motion = false);
+
 /// The same, looking at every triangle of every entity: proves the trees.
 RayTruth trace_brute_force(const World& world, const Ray& ray, RayMode mode = RayMode::closest,
                            bool ignore_motion = false);
@@ -152,6 +156,13 @@ inline constexpr double velocity_relative_tolerance = 1e-4;
 /// (or be there at all, for a claimed miss). An incomplete answer differs.
 Judgement compare(const World& world, const Ray& ray, RayMode mode, bool ignore_motion, const RayTruth& truth,
                   const RayHit& answer);
+
+/// The answer to one ray of RayMode::first; `truth`: trace_all. Hits come first, ascending by lambda, then
+/// misses. Each hit is judged as above within the noise of its lambda; every hit of the truth that lies in front
+/// of the last answered one (or anywhere, when there was room left) and not within its noise of an edge is
+/// there.
+Judgement compare_first(const World& world, const Ray& ray, bool ignore_motion,
+                        std::span<const RayTruth> truth, std::span<const RayHit> answers);
 
 /// Ids strictly ascending; each with a gap below -noise_m is there, none above noise_m is; `found` is their
 /// number; when `overflow` is set, `entities` is the beginning of such a list and shorter than `found`.

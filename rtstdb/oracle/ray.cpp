@@ -133,6 +133,25 @@ RayTruth traced(const World& world, const Ray& ray, RayMode mode, bool ignore_mo
 
 }  // namespace
 
+std::vector<RayTruth> trace_all(const World& world, const Ray& ray, bool ignore_motion) {
+  const PosedRay posed_ray(world, ray, ignore_motion);
+  std::vector<RayTruth> hits;
+  for (const EntityState& state : world.entities()) {
+    if (!visible(state, ray.mask)) continue;
+    const PosedEntity entity = posed(world, state, ray.t, ignore_motion);
+    LocalRay local = posed_ray.in_frame_of(entity);
+    const WatertightTest meets(local);
+    entity.mesh->walk(local, glm::dvec3(0.0), [&](std::uint32_t triangle) {
+      const auto corners = entity.mesh->corners(triangle);
+      const auto hit = meets(corners, local.lambda_min, local.lambda_max);
+      if (hit && has_area(corners)) hits.push_back(described(posed_ray, {*hit, entity, triangle}));
+    });
+  }
+  std::ranges::sort(
+      hits, {}, [](const RayTruth& hit) { return std::tuple(hit.lambda, hit.entity.index, hit.triangle); });
+  return hits;
+}
+
 RayTruth trace(const World& world, const Ray& ray, RayMode mode, bool ignore_motion) {
   return traced(world, ray, mode, ignore_motion, false);
 }

@@ -58,6 +58,35 @@ static_assert(sizeof(RayHit) == 16 * shared::hit_texels && offsetof(RayHit, enti
               offsetof(RayHit, front_face) == 36 && sizeof(bool) == 1 && offsetof(RayHit, n_world) == 40 &&
               offsetof(RayHit, v_relative_mps) == 52);
 
+Result<void> check_hits_per_ray(const RayQueryOptions& options) {
+  const std::uint32_t most = options.mode == RayMode::first ? max_hits_per_ray : 1;
+  if (options.hits_per_ray == 0 || options.hits_per_ray > most) {
+    return Error{ErrorCode::capacity, "ray query '" + options.name + "' asks for " +
+                                          std::to_string(options.hits_per_ray) + " hits a ray; 1 to " +
+                                          std::to_string(most) + " are possible in its mode"};
+  }
+  if (std::uint64_t{options.capacity} * options.hits_per_ray > max_hits_per_query) {
+    return Error{ErrorCode::capacity, "ray query '" + options.name + "' asks for " +
+                                          std::to_string(options.capacity) + " rays of " +
+                                          std::to_string(options.hits_per_ray) + " hits; " +
+                                          std::to_string(max_hits_per_query) + " hits are possible"};
+  }
+  return {};
+}
+
+/// The kernel for rays that all ask at one instant, where there is one, and that for all others.
+std::vector<gpu::ShaderId> shaders_of(const RayQueryOptions& options) {
+  switch (options.mode) {
+    case RayMode::any:
+      return {gpu::ShaderId::ray_any, gpu::ShaderId::ray_any_moving};
+    case RayMode::first:
+      return {options.hits_per_ray <= 4 ? gpu::ShaderId::ray_first_4 : gpu::ShaderId::ray_first_16};
+    case RayMode::closest:
+      break;
+  }
+  return {gpu::ShaderId::ray_closest, gpu::ShaderId::ray_closest_moving};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
@@ -67,17 +96,16 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
                                           std::to_string(options.capacity) + " rays; 1 to " +
                                           std::to_string(max_rays_per_query) + " are possible"};
   }
+  if (auto checked = check_hits_per_ray(options); !checked) return checked.error();
   auto query = std::make_unique<GpuRayQuery>();
   query->options_ = options;
   query->max_groups_ = device.limits().max_groups;
-  const bool any = options.mode == RayMode::any;
-  const gpu::ShaderId shaders[] = {any ? gpu::ShaderId::ray_any : gpu::ShaderId::ray_closest,
-                                   any ? gpu::ShaderId::ray_any_moving : gpu::ShaderId::ray_closest_moving};
-  for (std::size_t i = 0; i < query->kernels_.size(); ++i) {
-    auto pipeline = device.create_pipeline(shaders[i]);
+  for (const gpu::ShaderId shader : shaders_of(options)) {
+    auto pipeline = device.create_pipeline(shader);
     if (!pipeline) return pipeline.error();
-    query->kernels_[i].pipeline = std::move(pipeline).value();
+    query->kernels_.push_back({.pipeline = std::move(pipeline).value(), .bindings = {}});
   }
+  const std::size_t hit_count = std::size_t{options.capacity} * options.hits_per_ray;
   const std::size_t again_texels = (options.capacity + 3) / 4;
   const auto texels = [&](const char* what, std::size_t size_bytes, gpu::Memory memory) {
     return gpu::BufferOptions{
@@ -85,7 +113,7 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
   };
   auto rays = texels(" rays", options.capacity * sizeof(Ray), gpu::Memory::upload);
   rays.texel_float4 = true;
-  auto hits = texels(" hits", options.capacity * sizeof(RayHit), gpu::Memory::readback);
+  auto hits = texels(" hits", hit_count * sizeof(RayHit), gpu::Memory::readback);
   hits.texel_store = true;
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
       {&query->rays_, rays},
@@ -98,7 +126,7 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
     *buffer = std::move(made).value();
   }
   std::uninitialized_default_construct_n(query->rays_.host_as<Ray>().data(), options.capacity);
-  std::uninitialized_default_construct_n(query->hits_.host_as<RayHit>().data(), options.capacity);
+  std::uninitialized_default_construct_n(query->hits_.host_as<RayHit>().data(), hit_count);
   query->incomplete_.reserve(options.capacity);
   return query;
 }
@@ -186,11 +214,12 @@ void GpuRayQuery::record(std::uint32_t count, const RowSource& rows, const accel
            .still_ns = low_word(rows.time()),
            .window_begin_ns = low_word(view.window_begin),
            .per_window_ns = window_s > 0.0 ? static_cast<float>(1e-9 / window_s) : 0.0f,
+           .hits_per_ray = options_.hits_per_ray,
            .faces = options_.faces == Faces::both    ? 0.0f
                     : options_.faces == Faces::front ? 1.0f
                                                      : -1.0f,
            .two = 2};
-  const Kernel& kernel = kernels_[moving_ ? 1 : 0];
+  const Kernel& kernel = chosen();
   recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args_, (count + 63) / 64);
 }
 
@@ -199,7 +228,7 @@ void GpuRayQuery::unpack(std::uint32_t count, const accel::TlasView& /*view*/) n
   incomplete_.clear();
   if (count > 0 && some_incomplete_.host_as<const std::uint32_t>()[0] != 0) {
     for (std::uint32_t i = 0; i < count; ++i) {
-      if (hits()[i].status == HitStatus::incomplete) incomplete_.push_back(i);
+      if (is_incomplete(i)) incomplete_.push_back(i);
     }
   }
   truncated_ = !incomplete_.empty();
@@ -207,7 +236,7 @@ void GpuRayQuery::unpack(std::uint32_t count, const accel::TlasView& /*view*/) n
 
 void GpuRayQuery::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   std::ranges::copy(incomplete_, again_.host_as<std::uint32_t>().begin());
-  const Kernel& kernel = kernels_[moving_ ? 1 : 0];
+  const Kernel& kernel = chosen();
   args_.alone = 1;
   const auto count = static_cast<std::uint32_t>(incomplete_.size());
   for (args_.first = 0; args_.first < count; args_.first += max_groups_) {
@@ -217,8 +246,7 @@ void GpuRayQuery::record_again(const accel::TlasView& view, gpu::Recorder& recor
 }
 
 void GpuRayQuery::unpack_again(const accel::TlasView& /*view*/) noexcept {
-  truncated_ = std::ranges::any_of(
-      incomplete_, [&](std::uint32_t ray) { return hits()[ray].status == HitStatus::incomplete; });
+  truncated_ = std::ranges::any_of(incomplete_, [&](std::uint32_t ray) { return is_incomplete(ray); });
 }
 
 }  // namespace rtstdb::query

@@ -2,7 +2,6 @@
 // The ray query on the GPU. The caller's spans are the device's own buffers: shaders/query/ray.glsl reads
 // rays and writes hits as they lie; this checks and dispatches.
 
-#include <array>
 #include <vector>
 
 #include "rtstdb/query/gpu_query.hpp"
@@ -16,11 +15,19 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
 
   std::span<Ray> rays() noexcept override { return rays_.host_as<Ray>().first(options_.capacity); }
   std::span<const RayHit> hits() const noexcept override {
-    return hits_.host_as<const RayHit>().first(answered_);
+    return hits_.host_as<const RayHit>().first(std::size_t{answered_} * options_.hits_per_ray);
   }
 
   QueryKind kind() const noexcept override {
-    return options_.mode == RayMode::any ? QueryKind::ray_any : QueryKind::ray_closest;
+    switch (options_.mode) {
+      case RayMode::any:
+        return QueryKind::ray_any;
+      case RayMode::first:
+        return QueryKind::ray_first;
+      case RayMode::closest:
+        break;
+    }
+    return QueryKind::ray_closest;
   }
   std::uint32_t capacity() const noexcept override { return options_.capacity; }
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
@@ -42,6 +49,10 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
     std::vector<gpu::Bindings> bindings;  // one per slot
   };
 
+  const Kernel& chosen() const noexcept { return moving_ ? kernels_.back() : kernels_.front(); }
+  bool is_incomplete(std::uint32_t ray) const noexcept {
+    return hits()[std::size_t{ray} * options_.hits_per_ray].status == HitStatus::incomplete;
+  }
   std::optional<BadInput> fault_of(std::uint32_t element, const RowSource& rows,
                                    TimeSpan& times) const noexcept;
 
@@ -53,7 +64,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   shared::RayArgs args_{};                 // of the last dispatch
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
   std::uint32_t max_groups_ = 0;
-  std::array<Kernel, 2> kernels_;
+  std::vector<Kernel> kernels_;
   gpu::Buffer rays_, hits_, again_, some_incomplete_;
 };
 

@@ -20,8 +20,8 @@ float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 
 vec3 velocity_at(Instance i, float t_s, vec3 point) { return i.v + cross(i.w, point - (i.p + i.v * t_s)); }
 
-void write_hit(uint index, Found found, vec3 origin, vec3 direction, vec3 v_origin, float t_s) {
-  const int place = int(index * hit_texels);
+void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, vec3 v_origin, float t_s) {
+  const int place = int(hit_index * hit_texels);
   const bool hit = found.status == status_hit;
   const Instance i = fetch_instance(instances, hit ? found.instance : 0u);
   const int corners = int(found.slot * triangle_texels);
@@ -72,9 +72,22 @@ void main() {
     v_origin = velocity_at(i, t_s, origin);
   }
 #endif
+#ifdef RAY_LIST
+  clear_list();
+#endif
   const Found found = trace(make_segment(origin, direction), r1.z, r1.w, t_s, share, instance_base, floatBitsToUint(r2.z), args.root,
-                            args.faces, args.two);
-#ifdef RAY_ANY
+                            args.faces, args.hits_per_ray - 1u, args.two);
+#if defined(RAY_LIST)
+  for (uint k = 0u; k < args.hits_per_ray; ++k) {
+    Found one = nothing_within(r1.w);
+    if (found.status == status_incomplete) one.status = status_incomplete;
+    if (found.status != status_incomplete && list_entity[k] != no_entity) {
+      const Segment ray = enter_instance(make_segment(origin, direction), fetch_instance(instances, list_instance[k]), t_s);
+      test_triangle(ray, list_slot[k], r1.z, args.faces, list_instance[k], list_entity[k], one);
+    }
+    write_hit(index * args.hits_per_ray + k, one, origin, direction, v_origin, t_s);
+  }
+#elif defined(RAY_ANY)
   // The rest of the hit stays as it was made.
   imageStore(hits, int(index * hit_texels), uvec4(found.status, 0u, 0u, 0u));
 #else

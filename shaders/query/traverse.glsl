@@ -1,7 +1,8 @@
 // Rays through both levels of the structure (paper, Section 5.2). One loop over nodes, one over leaves ("while-while", Aila
 // and Laine 2009); child tests and pushes without branches, because masked lanes run a branch's body anyway on lavapipe.
 //
-// Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants.
+// Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants,
+// RAY_LIST as the largest number of hits that is kept of each, where that is more than one.
 #ifndef RTSTDB_QUERY_TRAVERSE_GLSL
 #define RTSTDB_QUERY_TRAVERSE_GLSL
 #include "common/instance.glsl"
@@ -60,6 +61,10 @@ struct Found {
   bool front;
 };
 
+Found nothing_within(float lambda_max) {
+  return Found(status_miss, lambda_max, 0.0, 0.0, no_entity, no_entity, 0u, 0u, false);
+}
+
 // The frame of an instance at `t_s`, in which its geometry stands still. The direction is not normalised, so that lambda
 // means the same on both sides.
 Segment enter_instance(Segment world, Instance i, float t_s) {
@@ -110,6 +115,45 @@ void test_triangle(Segment ray, uint slot, float lambda_min, float faces, uint i
     best.front = facing > 0.0;
   }
 }
+
+#ifdef RAY_LIST
+// The nearest hits so far, in order; where there is none, one beyond all. What a hit needs besides is found again at the end.
+float list_lambda[RAY_LIST];
+uint list_entity[RAY_LIST];
+uint list_triangle[RAY_LIST];
+uint list_instance[RAY_LIST];
+uint list_slot[RAY_LIST];
+
+void clear_list() {
+  [[unroll]] for (uint k = 0u; k < RAY_LIST; ++k) {
+    list_lambda[k] = uintBitsToFloat(0x7F800000u);
+    list_entity[k] = no_entity;
+    list_triangle[k] = list_instance[k] = list_slot[k] = 0u;
+  }
+}
+
+void exchange(inout uint a, inout uint b, bool wanted) {
+  const uint before = a;
+  a = wanted ? b : a;
+  b = wanted ? before : b;
+}
+
+void keep(Found one) {
+  float lambda = one.status == status_hit ? one.lambda : uintBitsToFloat(0x7F800000u);
+  [[unroll]] for (uint k = 0u; k < RAY_LIST; ++k) {
+    const bool precedes = lambda < list_lambda[k] ||
+                          (lambda == list_lambda[k] && (one.entity < list_entity[k] ||
+                                                        (one.entity == list_entity[k] && one.triangle < list_triangle[k])));
+    const float before = list_lambda[k];
+    list_lambda[k] = precedes ? lambda : before;
+    lambda = precedes ? before : lambda;
+    exchange(list_entity[k], one.entity, precedes);
+    exchange(list_triangle[k], one.triangle, precedes);
+    exchange(list_instance[k], one.instance, precedes);
+    exchange(list_slot[k], one.slot, precedes);
+  }
+}
+#endif
 
 // A group: children of one node still to be visited; the node in the upper 24 bits, below it one bit a child, in the order in
 // which the ray comes by them: bit i is slot i ^ octant. One word, because a store to a place that differs from lane to lane is
@@ -258,15 +302,8 @@ uint take_next(usamplerBuffer of, uint texels, inout Search search, uint bottom,
 //
 // Loops end where their condition stands: what follows a break runs for the lanes that are left even when there are none.
 Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float share, uint instance_base, uint mask, uint root,
-            float faces, uint two) {
-  Found best;
-  best.status = status_miss;
-  best.lambda = lambda_max;
-  best.u = best.v = 0.0;
-  best.instance = best.entity = no_entity;
-  best.triangle = best.slot = 0u;
-  best.front = false;
-
+            float faces, uint last_kept, uint two) {
+  Found best = nothing_within(lambda_max);
   Search search = Search(0u, 0u, 0u);
   uint current = root;
   while (current != ref_none) {
@@ -299,7 +336,14 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float 
         uint slot = first;
         do {
           ++search.rounds;
+#ifdef RAY_LIST
+          Found one = nothing_within(best.lambda);
+          test_triangle(ray, slot, lambda_min, faces, instance, candidate.entity, one);
+          keep(one);
+          best.lambda = min(best.lambda, list_lambda[last_kept]);
+#else
           test_triangle(ray, slot, lambda_min, faces, instance, candidate.entity, best);
+#endif
           ++slot;
         } while (slot < end);
         ++search.rounds;

@@ -27,6 +27,7 @@ RTSTDB_CONSTANT(hit_texels, 4)
   F(uint, still_ns)  /* low word */                                                               \
   F(uint, window_begin_ns) /* low word */                                                         \
   F(float, per_window_ns)  /* 1 over the window's length; 0: it is an instant */                   \
+  F(uint, hits_per_ray)                                                                          \
   F(float, faces)    /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                \
   F(uint, two)       /* see loops_still_turn */
 RTSTDB_STRUCT(RayArgs)

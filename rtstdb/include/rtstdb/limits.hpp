@@ -11,6 +11,9 @@ inline constexpr std::uint32_t max_geometries = 1u << 16;
 /// Leaf references hold 26 bits of triangle index.
 inline constexpr std::uint32_t max_triangles_total = 1u << 26;
 inline constexpr std::uint32_t max_rays_per_query = 1u << 22;
+inline constexpr std::uint32_t max_hits_per_ray = 16;
+/// Rays times hits_per_ray of one query.
+inline constexpr std::uint32_t max_hits_per_query = 1u << 24;
 inline constexpr std::uint32_t max_regions_per_query = (1u << 16) - 1;
 inline constexpr std::uint32_t max_ids_per_region = 1u << 16;
 inline constexpr std::uint32_t max_points_per_query = 1u << 20;

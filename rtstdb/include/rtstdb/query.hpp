@@ -32,6 +32,7 @@ namespace rtstdb {
 enum class RayMode : std::uint8_t {
   closest,  ///< the hit with the smallest lambda
   any,      ///< whether anything is hit: `status` alone is filled
+  first,    ///< the hits_per_ray hits with the smallest lambdas, in that order
 };
 
 /// Points on the ray: origin + lambda * direction, lambda in [lambda_min, lambda_max]. The direction need not
@@ -74,6 +75,7 @@ struct RayQueryOptions {
   std::string name;  ///< shown in reports
   std::uint32_t capacity = 0;
   RayMode mode = RayMode::closest;
+  std::uint32_t hits_per_ray = 1;  ///< RayMode::first: 1 to max_hits_per_ray; else 1
   Faces faces = Faces::both;
   /// True: every entity stands still at its pose of the version's time, whatever the rays' times (the paper's
   /// "temporal unaware" case). Carriers too. v_relative_mps is still made of the rows' velocities, at those
@@ -86,8 +88,11 @@ struct RayQueryOptions {
 class RayQuery {
  public:
   virtual ~RayQuery() = default;
-  virtual std::span<Ray> rays() noexcept = 0;                 ///< capacity elements, the caller's to fill
-  virtual std::span<const RayHit> hits() const noexcept = 0;  ///< as many as the last transaction asked for
+  virtual std::span<Ray> rays() noexcept = 0;  ///< capacity elements, the caller's to fill
+  /// Of as many rays as the last transaction asked for, hits_per_ray for each. RayMode::first: every triangle
+  /// that is crossed counts, so a ray through an edge has a hit on either side of it, at the same lambda; what
+  /// is left over is misses, and all of them are incomplete where the search was cut short.
+  virtual std::span<const RayHit> hits() const noexcept = 0;
 };
 
 // ---- region

@@ -1,0 +1,80 @@
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "rtstdb/oracle/oracle.hpp"
+
+namespace rtstdb::oracle {
+namespace {
+
+Judgement wrong(std::string reason) {
+  return {Verdict::differs, std::move(reason)};
+}
+
+std::string named(const char* what, std::uint32_t entity, std::uint32_t triangle, double lambda) {
+  return std::string(what) + " of entity " + std::to_string(entity) + ", triangle " +
+         std::to_string(triangle) + " at lambda " + std::to_string(lambda);
+}
+
+/// What lambda may be off by: how far noise_m reaches along a ray that meets the surface at this angle.
+double lambda_slack(const Ray& ray, const RayTruth& hit) {
+  const double length = glm::length(glm::dvec3(ray.direction));
+  return lambda_relative_tolerance * hit.lambda +
+         hit.noise_m / (length * std::max(hit.incidence_cosine, 1e-3));
+}
+
+/// Moving the ray by noise_m does not undo this hit.
+bool is_clear(const Ray& ray, const RayTruth& hit) {
+  const double slack = lambda_slack(ray, hit);
+  return hit.incidence_cosine > 1e-3 && hit.edge_distance_m > hit.noise_m &&
+         hit.lambda > static_cast<double>(ray.lambda_min) + slack &&
+         hit.lambda < static_cast<double>(ray.lambda_max) - slack;
+}
+
+/// The answered hit, judged where nothing but the surroundings of its lambda counts.
+Judgement judge_alone(const World& world, const Ray& ray, bool ignore_motion, const RayHit& answer) {
+  Ray around = ray;
+  around.lambda_min = std::max(ray.lambda_min, answer.lambda * (1.0f - 1e-4f));
+  around.lambda_max = std::min(ray.lambda_max, answer.lambda * (1.0f + 1e-4f));
+  const auto same = [&](const RayTruth& hit) {
+    return hit.entity == answer.entity && hit.triangle == answer.triangle;
+  };
+  const auto hits = trace_all(world, around, ignore_motion);
+  const auto found = std::ranges::find_if(hits, same);
+  const RayTruth truth = found != hits.end() ? *found : trace(world, around, RayMode::closest, ignore_motion);
+  return compare(world, around, RayMode::closest, ignore_motion, truth, answer);
+}
+
+}  // namespace
+
+Judgement compare_first(const World& world, const Ray& ray, bool ignore_motion,
+                        std::span<const RayTruth> truth, std::span<const RayHit> answers) {
+  const auto end =
+      std::ranges::find_if(answers, [](const RayHit& hit) { return hit.status != HitStatus::hit; });
+  const auto hits = answers.first(static_cast<std::size_t>(end - answers.begin()));
+  for (const RayHit& rest : answers.subspan(hits.size())) {
+    if (rest.status != HitStatus::miss) return wrong("a hit behind a miss, or an incomplete answer");
+  }
+  Judgement judgement;
+  for (std::size_t k = 0; k < hits.size(); ++k) {
+    if (k > 0 && hits[k].lambda < hits[k - 1].lambda) return wrong("hits are not in order");
+    const Judgement one = judge_alone(world, ray, ignore_motion, hits[k]);
+    if (one.verdict == Verdict::differs) return one;
+    if (one.verdict == Verdict::too_close) judgement = one;
+  }
+  const double limit = hits.size() < answers.size() ? static_cast<double>(ray.lambda_max)
+                                                    : static_cast<double>(hits.back().lambda);
+  for (const RayTruth& hit : truth) {
+    const bool answered = std::ranges::any_of(hits, [&](const RayHit& answer) {
+      return answer.entity == hit.entity && answer.triangle == hit.triangle;
+    });
+    if (answered || hit.lambda >= limit - lambda_slack(ray, hit)) continue;
+    const std::string missing = named("no hit", hit.entity.index, hit.triangle, hit.lambda);
+    if (is_clear(ray, hit)) return wrong(missing);
+    judgement = {Verdict::too_close, missing};
+  }
+  return judgement;
+}
+
+}  // namespace rtstdb::oracle

@@ -1,0 +1,134 @@
+// The first hits of a ray, in order.
+
+#include <algorithm>
+
+#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/random_scene.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+class FirstHits : public DatabaseTest {
+ protected:
+  std::unique_ptr<RayQuery> prepare_first(std::uint32_t hits_per_ray, std::uint32_t capacity,
+                                          bool ignore_motion = false) {
+    auto query = database().prepare(RayQueryOptions{.name = "first",
+                                                    .capacity = capacity,
+                                                    .mode = RayMode::first,
+                                                    .hits_per_ray = hits_per_ray,
+                                                    .ignore_motion = ignore_motion});
+    EXPECT_TRUE(query.ok());
+    return std::move(query).value();
+  }
+  std::vector<RayHit> ask(RayQuery& query, std::span<const Ray> rays) {
+    std::ranges::copy(rays, query.rays().begin());
+    const Outcome outcome = execute(
+        [&](Transaction& transaction) { transaction.ask(query, static_cast<std::uint32_t>(rays.size())); });
+    EXPECT_TRUE(outcome.done()) << describe(outcome);
+    return {query.hits().begin(), query.hits().end()};
+  }
+};
+
+TEST_F(FirstHits, OfBoxesInARowComeInOrder) {
+  const GeometryId box = add(make_box({1.0, 1.0, 1.0}));
+  std::vector<EntityId> ids;
+  for (const double x_m : {6.0, 2.0, 4.0})
+    ids.push_back(create(row_of(box, {x_m, 0.0, 0.0})));
+  const Ray along = ray_from({0.0f, 0.2f, 0.1f}, {1, 0, 0});
+  const auto seven = ask(*prepare_first(7, 1), std::span(&along, 1));
+  ASSERT_EQ(seven.size(), 7u);
+  const float lambdas[] = {1.5f, 2.5f, 3.5f, 4.5f, 5.5f, 6.5f};
+  const std::uint32_t whose[] = {1, 1, 2, 2, 0, 0};
+  for (std::size_t k = 0; k < 6; ++k) {
+    EXPECT_EQ(seven[k].status, HitStatus::hit);
+    EXPECT_EQ(seven[k].lambda, lambdas[k]);
+    EXPECT_EQ(seven[k].entity, ids[whose[k]]);
+    EXPECT_EQ(seven[k].front_face, k % 2 == 0);
+    EXPECT_EQ(seven[k].n_world, glm::vec3(k % 2 == 0 ? -1.0f : 1.0f, 0.0f, 0.0f));
+  }
+  EXPECT_EQ(seven[6].status, HitStatus::miss);
+  EXPECT_FALSE(seven[6].entity.valid());
+  const auto two = ask(*prepare_first(2, 1), std::span(&along, 1));
+  EXPECT_EQ(two[0].lambda, 1.5f);
+  EXPECT_EQ(two[1].lambda, 2.5f);
+}
+
+TEST_F(FirstHits, AtOneLambdaComeByEntityAndTriangle) {
+  const GeometryId pile = add({{{-1, -1, 0}, {1, -1, 0}, {0, 2, 0}}, std::vector<glm::uvec3>(3, {0, 1, 2})});
+  const EntityId first = create(row_of(pile, {0.0, 0.0, 5.0}));
+  const EntityId second = create(row_of(pile, {0.0, 0.0, 5.0}));
+  const Ray up = ray_from({}, {0, 0, 1});
+  const auto hits = ask(*prepare_first(4, 1), std::span(&up, 1));
+  const EntityId whose[] = {first, first, first, second};
+  const std::uint32_t triangles[] = {0, 1, 2, 0};
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(hits[k].entity, whose[k]);
+    EXPECT_EQ(hits[k].triangle, triangles[k]);
+    EXPECT_EQ(hits[k].lambda, 5.0f);
+  }
+}
+
+TEST_F(FirstHits, OfAPileThatIsTooHighAreIncompleteAllOfThem) {
+  create(row_of(add({{{-1, -1, 0}, {1, -1, 0}, {0, 2, 0}}, std::vector<glm::uvec3>(100'000, {0, 1, 2})}),
+                {0.0, 0.0, 5.0}));
+  const Ray rays[] = {ray_from({}, {0, 0, 1}), ray_from({}, {0, 0, -1})};
+  const auto hits = ask(*prepare_first(3, 2), rays);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(hits[k].status, HitStatus::incomplete);
+    EXPECT_EQ(hits[3 + k].status, HitStatus::miss);
+  }
+}
+
+TEST_F(FirstHits, AsManyAsMakeSenseMayBeAsked) {
+  const auto refused = [&](RayMode mode, std::uint32_t hits_per_ray, std::uint32_t capacity) {
+    auto query = database().prepare(
+        RayQueryOptions{.name = "much", .capacity = capacity, .mode = mode, .hits_per_ray = hits_per_ray});
+    return !query.ok() && query.error().code == ErrorCode::capacity;
+  };
+  EXPECT_TRUE(refused(RayMode::first, 0, 1));
+  EXPECT_TRUE(refused(RayMode::first, max_hits_per_ray + 1, 1));
+  EXPECT_TRUE(refused(RayMode::closest, 2, 1));
+  EXPECT_TRUE(refused(RayMode::any, 2, 1));
+  EXPECT_TRUE(refused(RayMode::first, max_hits_per_ray, max_hits_per_query / max_hits_per_ray + 1));
+  EXPECT_FALSE(refused(RayMode::first, max_hits_per_ray, 4));
+}
+
+TEST_F(FirstHits, OfRandomWorldsAgreeWithTheOracle) {
+  Random random(12);
+  SceneOptions options{.radius_m = 6.0, .version_time = at_s(5.0)};
+  std::vector<GeometryId> geometries;
+  for (const TriangleMesh& mesh : mixed_meshes(random))
+    geometries.push_back(add(mesh));
+  std::vector<EntityRow> rows;
+  for (int i = 0; i < 120; ++i)
+    rows.push_back(random_row(random, geometries, options, rows));
+  create(rows, options.version_time);
+  const oracle::World everything = world();
+  std::size_t asked = 0, with_hits = 0, full = 0, too_close = 0;
+  for (const std::uint32_t hits_per_ray : {1u, 3u, 4u, 9u, 16u}) {
+    for (const bool ignore_motion : {false, true}) {
+      const auto query = prepare_first(hits_per_ray, 500, ignore_motion);
+      std::vector<Ray> rays(500);
+      for (Ray& ray : rays)
+        ray = random_ray(random, everything.entities(), options, options.version_time, 0.7);
+      const auto hits = ask(*query, rays);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        const auto answers = std::span(hits).subspan(i * hits_per_ray, hits_per_ray);
+        const auto truth = oracle::trace_all(everything, rays[i], ignore_motion);
+        const auto judged = oracle::compare_first(everything, rays[i], ignore_motion, truth, answers);
+        ASSERT_NE(judged.verdict, oracle::Verdict::differs) << "ray " << i << ": " << judged.reason;
+        ++asked;
+        with_hits += truth.empty() ? 0 : 1;
+        full += answers.back().status == HitStatus::hit ? 1 : 0;
+        too_close += judged.verdict == oracle::Verdict::too_close ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(with_hits, asked / 5);
+  EXPECT_LT(with_hits, asked * 4 / 5);
+  EXPECT_GT(full, asked / 20);
+  EXPECT_LT(too_close, asked / 50);
+}
+
+}  // namespace
+}  // namespace rtstdb::test
