@@ -25,8 +25,8 @@ RTSTDB_CONSTANT(blas_level_groups, 0)
 RTSTDB_CONSTANT(blas_level_first, 3)
 RTSTDB_CONSTANT(blas_level_count, 4)
 // Levels of one submission; deeper trees take more of them.
-RTSTDB_CONSTANT(blas_levels_recorded, 40)
-RTSTDB_CONSTANT(blas_state_words, 8 + 8 * 41)
+RTSTDB_CONSTANT(blas_levels_recorded, 12)
+RTSTDB_CONSTANT(blas_state_words, 8 + 8 * 13)
 
 #define RTSTDB_FIELDS_BlasArgs(F)                                                       \
   F(uint, count)     /* triangles */                                                    \
