@@ -17,7 +17,7 @@ class RayFigures {
  public:
   explicit RayFigures(const SpatialOptions& options)
       : rounds_(options.tiny ? 1 : 9),
-        mesh_(options.tiny ? lumpy_body(33, 32, 1) : lumpy_body(257, 256, 1)),
+        mesh_(body_in_bowl(options.tiny ? 24 : 180, 1)),
         world_(1),
         peer_(mesh_) {
     rtstdb::EntityRow row;

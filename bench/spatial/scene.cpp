@@ -3,6 +3,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -63,16 +64,32 @@ rtstdb::TriangleMesh lumpy_body(std::uint32_t rows, std::uint32_t columns, std::
   return mesh;
 }
 
+rtstdb::TriangleMesh body_in_bowl(std::uint32_t rows, std::uint64_t seed) {
+  constexpr float size = 4.0f;
+  constexpr float rim = 0.35f;  // of the bowl's radius, above its middle
+  rtstdb::TriangleMesh mesh = lumpy_body(rows, rows, seed);
+  const rtstdb::TriangleMesh ball = lumpy_body(rows, 3 * rows / 2, seed + 1);
+  const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+  for (const glm::vec3& position : ball.positions_m)
+    mesh.positions_m.push_back(size * position);
+  for (const glm::uvec3& triangle : ball.triangles) {
+    const auto height = [&](std::uint32_t corner) { return ball.positions_m[corner].z; };
+    if (std::max({height(triangle.x), height(triangle.y), height(triangle.z)}) < rim)
+      mesh.triangles.push_back(triangle + first);
+  }
+  return mesh;
+}
+
 std::vector<rtstdb::Ray> camera_rays(std::uint32_t width, std::uint32_t height) {
   std::vector<rtstdb::Ray> rays;
   rays.reserve(std::size_t{width} * height);
   for (std::uint32_t y = 0; y < height; ++y) {
     for (std::uint32_t x = 0; x < width; ++x) {
       rtstdb::Ray ray;
-      ray.origin_m = {3.0f, 0.2f, 0.1f};
+      ray.origin_m = {2.2f, 0.3f, 0.4f};
       const float right = (static_cast<float>(x) + 0.5f) / static_cast<float>(width) - 0.5f;
       const float up = 0.5f - (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
-      ray.direction = glm::normalize(glm::vec3(-1.0f, 0.8f * right, 0.8f * up));
+      ray.direction = glm::normalize(glm::vec3(-1.0f, 1.3f * right, 1.3f * up));
       ray.lambda_max = 100.0f;
       rays.push_back(ray);
     }
@@ -84,7 +101,7 @@ std::vector<rtstdb::Ray> scattered_rays(std::uint32_t count, std::uint64_t seed)
   Random random(seed);
   std::vector<rtstdb::Ray> rays(count);
   for (rtstdb::Ray& ray : rays) {
-    ray.origin_m = random.in_box({1.5f, 1.5f, 1.5f});
+    ray.origin_m = random.in_box({2.1f, 2.1f, 1.05f});
     ray.direction = random.direction();
     ray.lambda_max = 100.0f;
   }

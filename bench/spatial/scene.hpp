@@ -36,9 +36,13 @@ class Random {
 /// A closed lumpy body about the origin, roughly 1 m in radius, of 2 * rows * columns - 2 * columns triangles.
 rtstdb::TriangleMesh lumpy_body(std::uint32_t rows, std::uint32_t columns, std::uint64_t seed);
 
-/// A camera outside that sees the whole body: neighbouring rays lie side by side.
+/// The body inside a lumpy bowl four times its size, open above, as one mesh of about 4 * rows^2 triangles: a ray
+/// from in there has to look at something before it knows that it misses.
+rtstdb::TriangleMesh body_in_bowl(std::uint32_t rows, std::uint64_t seed);
+
+/// A camera in the bowl, looking past the body: neighbouring rays lie side by side; two thirds of them hit.
 std::vector<rtstdb::Ray> camera_rays(std::uint32_t width, std::uint32_t height);
-/// From anywhere near the body into any direction; more than a third of them hit.
+/// From anywhere in the bowl into any direction; three quarters of them hit.
 std::vector<rtstdb::Ray> scattered_rays(std::uint32_t count, std::uint64_t seed);
 
 /// Bodies of 2,048 to 5,000 triangles about a metre in size, moving at up to 20 m/s and turning at up to 5 rad/s.
