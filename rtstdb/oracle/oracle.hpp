@@ -97,7 +97,7 @@ RayTruth trace_brute_force(const World& world, const Ray& ray, RayMode mode = Ra
 struct EntityGap {
   EntityId entity;
   /// Not above zero: in the answer. touching: the separation of the two bodies along the axis that separates
-  /// them best (boxes) or their distance (sphere), negative when they overlap. inside: how far the bounds
+  /// them best (boxes, frustum) or their distance (sphere), negative when they overlap. inside: how far the bounds
   /// stick out.
   double gap_m = 0.0;
   double noise_m = 0.0;  ///< see the top of this file

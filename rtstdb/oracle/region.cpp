@@ -8,6 +8,7 @@
 
 #include <rtstdb/result.hpp>
 
+#include "rtstdb/oracle/frustum.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 #include "rtstdb/oracle/posed_ray.hpp"
 
@@ -71,7 +72,7 @@ double farthest_corner_m(const OrientedBox& box, const glm::dvec3& p) {
   return glm::length(reach);
 }
 
-/// A region where it stands in the world at its instant; the sphere's radius is half_extent_m.x.
+/// A region where it stands in the world at its instant; half_extent_m is the region's own.
 struct PosedRegion {
   OrientedBox box;
   double noise_units = 0.0;
@@ -98,10 +99,23 @@ PosedRegion posed_region(const World& world, const Region& region) {
   return {{center_m, {axes[0], axes[1], axes[2]}, half_m}, noise};
 }
 
+Frustum frustum_of(const Region& region, const OrientedBox& at) {
+  return {.eye_m = at.center_m,
+          .axis = {at.axis[0], at.axis[1], at.axis[2]},
+          .near_m = static_cast<double>(region.near_m),
+          .far_m = at.half_extent_m.x,
+          .half_width_m = at.half_extent_m.y,
+          .half_height_m = at.half_extent_m.z};
+}
+
 double gap_m(const Region& region, const OrientedBox& shape, const OrientedBox& entity) {
   const bool inside = region.test == RegionTest::inside;
   if (region.shape == RegionShape::box)
     return inside ? sticks_out_m(entity, shape) : separation_m(shape, entity);
+  if (region.shape == RegionShape::frustum) {
+    const Frustum frustum = frustum_of(region, shape);
+    return inside ? sticks_out_m(entity, frustum) : separation_m(frustum, entity);
+  }
   const double radius_m = shape.half_extent_m.x;
   return (inside ? farthest_corner_m(entity, shape.center_m) : distance_m(entity, shape.center_m)) - radius_m;
 }

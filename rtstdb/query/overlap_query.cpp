@@ -8,7 +8,8 @@ namespace rtstdb::query {
 
 Result<std::unique_ptr<GpuOverlapQuery>> GpuOverlapQuery::create(gpu::Device& device,
                                                                  const OverlapQueryOptions& options) {
-  auto runner = RegionRunner::create(device, options.name, options.capacity, options.ids_per_entity);
+  auto runner = RegionRunner::create(
+      device, {.name = options.name, .capacity = options.capacity, .ids_per_region = options.ids_per_entity});
   if (!runner) return runner.error();
   auto query = std::make_unique<GpuOverlapQuery>();
   query->runner_ = std::move(runner).value();
@@ -57,9 +58,10 @@ void GpuOverlapQuery::record(std::uint32_t count, const RowSource& rows, const a
                   .carrier = tlas.place_of(view.slot, overlap.entity.index),
                   .excluded = overlap.entity.index,
                   .instance_base = moment.instance_base,
-                  .share = moment.share};
+                  .share = moment.share,
+                  .near_m = 0.0f};
   }
-  runner_.record(std::span(order_).first(count), view, recorder);
+  runner_.record(std::span(order_).first(count), count, view, recorder);
 }
 
 }  // namespace rtstdb::query

@@ -11,12 +11,16 @@ namespace rtstdb::query {
 
 Result<std::unique_ptr<GpuRegionQuery>> GpuRegionQuery::create(gpu::Device& device,
                                                                const RegionQueryOptions& options) {
-  auto runner = RegionRunner::create(device, options.name, options.capacity, options.ids_per_region);
+  auto runner = RegionRunner::create(device, {.name = options.name,
+                                              .capacity = options.capacity,
+                                              .ids_per_region = options.ids_per_region,
+                                              .frusta = true});
   if (!runner) return runner.error();
   auto query = std::make_unique<GpuRegionQuery>();
   query->runner_ = std::move(runner).value();
   query->regions_.resize(options.capacity);
-  query->order_ = PointOrder(options.capacity);
+  query->point_order_ = PointOrder(options.capacity);
+  query->order_.resize(options.capacity);
   return query;
 }
 
@@ -29,6 +33,9 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
     if (const auto bad = check_point(half, i)) return bad;
     if (!(half.x >= 0.0f && half.y >= 0.0f && half.z >= 0.0f))
       return refused(BadInputReason::bad_region, i, glm::vec4(half, 0.0f));
+    if (region.shape == RegionShape::frustum &&
+        !(half.x > 0.0f && region.near_m >= 0.0f && region.near_m <= half.x))
+      return refused(BadInputReason::bad_region, i, glm::vec4(half, region.near_m));
     const float q_length = glm::length(region.q);
     if (!(q_length > 1e-6f && q_length < 1e6f))
       return refused(BadInputReason::bad_region, i, {region.q.w, region.q.x, region.q.y, region.q.z});
@@ -38,12 +45,25 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
   return std::nullopt;
 }
 
+std::uint32_t GpuRegionQuery::arrange(std::uint32_t count) noexcept {
+  const auto beside = point_order_.of(std::span(regions_).first(count));
+  std::uint32_t next = 0;
+  std::uint32_t first_frustum = 0;
+  for (const bool frusta : {false, true}) {
+    first_frustum = next;
+    for (const std::uint32_t i : beside) {
+      if ((regions_[i].shape == RegionShape::frustum) == frusta) order_[next++] = i;
+    }
+  }
+  return first_frustum;
+}
+
 void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, const accel::Tlas& tlas,
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto records = runner_.records();
-  const auto order = order_.of(std::span(regions_).first(count));
+  const std::uint32_t first_frustum = arrange(count);
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Region& region = regions_[order[i]];
+    const Region& region = regions_[order_[i]];
     const accel::Moment moment = view.moment(region.t);
     const glm::quat q = glm::normalize(region.q);
     records[i] = {.center_m = region.center_m,
@@ -57,9 +77,10 @@ void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, cons
                                                     : shared::no_entity,
                   .excluded = shared::no_entity,
                   .instance_base = moment.instance_base,
-                  .share = moment.share};
+                  .share = moment.share,
+                  .near_m = region.near_m};
   }
-  runner_.record(order, view, recorder);
+  runner_.record(std::span(order_).first(count), first_frustum, view, recorder);
 }
 
 }  // namespace rtstdb::query

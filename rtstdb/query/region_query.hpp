@@ -37,8 +37,12 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
   bool truncated() const noexcept override { return runner_.truncated(); }
 
  private:
+  /// Fills order_ with the first `count` regions; says where its frusta begin.
+  std::uint32_t arrange(std::uint32_t count) noexcept;
+
   std::vector<Region> regions_;
-  PointOrder order_;  // in which the device has the regions
+  PointOrder point_order_;
+  std::vector<std::uint32_t> order_;  // in which the device has the regions: frusta last
   RegionRunner runner_;
 };
 

@@ -7,102 +7,125 @@
 
 namespace rtstdb::query {
 
-Result<RegionRunner> RegionRunner::create(gpu::Device& device, const std::string& name,
-                                          std::uint32_t capacity, std::uint32_t ids_per_region) {
-  if (capacity == 0 || capacity > max_regions_per_query || ids_per_region == 0 ||
-      ids_per_region > max_ids_per_region) {
-    return Error{ErrorCode::capacity, "query '" + name + "' asks for " + std::to_string(capacity) +
-                                          " regions of " + std::to_string(ids_per_region) + " ids; 1 to " +
-                                          std::to_string(max_regions_per_query) + " regions of 1 to " +
+Result<RegionRunner> RegionRunner::create(gpu::Device& device, const RegionRunnerOptions& options) {
+  if (options.capacity == 0 || options.capacity > max_regions_per_query ||
+      options.ids_per_region > max_ids_per_region) {
+    return Error{ErrorCode::capacity, "query '" + options.name + "' asks for " +
+                                          std::to_string(options.capacity) + " regions of " +
+                                          std::to_string(options.ids_per_region) + " ids; 1 to " +
+                                          std::to_string(max_regions_per_query) + " regions of 0 to " +
                                           std::to_string(max_ids_per_region) + " are possible"};
   }
   RegionRunner runner;
-  runner.ids_per_region_ = ids_per_region;
+  runner.ids_per_region_ = options.ids_per_region;
+  if (auto made = runner.create_kernels(device, options.frusta); !made) return made.error();
+  if (auto made = runner.create_buffers(device, options.name, options.capacity); !made) return made.error();
+  return runner;
+}
+
+Result<void> RegionRunner::create_kernels(gpu::Device& device, bool frusta) {
   using enum gpu::ShaderId;
-  const std::pair<gpu::Pipeline*, gpu::ShaderId> pipelines[] = {
-      {&runner.search_.still, region},
-      {&runner.search_.moving, region_moving},
-      {&runner.lowest_.still, region_lowest},
-      {&runner.lowest_.moving, region_lowest_moving},
-  };
-  for (const auto& [pipeline, shader] : pipelines) {
+  const bool lists = ids_per_region_ > 0;
+  std::vector<gpu::ShaderId> shaders = lists ? std::vector{region, region_moving, region_lowest}
+                                             : std::vector{region_count, region_count_moving};
+  if (frusta && lists) shaders.insert(shaders.end(), {frustum, frustum_lowest});
+  if (frusta && !lists) shaders.push_back(frustum_count);
+  for (const gpu::ShaderId shader : shaders) {
     auto made = device.create_pipeline(shader);
     if (!made) return made.error();
-    *pipeline = std::move(made).value();
+    kernels_.push_back({std::move(made).value(), {}});
   }
+  return {};
+}
+
+Result<void> RegionRunner::create_buffers(gpu::Device& device, const std::string& name,
+                                          std::size_t capacity) {
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
-      {&runner.records_,
+      {&records_,
        {.name = name + " regions",
         .size_bytes = capacity * sizeof(shared::RegionRecord),
         .memory = gpu::Memory::upload}},
-      {&runner.counts_,
+      {&counts_,
        {.name = name + " counts",
         .size_bytes = capacity * sizeof(shared::RegionCount),
         .memory = gpu::Memory::readback}},
-      {&runner.ids_,
+      {&ids_,
        {.name = name + " ids",
-        .size_bytes = std::size_t{capacity} * ids_per_region * 4,
+        .size_bytes = capacity * ids_per_region_ * 4,
         .memory = gpu::Memory::readback}},
   };
   for (const auto& [buffer, options] : buffers) {
+    if (options.size_bytes == 0) continue;
     auto made = device.create_buffer(options);
     if (!made) return made.error();
     *buffer = std::move(made).value();
   }
   // What the device can not hold has been refused by now.
-  runner.entities_.resize(std::size_t{capacity} * ids_per_region);
-  runner.sorted_.resize(ids_per_region);
-  runner.answers_.resize(capacity);
-  runner.incomplete_.reserve(capacity);
-  return runner;
+  entities_.resize(capacity * ids_per_region_);
+  sorted_.resize(ids_per_region_);
+  answers_.resize(capacity);
+  incomplete_.reserve(capacity);
+  return {};
+}
+
+RegionRunner::Kernels RegionRunner::solids() noexcept {
+  return {&kernels_[0], &kernels_[1], ids_per_region_ > 0 ? &kernels_[2] : nullptr};
+}
+
+RegionRunner::Kernels RegionRunner::frusta() noexcept {
+  return ids_per_region_ > 0 ? Kernels{nullptr, &kernels_[3], &kernels_[4]}
+                             : Kernels{nullptr, &kernels_[2], nullptr};
 }
 
 Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& /*pool*/,
                                 const accel::Tlas& tlas) {
-  const auto bind_to_slots = [&](const gpu::Pipeline& pipeline,
-                                 std::vector<gpu::Bindings>& bindings) -> Result<void> {
-    bindings.clear();
+  for (Kernel& kernel : kernels_) {
+    kernel.bindings.clear();
     for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
-      const gpu::Buffer* buffers[] = {&tlas.nodes(slot), &tlas.instances(slot), &records_, &counts_, &ids_};
-      auto made = device.create_bindings(pipeline, buffers);
+      const gpu::Buffer* const buffers[] = {&tlas.nodes(slot), &tlas.instances(slot), &records_, &counts_,
+                                            &ids_};
+      auto made =
+          device.create_bindings(kernel.pipeline, std::span(buffers).first(ids_per_region_ > 0 ? 5 : 4));
       if (!made) return made.error();
-      bindings.push_back(std::move(made).value());
+      kernel.bindings.push_back(std::move(made).value());
     }
-    return {};
-  };
-  for (Kernel* const kernel : {&search_, &lowest_}) {
-    if (auto bound = bind_to_slots(kernel->still, kernel->still_bindings); !bound) return bound;
-    if (auto bound = bind_to_slots(kernel->moving, kernel->moving_bindings); !bound) return bound;
   }
   return {};
 }
 
 void RegionRunner::record_warm_up(gpu::Recorder& recorder) noexcept {
-  for (const Kernel* const kernel : {&search_, &lowest_}) {
-    recorder.dispatch(kernel->still, kernel->still_bindings.front(), shared::RegionArgs{}, 1);
-    recorder.dispatch(kernel->moving, kernel->moving_bindings.front(), shared::RegionArgs{}, 1);
-  }
+  for (const Kernel& kernel : kernels_)
+    recorder.dispatch(kernel.pipeline, kernel.bindings.front(), shared::RegionArgs{}, 1);
 }
 
-void RegionRunner::record(std::span<const std::uint32_t> order, const accel::TlasView& view,
-                          gpu::Recorder& recorder) noexcept {
+void RegionRunner::record(std::span<const std::uint32_t> order, std::uint32_t first_frustum,
+                          const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   order_ = order;
-  dispatch(static_cast<std::uint32_t>(order.size()), false, view, recorder);
+  first_frustum_ = first_frustum;
+  dispatch(static_cast<std::uint32_t>(order.size()), first_frustum, false, view, recorder);
 }
 
-void RegionRunner::dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
-                            gpu::Recorder& recorder) noexcept {
-  const shared::RegionArgs args{
-      .root = view.root, .count = count, .capacity = ids_per_region_, .alone = alone ? 1u : 0u, .two = 2};
-  const bool moving = view.window_begin != view.window_end;
-  const auto run = [&](const Kernel& kernel) {
-    recorder.dispatch(moving ? kernel.moving : kernel.still,
-                      (moving ? kernel.moving_bindings : kernel.still_bindings)[view.slot], args,
-                      alone ? count : (count + 63) / 64);
+void RegionRunner::dispatch(std::uint32_t count, std::uint32_t first_frustum, bool alone,
+                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const auto run = [&](const Kernel* kernel, std::uint32_t first, std::uint32_t end) {
+    if (kernel == nullptr || first == end) return;
+    const shared::RegionArgs args{.root = view.root,
+                                  .count = end - first,
+                                  .capacity = ids_per_region_,
+                                  .alone = alone ? 1u : 0u,
+                                  .first = first,
+                                  .two = 2};
+    recorder.dispatch(kernel->pipeline, kernel->bindings[view.slot], args,
+                      alone ? end - first : (end - first + 63) / 64);
   };
-  run(search_);
+  const bool still = view.window_begin == view.window_end;
+  const Kernels of_solids = solids();
+  run(still ? of_solids.still : of_solids.moving, 0, first_frustum);
+  if (first_frustum < count) run(frusta().moving, first_frustum, count);
+  if (ids_per_region_ == 0) return;
   recorder.barrier();
-  run(lowest_);
+  run(of_solids.lowest, 0, first_frustum);
+  if (first_frustum < count) run(frusta().lowest, first_frustum, count);
 }
 
 void RegionRunner::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
@@ -118,7 +141,10 @@ void RegionRunner::record_again(const accel::TlasView& view, gpu::Recorder& reco
   const auto all = records();
   for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
     all[i] = all[incomplete_[i]];
-  dispatch(static_cast<std::uint32_t>(incomplete_.size()), true, view, recorder);
+  // Their places ascend, so the frusta are still the last.
+  const auto first_frustum = std::ranges::lower_bound(incomplete_, first_frustum_) - incomplete_.begin();
+  dispatch(static_cast<std::uint32_t>(incomplete_.size()), static_cast<std::uint32_t>(first_frustum), true,
+           view, recorder);
 }
 
 void RegionRunner::unpack_again(const accel::TlasView& view) noexcept {
@@ -134,18 +160,20 @@ bool RegionRunner::truncated() const noexcept {
 void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
                                  const accel::TlasView& view) noexcept {
   const shared::RegionCount count = counts_.host_as<const shared::RegionCount>()[place];
-  const auto ids = ids_.host_as<const std::uint32_t>().subspan(std::size_t{place} * ids_per_region_);
+  answers_[region] = {.entities = {},
+                      .found = count.found,
+                      .overflow = ids_per_region_ > 0 && count.found > ids_per_region_,
+                      .incomplete = count.incomplete != 0};
   const std::uint32_t kept = std::min(count.found, ids_per_region_);
+  if (kept == 0) return;
+  const auto ids = ids_.host_as<const std::uint32_t>().subspan(std::size_t{place} * ids_per_region_, kept);
   const auto entities = std::span(entities_).subspan(std::size_t{region} * ids_per_region_, kept);
   const auto sorted = std::span(sorted_).first(kept);
-  std::ranges::copy(ids.first(kept), sorted.begin());
+  std::ranges::copy(ids, sorted.begin());
   id_order_.sort(sorted);
   std::ranges::transform(sorted, entities.begin(),
                          [&](std::uint32_t index) { return view.identities[index].id; });
-  answers_[region] = {.entities = entities,
-                      .found = count.found,
-                      .overflow = count.found > ids_per_region_,
-                      .incomplete = count.incomplete != 0};
+  answers_[region].entities = entities;
 }
 
 }  // namespace rtstdb::query

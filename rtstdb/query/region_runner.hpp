@@ -1,6 +1,6 @@
 #pragma once
-// The region shader with its buffers, used by the region and the overlap query: both ask which oriented
-// bounds meet a box or a sphere at one instant.
+// The region shaders with their buffers, used by the region and the overlap query: both ask which oriented
+// bounds meet a region at one instant.
 
 #include <span>
 #include <string>
@@ -12,18 +12,25 @@
 
 namespace rtstdb::query {
 
+struct RegionRunnerOptions {
+  std::string name;
+  std::uint32_t capacity = 0;
+  std::uint32_t ids_per_region = 0;  ///< 0: only counts
+  bool frusta = false;               ///< may be asked
+};
+
 class RegionRunner {
  public:
-  static Result<RegionRunner> create(gpu::Device& device, const std::string& name, std::uint32_t capacity,
-                                     std::uint32_t ids_per_region);
+  static Result<RegionRunner> create(gpu::Device& device, const RegionRunnerOptions& options);
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas);
 
   std::span<shared::RegionRecord> records() const noexcept {
     return records_.host_as<shared::RegionRecord>();
   }
   void record_warm_up(gpu::Recorder& recorder) noexcept;
-  /// Answers what stands in records(). `order`: whose record stands at each place.
-  void record(std::span<const std::uint32_t> order, const accel::TlasView& view,
+  /// Answers what stands in records(), frusta behind all others, from `first_frustum` on. `order`: whose record
+  /// stands at each place; it has to stay until the answers are unpacked.
+  void record(std::span<const std::uint32_t> order, std::uint32_t first_frustum, const accel::TlasView& view,
               gpu::Recorder& recorder) noexcept;
   void unpack(std::uint32_t count, const accel::TlasView& view) noexcept;
   bool has_incomplete() const noexcept { return !incomplete_.empty(); }
@@ -33,22 +40,31 @@ class RegionRunner {
   std::span<const RegionAnswer> answers() const noexcept { return {answers_.data(), answered_}; }
 
  private:
-  /// One of the shaders, for regions that all ask at one instant and for others.
   struct Kernel {
-    gpu::Pipeline still, moving;
-    std::vector<gpu::Bindings> still_bindings, moving_bindings;  // one per slot
+    gpu::Pipeline pipeline;
+    std::vector<gpu::Bindings> bindings;  // one per slot
   };
-  void dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
+  /// What asks one kind of region. Null where there is none.
+  struct Kernels {
+    Kernel* still = nullptr;   // where all ask at one instant
+    Kernel* moving = nullptr;  // everywhere
+    Kernel* lowest = nullptr;  // asks those again that found more than they have room for
+  };
+  Result<void> create_kernels(gpu::Device& device, bool frusta);
+  Result<void> create_buffers(gpu::Device& device, const std::string& name, std::size_t capacity);
+  Kernels solids() noexcept;
+  Kernels frusta() noexcept;
+  void dispatch(std::uint32_t count, std::uint32_t first_frustum, bool alone, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;
   /// The answer to the caller's region from what the device left at `place`.
   void unpack_answer(std::uint32_t region, std::uint32_t place, const accel::TlasView& view) noexcept;
 
   std::uint32_t ids_per_region_ = 0;
   std::uint32_t answered_ = 0;
-  Kernel search_;
-  Kernel lowest_;  // asks those again that found more than they have room for
+  std::vector<Kernel> kernels_;  // still, moving, [lowest] of solids; moving, [lowest] of frusta
   gpu::Buffer records_, counts_, ids_;
   std::span<const std::uint32_t> order_;  // the caller's region of each record
+  std::uint32_t first_frustum_ = 0;
   IdOrder id_order_;
   std::vector<std::uint32_t> sorted_;  // ids of one region
   std::vector<EntityId> entities_;

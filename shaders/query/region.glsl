@@ -4,12 +4,18 @@
 // What a node's children are is written down and looked at later, each kind in a loop of its own: on lavapipe lanes wait for
 // one another in every loop, and by lists they wait only where one has more of a kind altogether.
 //
-// Include with REGION_MOVING defined where the window is longer than an instant, and with
+// Include with REGION_MOVING defined where the window is longer than an instant (it answers for an instant too, at a price),
+// REGION_FRUSTUM for frusta instead of boxes and spheres, and one of these, or none to list what is found:
 //   REGION_LOWEST   for regions that found more than they have room for: only the lowest ids, by a heap
+//   REGION_COUNT    no ids, only how many
 #include "common/interleave.glsl"
 #include "common/loops.glsl"
 #include "common/packed_edges.glsl"
-#include "query/region_shape.glsl"
+#ifdef REGION_FRUSTUM
+#include "query/region_frustum.glsl"
+#else
+#include "query/region_solid.glsl"
+#endif
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RegionArgs args; };
@@ -17,7 +23,9 @@ layout(set = 0, binding = 0) uniform usamplerBuffer tlas;
 layout(set = 0, binding = 1) uniform samplerBuffer instances;
 layout(set = 0, binding = 2, scalar) readonly buffer RegionsBuffer { RegionRecord regions[]; };
 layout(set = 0, binding = 3, scalar) buffer CountsBuffer { RegionCount counts[]; };
+#ifndef REGION_COUNT
 layout(set = 0, binding = 4, scalar) buffer IdsBuffer { uint ids[]; };
+#endif
 
 // A group: some children of one node; the node in the upper 24 bits, below it one bit a child. Of inner nodes there is at most
 // one a level of the tree.
@@ -36,7 +44,9 @@ uint rounds = 0u;
 uint found = 0u;
 bool cut_short = false;
 
-#ifdef REGION_LOWEST
+#if defined(REGION_COUNT)
+void keep(uint base, bool hit, uint id) { found += hit ? 1u : 0u; }
+#elif defined(REGION_LOWEST)
 // The largest on top, so that the lowest remain.
 void keep(uint base, bool hit, uint id) {
   const bool full = found >= args.capacity;
@@ -90,8 +100,9 @@ uint leaf_mask(uint node) {
 // Writes down the children of a node that meet the region; returns the next node.
 uint visit(uint node, uint share, Shape shape) {
   const PackedNode packed = fetch_packed_node(tlas, node, share);
-  const uint meeting = children_meeting(packed, shape.outer.lo, shape.outer.hi);
-  const uint within = children_inside(packed, shape.inner.lo, shape.inner.hi);
+  const ChildMasks children = children_of(packed, shape);
+  const uint meeting = children.meeting;
+  const uint within = children.within;
   const uint leaves = leaf_mask(node);
   const uint border_leaves = meeting & leaves & ~within;
   const uint within_leaves = meeting & leaves & within;
@@ -145,8 +156,8 @@ void main() {
   const bool alone = args.alone != 0u;
   // Workgroups are handed to lavapipe's threads in contiguous halves; taking regions crosswise gives both the same work.
   const uint shared_index = interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * 64u + gl_LocalInvocationID.x;
-  const uint index = alone ? gl_WorkGroupID.x : shared_index;
-  if (index >= args.count || (alone && gl_LocalInvocationID.x != 0u)) return;
+  const uint index = args.first + (alone ? gl_WorkGroupID.x : shared_index);
+  if (index >= args.first + args.count || (alone && gl_LocalInvocationID.x != 0u)) return;
 #ifdef REGION_LOWEST
   if (counts[index].found <= args.capacity || counts[index].incomplete != 0u) return;
 #endif

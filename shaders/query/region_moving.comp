@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
+// Boxes and spheres that ask at different instants.
 #define REGION_MOVING
-// Regions that ask at different instants.
 #include "query/region.glsl"

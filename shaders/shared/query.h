@@ -45,7 +45,8 @@ RTSTDB_CONSTANT(region_wants_inside, 2)
   F(uint, carrier)                    \
   F(uint, excluded)                   \
   F(uint, instance_base)              \
-  F(float, share) /* of the window that has passed */
+  F(float, share)  /* of the window that has passed */ \
+  F(float, near_m) /* frustum */
 RTSTDB_STRUCT(RegionRecord)
 
 // Followed in the id buffer by `capacity` ids of each region.
@@ -59,6 +60,7 @@ RTSTDB_STRUCT(RegionCount)
   F(uint, count)                    \
   F(uint, capacity)                 \
   F(uint, alone) /* 1: one region a workgroup */ \
+  F(uint, first) /* place of the first region */ \
   F(uint, two)   /* see loops_still_turn */
 RTSTDB_STRUCT(RegionArgs)
 

@@ -121,6 +121,16 @@ Region random_region(Random& random, std::span<const EntityState> entities, cons
     region.carrier = one.id;
     region.center_m = 3.0 * random.vector();
   }
+  if (random.one_in(3)) {
+    region.shape = RegionShape::frustum;
+    region.half_extent_m.x = static_cast<float>(3.0 * size_m * random.magnitude(0.3, 3.0));
+    if (random.one_in(2))
+      region.near_m = region.half_extent_m.x * static_cast<float>(random.uniform(0.0, 1.0));
+    if (random.one_in(2)) region.q = random.orientation();
+    // Most of what it could see shall lie before it.
+    if (!region.carrier.valid())
+      region.center_m -= glm::normalize(region.q) * glm::vec3(0.5f * region.half_extent_m.x, 0.0f, 0.0f);
+  }
   return region;
 }
 

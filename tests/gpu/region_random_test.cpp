@@ -1,6 +1,7 @@
 // Random worlds, random regions and overlaps: every answer of the GPU against the oracle's.
 
 #include <algorithm>
+#include <cmath>
 #include <ostream>
 #include <string>
 
@@ -94,6 +95,33 @@ TEST_P(RandomRegions, WithLittleRoomAgreeWithTheOracle) {
       [](RegionQuery& regions) { return regions.regions(); });
 }
 
+TEST_P(RandomRegions, CountsAreThoseOfTheLists) {
+  auto listing =
+      database().prepare(RegionQueryOptions{.name = "lists", .capacity = batch, .ids_per_region = 4096});
+  auto counting =
+      database().prepare(RegionQueryOptions{.name = "counts", .capacity = batch, .ids_per_region = 0});
+  ASSERT_TRUE(listing.ok() && counting.ok());
+  const oracle::World everything = world();
+  for (const double window_s : {0.0, 0.7}) {
+    for (Region& region : listing.value()->regions())
+      region = random_region(random_, everything.entities(), options_, options_.version_time, window_s);
+    std::ranges::copy(listing.value()->regions(), counting.value()->regions().begin());
+    const Outcome outcome = execute([&](Transaction& transaction) {
+      transaction.ask(*listing.value(), batch);
+      transaction.ask(*counting.value(), batch);
+    });
+    EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
+    std::uint32_t found = 0;
+    for (std::uint32_t i = 0; i < batch; ++i) {
+      const RegionAnswer& count = counting.value()->answers()[i];
+      EXPECT_EQ(count.found, listing.value()->answers()[i].found) << i;
+      EXPECT_TRUE(count.entities.empty() && !count.overflow && !count.incomplete);
+      found += count.found;
+    }
+    EXPECT_GT(found, 0u);
+  }
+}
+
 TEST_P(RandomRegions, OverlapsAgreeWithTheOracle) {
   auto query =
       database().prepare(OverlapQueryOptions{.name = "overlaps", .capacity = batch, .ids_per_entity = 4096});
@@ -158,6 +186,60 @@ TEST_F(Regions, OverflowKeepsTheLowestAndTheTrueCount) {
       EXPECT_EQ(answer.found, count);
       EXPECT_TRUE(std::ranges::equal(answer.entities, std::span(ids).first(room)));
     }
+  }
+}
+
+TEST_F(Regions, AFrustumLooksAlongXWithYToTheLeftAndZUp) {
+  const auto ids = boxes(1);
+  const auto query = prepare(4, 14);
+  const auto regions = query->regions();
+  // The box reaches from -0.5 to 0.5. Ten metres before the eye the view is 2 m wide and 4 m high to each side.
+  const auto seen_from = [](const glm::vec3& eye_m, float near_m, RegionTest test) {
+    Region made;
+    made.shape = RegionShape::frustum;
+    made.test = test;
+    made.center_m = eye_m;
+    made.half_extent_m = {10.0f, 2.0f, 4.0f};
+    made.near_m = near_m;
+    return made;
+  };
+  using enum RegionTest;
+  regions[0] = seen_from({-10.5f, 0.0f, 0.0f}, 0.0f, touching);
+  regions[1] = seen_from({-10.501f, 0.0f, 0.0f}, 0.0f, touching);
+  regions[2] = seen_from({0.501f, 0.0f, 0.0f}, 0.0f, touching);
+  regions[3] = seen_from({-5.0f, 0.0f, 0.0f}, 5.5f, touching);
+  regions[4] = seen_from({-5.0f, 0.0f, 0.0f}, 5.501f, touching);
+  // At the box's far side the view is 1.1 m wide and 2.2 m high to each side.
+  regions[5] = seen_from({-5.0f, 1.599f, 0.0f}, 0.0f, touching);
+  regions[6] = seen_from({-5.0f, 1.601f, 0.0f}, 0.0f, touching);
+  regions[7] = seen_from({-5.0f, 0.0f, -2.699f}, 0.0f, touching);
+  regions[8] = seen_from({-5.0f, 0.0f, -2.701f}, 0.0f, touching);
+  // At its near side 0.9 m and 1.8 m.
+  regions[9] = seen_from({-5.0f, 0.399f, 1.299f}, 4.5f, inside);
+  regions[10] = seen_from({-5.0f, 0.401f, 0.0f}, 4.5f, inside);
+  regions[11] = seen_from({-5.0f, 0.0f, 1.301f}, 4.5f, inside);
+  regions[12] = seen_from({-5.0f, 0.0f, 0.0f}, 4.501f, inside);
+  // Along y, when turned by a quarter about z.
+  regions[13] = seen_from({0.0f, -10.4f, 0.0f}, 0.0f, touching);
+  regions[13].q = {std::sqrt(0.5f), 0.0f, 0.0f, std::sqrt(0.5f)};
+  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query, 14); }).status,
+            Status::committed);
+  const std::uint32_t wanted[] = {1, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1};
+  for (std::size_t i = 0; i < 14; ++i)
+    EXPECT_EQ(query->answers()[i].found, wanted[i]) << i;
+}
+
+TEST_F(Regions, AFrustumIsRefusedThatEndsBeforeItBegins) {
+  boxes(1);
+  const auto query = prepare(4, 1);
+  Region& region = query->regions()[0];
+  region.shape = RegionShape::frustum;
+  for (const auto& [near_m, far_m] : {std::pair{2.0f, 1.0f}, {-0.1f, 1.0f}, {0.0f, 0.0f}}) {
+    region.near_m = near_m;
+    region.half_extent_m = {far_m, 1.0f, 1.0f};
+    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*query, 1); });
+    EXPECT_EQ(outcome.status, Status::bad_input);
+    EXPECT_EQ(outcome.bad_input.reason, BadInputReason::bad_region) << near_m << " to " << far_m;
   }
 }
 

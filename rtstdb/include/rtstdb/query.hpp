@@ -97,19 +97,27 @@ class RayQuery {
 
 // ---- region
 
-enum class RegionShape : std::uint32_t { box, sphere };
+enum class RegionShape : std::uint32_t { box, sphere, frustum };
 enum class RegionTest : std::uint32_t {
   touching,  ///< the entity's oriented bounds and the region have a point in common
   inside,    ///< every corner of the entity's oriented bounds lies in the region
 };
 
-/// A box (oriented by `q`, full extents 2 * half_extent_m) or a sphere (radius half_extent_m.x) at one
-/// instant. With a carrier, centre and orientation are in the carrier's frame.
+/// A region at one instant, placed at center_m and turned by q, of any length but zero; with a carrier both are
+/// in the carrier's frame (unscaled).
+///     box      extents 2 * half_extent_m
+///     sphere   of radius half_extent_m.x
+///     frustum  what a camera or a radar sees: center_m is its eye; it looks along x, with y to the left and z
+///              up, as sensors do. It begins near_m before the eye and ends half_extent_m.x before it, where it
+///              is half_extent_m.y wide and half_extent_m.z high to each side: these are the far distance
+///              times the tangents of half the angles of view.
+/// No extent is negative; of a frustum 0 <= near_m <= half_extent_m.x, which is above zero.
 struct Region {
   RegionShape shape = RegionShape::box;
   RegionTest test = RegionTest::touching;
   glm::vec3 center_m{0.0f};
   glm::vec3 half_extent_m{0.0f};
+  float near_m = 0.0f;  ///< frustum
   glm::quat q{1.0f, 0.0f, 0.0f, 0.0f};
   WorldTime t{};
   std::uint32_t mask = mask_all;
@@ -117,7 +125,8 @@ struct Region {
 };
 
 /// Answer to one region. Entities by ascending index. When more than the capacity were found, `found` is the
-/// true count, `overflow` is set and `entities` holds the lowest indices that fit.
+/// true count, `overflow` is set and `entities` holds the lowest indices that fit. A query that only counts
+/// lists nothing and never overflows.
 struct RegionAnswer {
   std::span<const EntityId> entities;
   std::uint32_t found = 0;
@@ -127,8 +136,8 @@ struct RegionAnswer {
 
 struct RegionQueryOptions {
   std::string name;
-  std::uint32_t capacity = 0;  ///< regions in a batch
-  std::uint32_t ids_per_region = 64;
+  std::uint32_t capacity = 0;         ///< regions in a batch
+  std::uint32_t ids_per_region = 64;  ///< 0: the query only counts, which is faster
 };
 
 class RegionQuery {
@@ -218,7 +227,7 @@ using OverlapAnswer = RegionAnswer;
 struct OverlapQueryOptions {
   std::string name;
   std::uint32_t capacity = 0;
-  std::uint32_t ids_per_entity = 64;
+  std::uint32_t ids_per_entity = 64;  ///< 0: the query only counts, which is faster
 };
 
 class OverlapQuery {

@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-#define REGION_LOWEST
+// How many frusta find.
+#define REGION_FRUSTUM
+#define REGION_COUNT
 #define REGION_MOVING
-// The same where regions ask at different instants.
 #include "query/region.glsl"

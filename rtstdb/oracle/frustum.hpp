@@ -1,0 +1,25 @@
+#pragma once
+// How oriented boxes lie to a frustum, in double precision.
+
+#include "rtstdb/geometry/motion_bounds.hpp"
+
+namespace rtstdb::oracle {
+
+/// What lies before the eye between two distances; at the far one half_width_m and half_height_m to each side.
+struct Frustum {
+  glm::dvec3 eye_m{0.0};
+  glm::dvec3 axis[3]{
+      {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};  ///< forward, left, up: as OrientedBox
+  double near_m = 0.0;
+  double far_m = 0.0;  ///< above zero
+  double half_width_m = 0.0;
+  double half_height_m = 0.0;
+};
+
+/// The largest gap along any axis that could separate them, negative when they overlap.
+double separation_m(const Frustum& frustum, const OrientedBox& box);
+
+/// How far the box sticks out of the frustum's faces; not above zero when it lies within.
+double sticks_out_m(const OrientedBox& box, const Frustum& frustum);
+
+}  // namespace rtstdb::oracle
