@@ -22,10 +22,9 @@ constexpr std::size_t level_word(std::uint32_t level, std::uint32_t word) {
 }
 
 constexpr gpu::ShaderId pass_shaders[] = {
-    gpu::ShaderId::blas_centers,   gpu::ShaderId::blas_codes,      gpu::ShaderId::blas_sort_count,
-    gpu::ShaderId::blas_sort_scan, gpu::ShaderId::blas_sort_place, gpu::ShaderId::blas_leaves,
-    gpu::ShaderId::blas_merge,     gpu::ShaderId::blas_root,       gpu::ShaderId::blas_count,
-    gpu::ShaderId::blas_queue,     gpu::ShaderId::blas_nodes,      gpu::ShaderId::blas_triangles,
+    gpu::ShaderId::blas_centers, gpu::ShaderId::blas_codes, gpu::ShaderId::blas_leaves,
+    gpu::ShaderId::blas_merge,   gpu::ShaderId::blas_root,  gpu::ShaderId::blas_count,
+    gpu::ShaderId::blas_queue,   gpu::ShaderId::blas_nodes, gpu::ShaderId::blas_triangles,
 };
 
 const Error lost{ErrorCode::device_lost, "the GPU stopped answering while a geometry was built"};
@@ -39,6 +38,9 @@ Result<BlasBuilder> BlasBuilder::create(gpu::Device& device, Submit& submit) {
     if (!pipeline) return pipeline.error();
     builder.passes_[i].pipeline = std::move(pipeline).value();
   }
+  auto sort = RadixSort::create(device);
+  if (!sort) return sort.error();
+  builder.sort_ = std::move(sort).value();
   TriangleMesh some;
   some.positions_m = {{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}};
   some.triangles.assign(16, {0, 1, 2});
@@ -58,18 +60,22 @@ Result<void> BlasBuilder::adopt(gpu::Device& device, BlasScratch scratch) {
   // The old bindings name the old buffers.
   for (Pass& pass : passes_)
     pass.bindings = {};
+  sort_bound_ = {};
   scratch_ = std::move(scratch);
   const auto buffers = scratch_.bindings();
-  const auto sort_buffers = scratch_.sort_bindings();
-  for (std::size_t i = 0; i < pass_count; ++i) {
-    const bool sorts = i == sort_count_pass || i == sort_scan_pass || i == sort_place_pass;
-    auto bindings = sorts ? device.create_bindings(passes_[i].pipeline, sort_buffers)
-                          : device.create_bindings(passes_[i].pipeline, buffers);
+  auto sort_bound = scratch_.bind_sort(device, sort_);
+  if (!sort_bound) {
+    scratch_ = {};
+    return sort_bound.error();
+  }
+  sort_bound_ = std::move(sort_bound).value();
+  for (Pass& pass : passes_) {
+    auto bindings = device.create_bindings(pass.pipeline, buffers);
     if (!bindings) {
       scratch_ = {};
       return bindings.error();
     }
-    passes_[i].bindings = std::move(bindings).value();
+    pass.bindings = std::move(bindings).value();
   }
   return {};
 }
@@ -90,21 +96,6 @@ void BlasBuilder::dispatch(PassIndex pass, const shared::BlasArgs& args, std::ui
                            Submit& submit) const {
   submit.recorder().dispatch(passes_[pass].pipeline, passes_[pass].bindings, args, groups);
   submit.recorder().barrier();
-}
-
-void BlasBuilder::record_sort(Submit& submit) const {
-  shared::BlasArgs args{};
-  args.count = count_;
-  args.half_size = scratch_.capacity();
-  args.run = sort_run(count_);
-  const std::uint32_t groups = groups_of(groups_of(count_, args.run), 32);
-  // Eight digits of eight bits cover the 63-bit code; an even number of passes ends where it began.
-  for (args.shift = 0; args.shift < 64; args.shift += shared::blas_digit_bits) {
-    dispatch(sort_count_pass, args, groups, submit);
-    dispatch(sort_scan_pass, args, 1, submit);
-    dispatch(sort_place_pass, args, groups, submit);
-    args.source = 1 - args.source;
-  }
 }
 
 void BlasBuilder::record_levels(Submit& submit) const {
@@ -139,7 +130,7 @@ Result<std::uint32_t> BlasBuilder::build(gpu::Device& device, const TriangleMesh
   recorder.barrier();
   dispatch(centers_pass, args, tiles, submit);
   dispatch(codes_pass, args, tiles, submit);
-  record_sort(submit);
+  sort_.record(count_, scratch_.capacity(), sort_bound_, recorder);
   const std::uint32_t runs = groups_of(count_, 64 * shared::blas_run);
   for (const PassIndex pass : {leaves_pass, merge_pass, root_pass}) {
     dispatch(pass, args, pass == leaves_pass ? tiles : pass == merge_pass ? runs : 1, submit);
@@ -194,6 +185,7 @@ bool BlasBuilder::write(const Place& place, const gpu::Buffer& nodes, const gpu:
   if (scratch_.capacity() > kept_capacity || scratch_.positions_capacity() > kept_capacity) {
     for (Pass& pass : passes_)
       pass.bindings = {};
+    sort_bound_ = {};
     scratch_ = {};
   }
   return alive;

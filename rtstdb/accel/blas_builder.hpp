@@ -11,14 +11,12 @@
 
 #include <rtstdb/geometry.hpp>
 
+#include "rtstdb/accel/radix_sort.hpp"
 #include "rtstdb/accel/submit.hpp"
 #include "rtstdb/gpu/device.hpp"
 #include "shaders/shared/blas.h"
 
 namespace rtstdb::accel {
-
-/// Keys that one invocation of the sort takes: a few hundred of them, as long as each has not too many.
-std::uint32_t sort_run(std::uint32_t count) noexcept;
 
 /// The memory of one build.
 class BlasScratch {
@@ -34,8 +32,9 @@ class BlasScratch {
   void upload(const TriangleMesh& mesh) const;
   /// In the order of blas_scratch.glsl.
   std::array<const gpu::Buffer*, 16> bindings() const noexcept;
-  /// In that of blas_sort.glsl.
-  std::array<const gpu::Buffer*, 3> sort_bindings() const noexcept { return {&keys_, &values_, &offsets_}; }
+  Result<RadixSort::Bound> bind_sort(gpu::Device& device, const RadixSort& sort) const {
+    return sort.bind(device, keys_, values_, offsets_);
+  }
 
   const gpu::Buffer& state() const noexcept { return state_; }
   const gpu::Buffer& state_readback() const noexcept { return state_readback_; }
@@ -70,9 +69,6 @@ class BlasBuilder {
   enum PassIndex : std::size_t {
     centers_pass,
     codes_pass,
-    sort_count_pass,
-    sort_scan_pass,
-    sort_place_pass,
     leaves_pass,
     merge_pass,
     root_pass,
@@ -89,10 +85,11 @@ class BlasBuilder {
   Result<void> reserve(gpu::Device& device, const TriangleMesh& mesh);
   Result<void> adopt(gpu::Device& device, BlasScratch scratch);
   void dispatch(PassIndex pass, const shared::BlasArgs& args, std::uint32_t groups, Submit& submit) const;
-  void record_sort(Submit& submit) const;
   void record_levels(Submit& submit) const;
 
   std::array<Pass, pass_count> passes_;
+  RadixSort sort_;
+  RadixSort::Bound sort_bound_;
   BlasScratch scratch_;
   std::uint32_t count_ = 0;       // triangles of the last build
   std::uint32_t node_count_ = 0;  // and its nodes

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <bit>
 #include <cstring>
 
 #include "rtstdb/accel/blas_builder.hpp"
@@ -13,9 +12,6 @@ namespace {
 constexpr std::uint32_t most_nodes_at_once = 1u << 17;
 constexpr std::uint32_t most_triangles_at_once = 1u << 18;
 constexpr std::uint32_t least_capacity = 1024;
-constexpr std::uint32_t shortest_run = 64;
-constexpr std::uint32_t longest_run = 1024;
-constexpr std::uint32_t most_small_runs = 512;
 
 template <class T>
 void fill_from(const gpu::Buffer& buffer, const std::vector<T>& values) {
@@ -23,10 +19,6 @@ void fill_from(const gpu::Buffer& buffer, const std::vector<T>& values) {
 }
 
 }  // namespace
-
-std::uint32_t sort_run(std::uint32_t count) noexcept {
-  return std::clamp(std::bit_ceil(count / most_small_runs + 1), shortest_run, longest_run);
-}
 
 Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t triangles, std::size_t positions) {
   // The largest of the buffers that passes bind whole hold so much for each.
@@ -45,9 +37,7 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
   const std::size_t nodes = wide_node_bound(scratch.capacity_, shared::blas_always_leaf);
   scratch.nodes_at_once_ = static_cast<std::uint32_t>(std::min<std::size_t>(nodes, most_nodes_at_once));
   scratch.triangles_at_once_ = std::min(scratch.capacity_, most_triangles_at_once);
-  // Fewer triangles than there is room for may make more runs.
-  const std::size_t runs = std::max<std::size_t>(most_small_runs, n / longest_run + 1);
-  const std::size_t offsets = std::max<std::size_t>(n, shared::blas_digits * (runs + 1));
+  const std::size_t offsets = std::max(n, RadixSort::count_words(n));
   const std::size_t state_bytes = 4 * shared::blas_state_words;
   const auto upload = gpu::Memory::upload;
   const std::pair<gpu::Buffer*, gpu::BufferOptions> wanted[] = {

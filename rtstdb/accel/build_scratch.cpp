@@ -12,10 +12,6 @@ constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t group) {
   return (count + group - 1) / group;
 }
 
-constexpr std::uint32_t radix_tiles(std::uint32_t count) {
-  return groups_of(count, shared::radix_tile);
-}
-
 }  // namespace
 
 std::uint32_t wide_node_bound(std::uint32_t primitives, std::uint32_t max_leaf) noexcept {
@@ -30,8 +26,7 @@ Result<BuildScratch> BuildScratch::create(gpu::Device& device, std::uint32_t pri
   const std::size_t n = std::max(primitives, 2u);
   scratch.capacity_ = static_cast<std::uint32_t>(n);
   // The collapse keeps its offsets where the sort keeps its histograms.
-  const std::size_t offsets =
-      std::max<std::size_t>(n, shared::radix_bins * std::size_t{radix_tiles(scratch.capacity_)});
+  const std::size_t offsets = std::max(n, RadixSort::count_words(n));
   const std::pair<gpu::Buffer*, gpu::BufferOptions> wanted[] = {
       {&scratch.bounds_, {.name = name + " bounds", .size_bytes = 24 * n}},
       {&scratch.keys_, {.name = name + " keys", .size_bytes = 2 * 8 * n}},
@@ -67,9 +62,7 @@ namespace {
 enum PassIndex : std::size_t {
   scene_bounds_pass,
   morton_pass,
-  histogram_pass,
   scan_pass,
-  scatter_pass,
   hierarchy_pass,
   fit_pass,
   collapse_count_pass,
@@ -77,9 +70,9 @@ enum PassIndex : std::size_t {
 };
 
 constexpr gpu::ShaderId pass_shaders[] = {
-    gpu::ShaderId::scene_bounds, gpu::ShaderId::morton,         gpu::ShaderId::radix_histogram,
-    gpu::ShaderId::scan,         gpu::ShaderId::radix_scatter,  gpu::ShaderId::hierarchy,
-    gpu::ShaderId::fit,          gpu::ShaderId::collapse_count, gpu::ShaderId::collapse_emit,
+    gpu::ShaderId::scene_bounds,  gpu::ShaderId::morton, gpu::ShaderId::scan,
+    gpu::ShaderId::hierarchy,     gpu::ShaderId::fit,    gpu::ShaderId::collapse_count,
+    gpu::ShaderId::collapse_emit,
 };
 
 }  // namespace
@@ -91,6 +84,9 @@ Result<LargeBuild> LargeBuild::create(gpu::Device& device) {
     if (!pipeline) return pipeline.error();
     build.pipelines_[i] = std::move(pipeline).value();
   }
+  auto sort = RadixSort::create(device);
+  if (!sort) return sort.error();
+  build.sort_ = std::move(sort).value();
   return build;
 }
 
@@ -101,37 +97,24 @@ Result<LargeBuild::Bound> LargeBuild::bind(gpu::Device& device, const BuildScrat
   for (std::size_t i = 0; i < pass_count; ++i) {
     auto bindings = device.create_bindings(pipelines_[i], buffers);
     if (!bindings) return bindings.error();
-    bound[i] = std::move(bindings).value();
+    bound.passes[i] = std::move(bindings).value();
   }
+  auto sort = scratch.bind_sort(device, sort_);
+  if (!sort) return sort.error();
+  bound.sort = std::move(sort).value();
   return bound;
 }
 
 void LargeBuild::record_warm_up(const Bound& bound, gpu::Recorder& recorder) const {
   for (std::size_t i = 0; i < pass_count; ++i)
-    recorder.dispatch(pipelines_[i], bound[i], shared::BuildArgs{}, 1);
-}
-
-void LargeBuild::sort(const shared::BuildArgs& args, const Bound& bound, gpu::Recorder& recorder) const {
-  shared::BuildArgs pass = args;
-  const std::uint32_t tiles = radix_tiles(args.count);
-  pass.scan_count = tiles * shared::radix_bins;
-  const auto dispatch = [&](PassIndex index, std::uint32_t groups) {
-    recorder.dispatch(pipelines_[index], bound[index], pass, groups);
-    recorder.barrier();
-  };
-  // Eight digits of eight bits cover the 63-bit code; an even number of passes ends where it began.
-  for (pass.shift = 0; pass.shift < 64; pass.shift += shared::radix_bits) {
-    dispatch(histogram_pass, tiles);
-    dispatch(scan_pass, 1);
-    dispatch(scatter_pass, tiles);
-    pass.source = 1 - pass.source;
-  }
+    recorder.dispatch(pipelines_[i], bound.passes[i], shared::BuildArgs{}, 1);
+  sort_.record_warm_up(bound.sort, recorder);
 }
 
 bool LargeBuild::run(std::uint32_t count, const Bound& bound, const BuildScratch& scratch, Submit& submit,
                      std::vector<std::uint32_t>& levels) const {
   const auto dispatch = [&](PassIndex pass, const shared::BuildArgs& args, std::uint32_t groups) {
-    submit.recorder().dispatch(pipelines_[pass], bound[pass], args, groups);
+    submit.recorder().dispatch(pipelines_[pass], bound.passes[pass], args, groups);
     submit.recorder().barrier();
   };
   shared::BuildArgs args{};
@@ -146,7 +129,7 @@ bool LargeBuild::run(std::uint32_t count, const Bound& bound, const BuildScratch
   recorder.barrier();
   dispatch(scene_bounds_pass, args, groups);
   dispatch(morton_pass, args, groups);
-  sort(args, bound, recorder);
+  sort_.record(count, scratch.half_size(), bound.sort, recorder);
   if (count > 1) {
     dispatch(hierarchy_pass, args, groups);
     dispatch(fit_pass, args, groups);
@@ -171,7 +154,7 @@ bool LargeBuild::run(std::uint32_t count, const Bound& bound, const BuildScratch
     args.level_count =
         count > 1 ? scratch.state_readback().host_as<std::uint32_t>()[shared::state_level_count] : 0;
     if (args.level_count == 0) break;
-    args.shift = 1 - args.shift;
+    args.queue_half = 1 - args.queue_half;
     submit.begin();
   }
   levels.push_back(args.level_first);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "rtstdb/accel/radix_sort.hpp"
 #include "rtstdb/accel/submit.hpp"
 #include "rtstdb/gpu/device.hpp"
 #include "shaders/shared/build.h"
@@ -30,6 +31,9 @@ class BuildScratch {
   /// Bindings 0 to 10 in the order of scratch.glsl.
   static constexpr std::size_t binding_count = 11;
   std::array<const gpu::Buffer*, binding_count> bindings(const gpu::Buffer& node_pool) const noexcept;
+  Result<RadixSort::Bound> bind_sort(gpu::Device& device, const RadixSort& sort) const {
+    return sort.bind(device, keys_, values_, offsets_);
+  }
   const gpu::Buffer& state_readback() const noexcept { return state_readback_; }
   const gpu::Buffer& state() const noexcept { return state_; }
   const gpu::Buffer& queue() const noexcept { return queue_; }
@@ -45,10 +49,13 @@ class BuildScratch {
 /// collapse has.
 class LargeBuild {
  public:
-  static constexpr std::size_t pass_count = 9;
+  static constexpr std::size_t pass_count = 7;
   static Result<LargeBuild> create(gpu::Device& device);
   /// The passes connected to a scratch and to the nodes that are to be made.
-  using Bound = std::array<gpu::Bindings, pass_count>;
+  struct Bound {
+    std::array<gpu::Bindings, pass_count> passes;
+    RadixSort::Bound sort;
+  };
   Result<Bound> bind(gpu::Device& device, const BuildScratch& scratch, const gpu::Buffer& nodes) const;
 
   /// Dispatches of every pass that build nothing.
@@ -61,8 +68,8 @@ class LargeBuild {
            std::vector<std::uint32_t>& levels) const;
 
  private:
-  void sort(const shared::BuildArgs& args, const Bound& bound, gpu::Recorder& recorder) const;
   std::array<gpu::Pipeline, pass_count> pipelines_;
+  RadixSort sort_;
 };
 
 }  // namespace rtstdb::accel

@@ -11,7 +11,6 @@ layout(push_constant, scalar) uniform Push { BuildArgs args; };
 void main() {
   const uint i = gl_GlobalInvocationID.x;
   if (i >= args.level_count) return;
-  const uint sorted_half = args.source * args.half_size;
-  const uvec2 entry = queue[(args.shift & 1u) * args.half_size + i];
-  offsets[i] = inner_children(choose_children(entry.x, sorted_half));
+  const uvec2 entry = queue[args.queue_half * args.half_size + i];
+  offsets[i] = inner_children(choose_children(entry.x));
 }

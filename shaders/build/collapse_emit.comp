@@ -10,16 +10,15 @@ layout(push_constant, scalar) uniform Push { BuildArgs args; };
 void main() {
   const uint i = gl_GlobalInvocationID.x;
   if (i >= args.level_count) return;
-  const uint sorted_half = args.source * args.half_size;
   if (args.count == 1u) {
-    write_single_leaf_root(sorted_half);
+    write_single_leaf_root();
     return;
   }
-  const uvec2 entry = queue[(args.shift & 1u) * args.half_size + i];
-  const WideChildren children = choose_children(entry.x, sorted_half);
+  const uvec2 entry = queue[args.queue_half * args.half_size + i];
+  const WideChildren children = choose_children(entry.x);
   uint next = args.level_first + args.level_count + offsets[i];
-  write_tree_node(entry.y, children, next, sorted_half);
-  uint place = (1u - (args.shift & 1u)) * args.half_size + offsets[i];
+  write_tree_node(entry.y, children, next);
+  uint place = (1u - args.queue_half) * args.half_size + offsets[i];
   for (uint k = 0u; k < children.count; ++k) {
     if (is_inner(children.child[k])) queue[place++] = uvec2(children.child[k], next++);
   }

@@ -8,6 +8,6 @@ layout(push_constant, scalar) uniform Push { BuildArgs args; };
 
 void main() {
   if (gl_GlobalInvocationID.x < args.count) {
-    fit_from_leaf(gl_GlobalInvocationID.x, args.count, args.source * args.half_size);
+    fit_from_leaf(gl_GlobalInvocationID.x, args.count);
   }
 }

@@ -14,17 +14,17 @@ struct WideChildren {
 bool is_inner(uint child) { return (child & leaf_child_bit) == 0u; }
 
 // What opening this child is worth; negative: it can not be opened.
-float opening_value(uint child, uint sorted_half) {
-  return is_inner(child) ? box_half_area(box_of_child(child, sorted_half)) : -1.0;
+float opening_value(uint child) {
+  return is_inner(child) ? box_half_area(box_of_child(child)) : -1.0;
 }
 
-WideChildren choose_children(uint node, uint sorted_half) {
+WideChildren choose_children(uint node) {
   WideChildren result;
   float value[8];
   result.child[0] = binary[node].x;
   result.child[1] = binary[node].y;
-  value[0] = opening_value(result.child[0], sorted_half);
-  value[1] = opening_value(result.child[1], sorted_half);
+  value[0] = opening_value(result.child[0]);
+  value[1] = opening_value(result.child[1]);
   result.count = 2u;
   bool open = true;
   while (open && result.count < 8u) {
@@ -38,9 +38,9 @@ WideChildren choose_children(uint node, uint sorted_half) {
     if (open) {
       const uvec4 opened = binary[result.child[best]];
       result.child[best] = opened.x;
-      value[best] = opening_value(opened.x, sorted_half);
+      value[best] = opening_value(opened.x);
       result.child[result.count] = opened.y;
-      value[result.count] = opening_value(opened.y, sorted_half);
+      value[result.count] = opening_value(opened.y);
       ++result.count;
     }
   }
@@ -54,11 +54,11 @@ uint inner_children(WideChildren children) {
 }
 
 // Writes the slots and references of wide node `index`. The first inner child becomes wide node `next_first`, and so on.
-void write_tree_node(uint index, WideChildren children, uint next_first, uint sorted_half) {
-  Box all = box_of_child(children.child[0], sorted_half);
-  for (uint k = 1u; k < children.count; ++k) all = box_union(all, box_of_child(children.child[k], sorted_half));
+void write_tree_node(uint index, WideChildren children, uint next_first) {
+  Box all = box_of_child(children.child[0]);
+  for (uint k = 1u; k < children.count; ++k) all = box_union(all, box_of_child(children.child[k]));
   vec3 away[8];
-  for (uint k = 0u; k < children.count; ++k) away[k] = center_of(box_of_child(children.child[k], sorted_half)) - center_of(all);
+  for (uint k = 0u; k < children.count; ++k) away[k] = center_of(box_of_child(children.child[k])) - center_of(all);
   const uint slots = choose_slots(away, children.count);
   uint refs[8] = uint[8](ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none);
   uint used = 0u;
@@ -67,7 +67,7 @@ void write_tree_node(uint index, WideChildren children, uint next_first, uint so
     const uint child = children.child[k];
     const bool inner = is_inner(child);
     const uint slot = slots >> 3u * k & 7u;
-    refs[slot] = inner ? next : ref_leaf_bit | ref_instance_bit | values[sorted_half + (child & ~leaf_child_bit)];
+    refs[slot] = inner ? next : ref_leaf_bit | ref_instance_bit | values[child & ~leaf_child_bit];
     next += inner ? 1u : 0u;
     used |= 1u << slot;
   }
@@ -78,11 +78,11 @@ void write_tree_node(uint index, WideChildren children, uint next_first, uint so
 }
 
 // A tree of one leaf has no binary node: its root holds that leaf alone.
-void write_single_leaf_root(uint sorted_half) {
+void write_single_leaf_root() {
   WideChildren children;
   children.child[0] = leaf_child_bit;
   children.count = 1u;
-  write_tree_node(0u, children, 0u, sorted_half);
+  write_tree_node(0u, children, 0u);
 }
 
 #endif

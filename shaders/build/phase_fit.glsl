@@ -5,11 +5,11 @@
 #include "build/scratch.glsl"
 #include "common/fence.glsl"
 
-Box box_of_child(uint child, uint sorted_half) {
+Box box_of_child(uint child) {
   // Member by member: glslang 12 gives the two sides of a conditional over buffer structs different types.
   Box box;
   if ((child & leaf_child_bit) != 0u) {
-    const uint primitive = values[sorted_half + (child & ~leaf_child_bit)];
+    const uint primitive = values[child & ~leaf_child_bit];
     box.lo = bounds[primitive].lo;
     box.hi = bounds[primitive].hi;
   } else {
@@ -19,15 +19,14 @@ Box box_of_child(uint child, uint sorted_half) {
   return box;
 }
 
-// `sorted_half`: where the sorted values begin in their ping-pong buffer.
-void fit_from_leaf(uint leaf, uint count, uint sorted_half) {
+void fit_from_leaf(uint leaf, uint count) {
   uint node = parents[count - 1u + leaf];
   while (true) {
     divergent_fence();
     if (atomicAdd(arrivals[node], 1u) == 0u) break;
     divergent_fence();
     const uvec4 children = binary[node];
-    const Box box = box_union(box_of_child(children.x, sorted_half), box_of_child(children.y, sorted_half));
+    const Box box = box_union(box_of_child(children.x), box_of_child(children.y));
     node_bounds[node].lo = box.lo;
     node_bounds[node].hi = box.hi;
     if (node == 0u) break;

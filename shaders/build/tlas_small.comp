@@ -98,7 +98,7 @@ uint collapse(uint lane) {
   if (lane == 0u) queue[0] = uvec2(0u, 0u);
   if (lane == 0u) level_begin[0] = 0u;
   if (args.count == 1u) {
-    if (lane == 0u) write_single_leaf_root(0u);
+    if (lane == 0u) write_single_leaf_root();
     if (lane == 0u) level_begin[1] = 1u;
     level_count = 0u;
     level = 1u;
@@ -108,7 +108,7 @@ uint collapse(uint lane) {
   while (level_count > 0u && level < max_tlas_levels) {
     for (uint i = lane; i < level_count; i += lanes) {
       const uint node = queue[half_index * args.half_size + i].x;
-      offsets[i] = inner_children(choose_children(node, 0u));
+      offsets[i] = inner_children(choose_children(node));
     }
     memoryBarrierBuffer();
     barrier();
@@ -127,8 +127,8 @@ uint collapse(uint lane) {
     const uint next_level = level_first + level_count;
     for (uint i = lane; i < level_count; i += lanes) {
       const uvec2 entry = queue[half_index * args.half_size + i];
-      const WideChildren children = choose_children(entry.x, 0u);
-      write_tree_node(entry.y, children, next_level + offsets[i], 0u);
+      const WideChildren children = choose_children(entry.x);
+      write_tree_node(entry.y, children, next_level + offsets[i]);
       uint place = (1u - half_index) * args.half_size + offsets[i];
       uint next = next_level + offsets[i];
       for (uint k = 0u; k < children.count; ++k) {
@@ -154,7 +154,7 @@ void main() {
   memoryBarrierBuffer();
   barrier();
   if (args.count > 1u) {
-    for (uint i = lane; i < args.count; i += lanes) fit_from_leaf(i, args.count, 0u);
+    for (uint i = lane; i < args.count; i += lanes) fit_from_leaf(i, args.count);
   }
   memoryBarrierBuffer();
   barrier();

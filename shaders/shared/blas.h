@@ -7,10 +7,6 @@
 RTSTDB_CONSTANT(blas_tile, 1024)
 RTSTDB_CONSTANT(blas_run, 16)
 
-// Digits of the sort; each invocation sorts a run of args.run keys.
-RTSTDB_CONSTANT(blas_digit_bits, 8)
-RTSTDB_CONSTANT(blas_digits, 256)
-
 // A subtree of so many triangles is a leaf, whatever its surface: it bounds the number of nodes.
 RTSTDB_CONSTANT(blas_always_leaf, 3)
 
@@ -31,9 +27,6 @@ RTSTDB_CONSTANT(blas_state_words, 8 + 8 * 13)
 #define RTSTDB_FIELDS_BlasArgs(F)                                                       \
   F(uint, count)     /* triangles */                                                    \
   F(uint, half_size) /* elements in one half of the ping-pong buffers of the sort */    \
-  F(uint, shift)     /* sort: first bit of the digit */                                 \
-  F(uint, source)    /* sort: which half is read */                                     \
-  F(uint, run)       /* sort: keys of one invocation */                                 \
   F(uint, leaf_base) /* first triangle of this geometry in the pool */                  \
   F(uint, node_base) /* where its root will stand in the node pool */                   \
   F(uint, level)     /* of the wide tree */                                             \

@@ -3,12 +3,9 @@
 #define RTSTDB_SHARED_BUILD_H
 #include "shared/interop.h"
 
-// Keys in one tile of the radix sort: 32 invocations, each with a run of 64.
+// Digits of the radix sort.
 RTSTDB_CONSTANT(radix_bits, 8)
-RTSTDB_CONSTANT(radix_bins, 256)
-RTSTDB_CONSTANT(radix_group, 32)
-RTSTDB_CONSTANT(radix_run, 64)
-RTSTDB_CONSTANT(radix_tile, 2048)
+RTSTDB_CONSTANT(radix_digits, 256)
 
 // A tree of more levels than a search remembers is not searched whole anyway.
 RTSTDB_CONSTANT(max_tlas_levels, 64)
@@ -25,10 +22,17 @@ RTSTDB_CONSTANT(state_level_count, 6)
 RTSTDB_CONSTANT(state_node_count, 7)
 RTSTDB_CONSTANT(state_words, 16)
 
+#define RTSTDB_FIELDS_SortArgs(F)                                          \
+  F(uint, count)                                                           \
+  F(uint, half_size) /* elements in one half of keys and of values */      \
+  F(uint, shift)     /* first bit of the digit */                          \
+  F(uint, source)    /* which half is read */                              \
+  F(uint, run)       /* keys of one invocation */
+RTSTDB_STRUCT(SortArgs)
+
 #define RTSTDB_FIELDS_BuildArgs(F)                                                             \
   F(uint, count)         /* primitives */                                                      \
-  F(uint, shift)         /* radix pass: first bit of the digit */                              \
-  F(uint, source)        /* radix pass, collapse level: which half of the ping-pong is read */ \
+  F(uint, queue_half)    /* collapse: which half of the queue is read */                       \
   F(uint, level_count)   /* collapse: wide nodes of this level */                              \
   F(uint, level_first)   /* collapse: index of the level's first wide node in its structure */ \
   F(uint, scan_count)    /* scan: words */                                                     \

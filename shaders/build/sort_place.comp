@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Geometry builder, sort, 3 of 3: keys and values to their places.
-#include "build/blas_sort.glsl"
+// Radix sort, 3 of 3: keys and values to their places.
+#include "build/sort.glsl"
 
 layout(local_size_x = 32) in;
 
@@ -11,7 +11,7 @@ void main() {
   const uint runs = run_count();
   if (run >= runs) return;
   const uint target_half = (1u - args.source) * args.half_size;
-  uint place[blas_digits];
+  uint place[radix_digits];
   for (uint k = 0u; k < row_fours; ++k) {
     const uvec4 begin = counts[runs * row_fours + k] + counts[run * row_fours + k] + target_half;
     place[4u * k] = begin.x;
@@ -24,7 +24,7 @@ void main() {
   for (uint i = run * args.run; i < end; ++i) {
     const uint from = half_begin + i;
     const uvec2 key = keys[from];
-    const uint digit = (args.shift < 32u ? key.x : key.y) >> (args.shift & 31u) & (blas_digits - 1u);
+    const uint digit = (args.shift < 32u ? key.x : key.y) >> (args.shift & 31u) & (radix_digits - 1u);
     const uint to = place[digit]++;
     keys[to] = key;
     values[to] = values[from];

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Geometry builder, sort, 2 of 3: counts become places, by one workgroup: those of a digit one below the other, then where each
+// Radix sort, 2 of 3: counts become places, by one workgroup: those of a digit one below the other, then where each
 // digit begins.
-#include "build/blas_sort.glsl"
+#include "build/sort.glsl"
 
 layout(local_size_x = 64) in;
 

@@ -1,0 +1,34 @@
+#pragma once
+// Sorts 63-bit codes with a value each on the device, stable: shaders/build/sort.glsl tells how.
+//
+// Threads: one. create and bind are setup; record allocates nothing.
+
+#include <array>
+
+#include "rtstdb/gpu/device.hpp"
+
+namespace rtstdb::accel {
+
+class RadixSort {
+ public:
+  static Result<RadixSort> create(gpu::Device& device);
+
+  /// Words of the counts' buffer for sorts of at most so many keys.
+  static std::size_t count_words(std::size_t capacity) noexcept;
+
+  static constexpr std::size_t pass_count = 3;
+  using Bound = std::array<gpu::Bindings, pass_count>;
+  /// `keys`: uvec2, `values`: uint, both in two halves of equal size.
+  Result<Bound> bind(gpu::Device& device, const gpu::Buffer& keys, const gpu::Buffer& values,
+                     const gpu::Buffer& counts) const;
+
+  void record_warm_up(const Bound& bound, gpu::Recorder& recorder) const;
+  /// What stands in the first halves is sorted there again after it.
+  void record(std::uint32_t count, std::uint32_t half_size, const Bound& bound,
+              gpu::Recorder& recorder) const;
+
+ private:
+  std::array<gpu::Pipeline, pass_count> pipelines_;
+};
+
+}  // namespace rtstdb::accel
