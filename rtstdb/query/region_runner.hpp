@@ -66,7 +66,6 @@ class RegionRunner {
   std::span<const std::uint32_t> order_;  // the caller's region of each record
   std::uint32_t first_frustum_ = 0;
   IdOrder id_order_;
-  std::vector<std::uint32_t> sorted_;  // ids of one region
   std::vector<EntityId> entities_;
   std::vector<RegionAnswer> answers_;
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
