@@ -178,7 +178,8 @@ void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
     __builtin_prefetch(&next_ids[k]);
   std::size_t next = 0;
   id_order_.ascending(ids, [&](std::uint32_t index) { entities[next++] = view.identities[index].id; });
-  answers_[region].entities = entities;
+  // Of a search that was cut short an id may stand twice.
+  answers_[region].entities = entities.first(next);
 }
 
 }  // namespace rtstdb::query
