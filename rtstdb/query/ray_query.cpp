@@ -219,8 +219,7 @@ void GpuRayQuery::record(std::uint32_t count, const RowSource& rows, const accel
                     : options_.faces == Faces::front ? 1.0f
                                                      : -1.0f,
            .two = 2};
-  const Kernel& kernel = chosen();
-  recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args_, (count + 63) / 64);
+  dispatch_groups((count + 63) / 64, view, recorder);
 }
 
 void GpuRayQuery::unpack(std::uint32_t count, const accel::TlasView& /*view*/) noexcept {
@@ -236,12 +235,16 @@ void GpuRayQuery::unpack(std::uint32_t count, const accel::TlasView& /*view*/) n
 
 void GpuRayQuery::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   std::ranges::copy(incomplete_, again_.host_as<std::uint32_t>().begin());
-  const Kernel& kernel = chosen();
   args_.alone = 1;
-  const auto count = static_cast<std::uint32_t>(incomplete_.size());
-  for (args_.first = 0; args_.first < count; args_.first += max_groups_) {
+  dispatch_groups(static_cast<std::uint32_t>(incomplete_.size()), view, recorder);
+}
+
+void GpuRayQuery::dispatch_groups(std::uint32_t groups, const accel::TlasView& view,
+                                  gpu::Recorder& recorder) noexcept {
+  const Kernel& kernel = chosen();
+  for (args_.first = 0; args_.first < groups; args_.first += max_groups_) {
     recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args_,
-                      std::min(count - args_.first, max_groups_));
+                      std::min(groups - args_.first, max_groups_));
   }
 }
 

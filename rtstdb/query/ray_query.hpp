@@ -49,6 +49,8 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
     std::vector<gpu::Bindings> bindings;  // one per slot
   };
 
+  /// In pieces, where the device runs fewer groups at once.
+  void dispatch_groups(std::uint32_t groups, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
   const Kernel& chosen() const noexcept { return moving_ ? kernels_.back() : kernels_.front(); }
   bool is_incomplete(std::uint32_t ray) const noexcept {
     return hits()[std::size_t{ray} * options_.hits_per_ray].status == HitStatus::incomplete;

@@ -44,7 +44,8 @@ void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, vec3 v_
 
 void main() {
   // Workgroups are handed to lavapipe's threads in contiguous halves; taking rays crosswise gives both the same work.
-  const uint shared_index = interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * 64u + gl_LocalInvocationID.x;
+  const uint group = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x);
+  const uint shared_index = group * 64u + gl_LocalInvocationID.x;
   const bool alone = args.alone != 0u;
   const uint place = args.first + gl_WorkGroupID.x;
   const uint index = alone ? texelFetch(again, int(place >> 2))[place & 3u] : shared_index;

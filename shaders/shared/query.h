@@ -18,9 +18,9 @@ RTSTDB_CONSTANT(hit_texels, 4)
 
 #define RTSTDB_FIELDS_RayArgs(F)                                                                  \
   F(uint, root)                                                                                   \
-  F(uint, count)     /* rays asked in this dispatch */                                            \
+  F(uint, count)     /* rays of the batch */                                                      \
   F(uint, alone)     /* 1: one ray a workgroup, those named in `again` */                         \
-  F(uint, first)     /* alone: place in `again` of the first */                                   \
+  F(uint, first)     /* the dispatch's first group; alone: place in `again` of its first ray */   \
   F(uint, epoch_ns)  /* low word; rays lie less than two epochs after it, so it says enough */     \
   F(uint, late_base) /* where the next epoch's instances begin */                                 \
   F(uint, still)     /* 1: every ray asks at still_ns */                                          \

@@ -1,4 +1,4 @@
-// As many entities as a database may hold.
+// As many entities as a database may hold, and as many rays as a query.
 
 #include "tests/gpu/database_test.hpp"
 
@@ -37,6 +37,27 @@ TEST_F(VastWorld, OfAMillionEntitiesEachIsFound) {
     EXPECT_EQ(hits[k].entity, ids[k * 262'139u % max_entities]);
     EXPECT_NEAR(hits[k].lambda, k % 3 == 0 ? 49.7f : 39.7f, 1e-3f);
   }
+}
+
+TEST_F(VastWorld, FourMillionRaysAreAnsweredAtOnce) {
+  create(row_of(add(make_rectangle(2.0, 2.0))));
+  auto query = database().prepare(
+      RayQueryOptions{.name = "vast", .capacity = max_rays_per_query, .mode = RayMode::any});
+  ASSERT_TRUE(query.ok()) << query.error().message;
+  std::uint32_t k = 0;
+  for (Ray& ray : query.value()->rays()) {
+    ray = ray_from({k % 3 == 0 ? 0.5f : 1.5f, 0.3f, 1.0f}, {0, 0, -1});
+    ++k;
+  }
+  const Outcome outcome =
+      execute([&](Transaction& transaction) { transaction.ask(*query.value(), max_rays_per_query); });
+  ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
+  k = 0;
+  for (const RayHit& hit : query.value()->hits()) {
+    ASSERT_EQ(hit.status, k % 3 == 0 ? HitStatus::hit : HitStatus::miss) << k;
+    ++k;
+  }
+  EXPECT_EQ(k, max_rays_per_query);
 }
 
 }  // namespace
