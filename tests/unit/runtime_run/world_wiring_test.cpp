@@ -161,7 +161,7 @@ TEST_F(WorldWiringOf, DetectorsHaveALoop) {
   EXPECT_EQ(
       mistakes_of("scenario: a\nworld: {layers: [car]}\ntasks:\n  - module: loops\n    type: detectors\n"
                   "    rate: 50 Hz\n    parameters: {layers: [car], loops: {}}\n"),
-      "scenario.yaml:7:40: 'loops': 0 loops; from 1 to 65536 are possible\n");
+      "scenario.yaml:7:40: 'loops': 0 loops; from 1 to 65535 are possible\n");
 }
 
 }  // namespace
