@@ -285,7 +285,7 @@ bool Tlas::may_refit(Slot& slot) {
   return cost <= rebuild_growth * slot.built_cost;
 }
 
-/// Boxes from the deepest level up; those of the first are the tree's cost.
+/// Boxes from the deepest level up.
 void Tlas::refit(const Slot& slot, gpu::Recorder& recorder) const {
   for (std::size_t level = slot.levels.size() - 1; level-- > 0;) {
     const shared::RefitArgs args{.first = slot.levels[level],

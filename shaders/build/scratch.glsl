@@ -9,9 +9,8 @@
 //   node_bounds   boxes of the inner nodes
 //   arrivals      per inner node: how many of its children are ready
 //   queue         collapse: (binary node, wide node) of this level and the next
-//   children      collapse: 8 binary children of each wide node of this level
-//   offsets       histograms of the sort; collapse: where each wide node's inner children stand in the next level
-//   wide          the node pool that traversal reads, as words of uvec4
+//   offsets       counts of the sort; collapse: where each wide node's inner children stand in the next level
+//   wide          the slot's nodes, which queries read, as words of uvec4
 #ifndef RTSTDB_BUILD_SCRATCH_GLSL
 #define RTSTDB_BUILD_SCRATCH_GLSL
 #include "common/bounds.glsl"

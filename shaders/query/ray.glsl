@@ -1,7 +1,7 @@
 // The body of the ray queries: reads a ray, traces it, writes the hit. See rtstdb/query.hpp for what the fields mean.
 //
 // Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants or
-// some of them move with an entity.
+// some of them move with an entity, RAY_LIST as the largest number of hits of each, where that is more than one.
 #include "common/interleave.glsl"
 #include "query/traverse.glsl"
 

@@ -7,19 +7,18 @@
 RTSTDB_CONSTANT(radix_bits, 8)
 RTSTDB_CONSTANT(radix_digits, 256)
 
-// A tree of more levels than a search remembers is not searched whole anyway.
-RTSTDB_CONSTANT(max_tlas_levels, 64)
+// No tree of entities has more levels: each level of the binary tree tells a bit of the code (63) or of the place (20) apart.
+RTSTDB_CONSTANT(max_tlas_levels, 96)
 // Nodes that a TLAS's cost is judged by.
 RTSTDB_CONSTANT(max_cost_nodes, 1024)
 
 // Largest number of instances that one workgroup builds alone.
 RTSTDB_CONSTANT(small_build_max, 2048)
 
-// Words of the builder's state buffer: bounds of the primitives' centres as ordered integers, then counts.
+// Words of the builder's state buffer: bounds of the primitives' centres as ordered integers, then a count.
 RTSTDB_CONSTANT(state_center_min, 0)
 RTSTDB_CONSTANT(state_center_max, 3)
 RTSTDB_CONSTANT(state_level_count, 6)
-RTSTDB_CONSTANT(state_node_count, 7)
 RTSTDB_CONSTANT(state_words, 16)
 
 #define RTSTDB_FIELDS_SortArgs(F)                                          \

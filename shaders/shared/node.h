@@ -2,19 +2,20 @@
 //
 // A node is 96 bytes, 6 texels of uvec4 (layout after Ylitie, Karras and Laine 2017, "Efficient Incoherent Ray Traversal on
 // GPUs Through Compressed Wide BVHs", with plain references instead of base + offset):
-//   0    origin x y z (float bits), exponents of the quantum x | y << 8 | z << 16 (biased by 127)
+//   0    origin x y z (float bits), exponents of the quantum x | y << 8 | z << 16 (biased by 127),
+//        one bit for each slot that has a child << 24
 //   1-3  per axis: low edges of children 0-3, of 4-7, high edges of 0-3, of 4-7, one byte each, in quanta from the origin
 //   4-5  references of children 0-3, 4-7
 // The quantised box of a child contains its box with a margin of more than 1e-3 quantum on every side, so that rounding in
-// the traversal never loses it.
-#ifndef RTSTDB_SHARED_NODE_H
-#define RTSTDB_SHARED_NODE_H
-#include "shared/interop.h"
-
+// the traversal never loses it. Children stand in slots by their place (build/slots.glsl).
 //
 // A node of a TLAS has 3 texels more: 1-3 are the edges at the begin of the TLAS's window, 6-8 at its end, in the same quanta
 // from the same origin. What an entity covers in between lies between the two, so a query at any instant of the window meets
 // the mixture of both. Children of a TLAS's node stand in the slot's own buffer, those of a geometry's in the pool.
+#ifndef RTSTDB_SHARED_NODE_H
+#define RTSTDB_SHARED_NODE_H
+#include "shared/interop.h"
+
 RTSTDB_CONSTANT(node_width, 8)
 RTSTDB_CONSTANT(node_texels, 6)
 RTSTDB_CONSTANT(tlas_node_texels, 9)
@@ -26,7 +27,6 @@ RTSTDB_CONSTANT(ref_triangle_count_shift, 26)
 RTSTDB_CONSTANT(ref_triangle_first_mask, 0x03FFFFFFu)
 RTSTDB_CONSTANT(ref_instance_mask, 0x00FFFFFFu)
 RTSTDB_CONSTANT(ref_none, 0xFFFFFFFFu)
-RTSTDB_CONSTANT(ref_leave_instance, 0xFFFFFFFEu)
 
 // Triangles: 3 texels of vec4: corner 0 and the triangle's own index (as bits), corner 1, corner 2.
 RTSTDB_CONSTANT(triangle_texels, 3)
