@@ -1,5 +1,5 @@
-// Edges of a TLAS node's children against planes across the axes, four children at once: an edge is a byte, and so is a plane
-// that has been rounded to whole quanta.
+// Edges of a node's children against planes across the axes, four children at once: an edge is a byte, and so is a plane that
+// has been rounded to whole quanta.
 #ifndef RTSTDB_COMMON_PACKED_EDGES_GLSL
 #define RTSTDB_COMMON_PACKED_EDGES_GLSL
 #include "shared/node.h"
@@ -11,6 +11,8 @@ struct PackedNode {
   vec3 per_quantum;
   uint used;  // one bit a child
   uvec4 edges[3];
+  float below;  // quanta that mixing may have taken from an edge
+  float above;  // and added to it
 };
 
 // `share` as 256ths: begin and end mixed, rounded down. Not more than half a quantum off before that.
@@ -22,32 +24,41 @@ uvec4 mixed_edges(uvec4 begin, uvec4 end, uint share) {
   return (low >> 8u & even) | (high & ~even);
 }
 
-PackedNode fetch_packed_node(usamplerBuffer tlas, uint node, uint share) {
-  const int base = int(node * tlas_node_texels);
-  const uvec4 head = texelFetch(tlas, base);
+PackedNode packed_node_of(uvec4 head, uvec4 x, uvec4 y, uvec4 z) {
   PackedNode packed;
   packed.origin = uintBitsToFloat(head.xyz);
   // One over a power of two.
   packed.per_quantum = vec3(uintBitsToFloat(254u - (head.w & 0xFFu) << 23), uintBitsToFloat(254u - (head.w >> 8 & 0xFFu) << 23),
                             uintBitsToFloat(254u - (head.w >> 16 & 0xFFu) << 23));
   packed.used = head.w >> 24;
-  [[unroll]] for (int axis = 0; axis < 3; ++axis) {
-    packed.edges[axis] = texelFetch(tlas, base + 1 + axis);
-#ifdef REGION_MOVING
-    packed.edges[axis] = mixed_edges(packed.edges[axis], texelFetch(tlas, base + 6 + axis), share);
-#endif
-  }
+  packed.edges = uvec4[](x, y, z);
+  packed.below = packed.above = 0.0;
   return packed;
 }
 
-// What mixing may have taken from an edge, and added to it.
+PackedNode fetch_packed_node(usamplerBuffer tlas, uint node, uint share) {
+  const int base = int(node * tlas_node_texels);
+  PackedNode packed =
+      packed_node_of(texelFetch(tlas, base), texelFetch(tlas, base + 1), texelFetch(tlas, base + 2), texelFetch(tlas, base + 3));
 #ifdef REGION_MOVING
-const float edge_below = 1.5;
-const float edge_above = 0.5;
-#else
-const float edge_below = 0.0;
-const float edge_above = 0.0;
+  [[unroll]] for (int axis = 0; axis < 3; ++axis) {
+    packed.edges[axis] = mixed_edges(packed.edges[axis], texelFetch(tlas, base + 6 + axis), share);
+  }
+  packed.below = 1.5;
+  packed.above = 0.5;
 #endif
+  return packed;
+}
+
+// A node of a geometry that is stretched by `scale`.
+PackedNode fetch_packed_geometry(usamplerBuffer nodes, uint node, vec3 scale) {
+  const int base = int(node * node_texels);
+  PackedNode packed = packed_node_of(texelFetch(nodes, base), texelFetch(nodes, base + 1), texelFetch(nodes, base + 2),
+                                     texelFetch(nodes, base + 3));
+  packed.origin *= scale;
+  packed.per_quantum /= scale;
+  return packed;
+}
 
 // Bit 7 of each byte: whether that of a is not below that of b.
 uvec2 not_below(uvec2 a, uvec2 b) {
@@ -66,8 +77,8 @@ uvec2 in_each_byte(float quanta) { return uvec2(uint(int(quanta)) * 0x01010101u)
 
 // The children whose boxes may meet the box between two corners, and at least all that do.
 uint children_meeting(PackedNode node, vec3 lo, vec3 hi) {
-  const vec3 first = ceil((lo - node.origin) * node.per_quantum - edge_below);
-  const vec3 last = floor((hi - node.origin) * node.per_quantum + edge_above);
+  const vec3 first = ceil((lo - node.origin) * node.per_quantum - node.below);
+  const vec3 last = floor((hi - node.origin) * node.per_quantum + node.above);
   const vec3 first_byte = clamp(first, 0.0, 255.0);
   const vec3 last_byte = clamp(last, 0.0, 255.0);
   uvec2 meets = uvec2(~0u);
@@ -81,8 +92,8 @@ uint children_meeting(PackedNode node, vec3 lo, vec3 hi) {
 
 // Children whose boxes lie within the box between two corners for certain.
 uint children_inside(PackedNode node, vec3 lo, vec3 hi) {
-  const vec3 first = ceil((lo - node.origin) * node.per_quantum + edge_above);
-  const vec3 last = floor((hi - node.origin) * node.per_quantum - edge_below);
+  const vec3 first = ceil((lo - node.origin) * node.per_quantum + node.above);
+  const vec3 last = floor((hi - node.origin) * node.per_quantum - node.below);
   const vec3 first_byte = clamp(first, 0.0, 255.0);
   const vec3 last_byte = clamp(last, 0.0, 255.0);
   uvec2 inside = uvec2(~0u);

@@ -11,6 +11,7 @@
 #include "common/interleave.glsl"
 #include "common/loops.glsl"
 #include "common/packed_edges.glsl"
+#include "query/child_group.glsl"
 #ifdef REGION_FRUSTUM
 #include "query/region_frustum.glsl"
 #else
@@ -27,13 +28,12 @@ layout(set = 0, binding = 3, scalar) buffer CountsBuffer { RegionCount counts[];
 layout(set = 0, binding = 4, scalar) buffer IdsBuffer { uint ids[]; };
 #endif
 
-// A group: some children of one node; the node in the upper 24 bits, below it one bit a child. Of inner nodes there is at most
-// one a level of the tree.
+// Groups of inner nodes: at most one a level of the tree.
 const uint stack_size = 64u;
 uint stack[stack_size];
 uint depth = 0u;
 
-// Leaves that have to be looked at, and those that lie in the region for certain.
+// Groups of leaves: that have to be looked at, and those that lie in the region for certain.
 const uint list_size = 32u;
 uint border_list[list_size];
 uint within_list[list_size];
@@ -41,61 +41,10 @@ uint border_count = 0u;
 uint within_count = 0u;
 
 uint rounds = 0u;
-uint found = 0u;
 bool cut_short = false;
 
-#if defined(REGION_COUNT)
-void keep(uint base, bool hit, uint id) { found += hit ? 1u : 0u; }
-#elif defined(REGION_LOWEST)
-// The largest on top, so that the lowest remain.
-void keep(uint base, bool hit, uint id) {
-  const bool full = found >= args.capacity;
-  uint place = hit && !full ? found : 0u;
-  while (place > 0u && ids[base + (place - 1u) / 2u] < id) {
-    ++rounds;
-    ids[base + place] = ids[base + (place - 1u) / 2u];
-    place = (place - 1u) / 2u;
-  }
-  const bool sinks = hit && full && id < ids[base];
-  uint child = sinks ? 1u : args.capacity;
-  while (child < args.capacity) {
-    ++rounds;
-    const bool right = child + 1u < args.capacity && ids[base + child + 1u] > ids[base + child];
-    child += right ? 1u : 0u;
-    const bool rises = ids[base + child] > id;
-    if (rises) ids[base + place] = ids[base + child];
-    place = rises ? child : place;
-    child = rises ? 2u * child + 1u : args.capacity;
-  }
-  rounds += 2u;
-  if (hit && (!full || sinks)) ids[base + place] = id;
-  found += hit ? 1u : 0u;
-}
-#else
-void keep(uint base, bool hit, uint id) {
-  if (hit && found < args.capacity) ids[base + found] = id;
-  found += hit ? 1u : 0u;
-}
-#endif
-
-// Takes a child out of a group: its reference.
-uint take_child(inout uint group) {
-  const uint rest = group & (group - 1u);
-  // The exponent of a power of two is the place of its bit.
-  const uint slot = uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u;
-  const uvec4 refs = texelFetch(tlas, int((group >> 8) * tlas_node_texels + 4u + (slot >> 2)));
-  const uint low = (slot & 1u) != 0u ? refs.y : refs.x;
-  const uint high = (slot & 1u) != 0u ? refs.w : refs.z;
-  group = rest;
-  return (slot & 2u) != 0u ? high : low;
-}
-
-uint leaf_mask(uint node) {
-  const int base = int(node * tlas_node_texels + 4u);
-  const uvec4 first = texelFetch(tlas, base) >> 31;
-  const uvec4 second = texelFetch(tlas, base + 1) >> 31;
-  return first.x | first.y << 1 | first.z << 2 | first.w << 3 | second.x << 4 | second.y << 5 | second.z << 6 | second.w << 7;
-}
+#define REGION_KEY uint
+#include "query/region_keep.glsl"
 
 // Writes down the children of a node that meet the region; returns the next node.
 uint visit(uint node, uint share, Shape shape) {
@@ -103,7 +52,7 @@ uint visit(uint node, uint share, Shape shape) {
   const ChildMasks children = children_of(packed, shape);
   const uint meeting = children.meeting;
   const uint within = children.within;
-  const uint leaves = leaf_mask(node);
+  const uint leaves = leaf_mask(fetch_references(tlas, tlas_node_texels, node));
   const uint border_leaves = meeting & leaves & ~within;
   const uint within_leaves = meeting & leaves & within;
   border_list[border_count] = node << 8 | border_leaves;
@@ -116,7 +65,7 @@ uint visit(uint node, uint share, Shape shape) {
   const bool done = pop && depth == 0u;
   depth -= pop && !done ? 1u : 0u;
   group = pop ? stack[depth] : group;
-  const uint next = take_child(group);
+  const uint next = take_child(tlas, tlas_node_texels, group);
   stack[depth] = group;
   depth += (group & 0xFFu) != 0u && !done ? 1u : 0u;
   cut_short = cut_short || depth == stack_size;
@@ -130,7 +79,7 @@ void look_at_border(RegionRecord record, Shape shape, uint base) {
     const bool pop = (group & 0xFFu) == 0u;
     border_count -= pop ? 1u : 0u;
     group = pop ? border_list[border_count] : group;
-    const uint place = (take_child(group) & ref_instance_mask) + record.instance_base;
+    const uint place = (take_child(tlas, tlas_node_texels, group) & ref_instance_mask) + record.instance_base;
     Instance i = fetch_instance(instances, place);
     fetch_instance_box(instances, place, i);
     const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
@@ -145,7 +94,7 @@ void look_within(RegionRecord record, uint base) {
     const bool pop = (group & 0xFFu) == 0u;
     within_count -= pop ? 1u : 0u;
     group = pop ? within_list[within_count] : group;
-    const uint place = (take_child(group) & ref_instance_mask) + record.instance_base;
+    const uint place = (take_child(tlas, tlas_node_texels, group) & ref_instance_mask) + record.instance_base;
     const uint mask = floatBitsToUint(texelFetch(instances, int(place * instance_texels)).w);
     const uint entity = floatBitsToUint(texelFetch(instances, int(place * instance_texels) + 3).w);
     keep(base, (mask & record.mask) != 0u && entity != record.excluded, entity);
@@ -162,7 +111,7 @@ void main() {
   if (counts[index].found <= args.capacity || counts[index].incomplete != 0u) return;
 #endif
   const RegionRecord record = regions[index];
-  const Shape shape = shape_of(instances, record);
+  const Shape shape = shape_of(posed(instances, record), record);
   const uint share = uint(record.share * 256.0 + 0.5);
   const uint base = index * args.capacity;
   uint node = args.root;

@@ -12,7 +12,7 @@ struct Shape {
   vec2 opening;  // half width and half height at a distance of one
   bool wants_inside;
   Box outer;       // contains it
-  vec4 planes[6];  // normals to the inside in world axes, and the distance of the world's origin
+  vec4 planes[6];  // normals to the inside, and the distance of the origin
 };
 
 // The largest and the smallest of dot(axis, p) over the frustum, in its own frame: at a corner, and all corners lie at the near
@@ -24,8 +24,8 @@ vec2 frustum_span(Shape shape, vec3 axis) {
   return vec2(min(shape.near * low, shape.far * low), max(shape.near * high, shape.far * high));
 }
 
-Shape shape_of(samplerBuffer instances, RegionRecord record) {
-  const OrientedBox at = posed(instances, record);
+// `at`: where the frustum's own frame stands.
+Shape shape_of(OrientedBox at, RegionRecord record) {
   Shape shape;
   shape.eye = at.center;
   shape.q = at.q;
@@ -59,8 +59,8 @@ ChildMasks children_of(PackedNode node, Shape shape) {
     vec3 lo;
     vec3 hi;
     [[unroll]] for (int axis = 0; axis < 3; ++axis) {
-      lo[axis] = float(int(node.edges[axis][k >> 2] >> 8u * (k & 3u) & 0xFFu)) - edge_above;
-      hi[axis] = float(int(node.edges[axis][2u + (k >> 2)] >> 8u * (k & 3u) & 0xFFu)) + edge_below;
+      lo[axis] = float(int(node.edges[axis][k >> 2] >> 8u * (k & 3u) & 0xFFu)) - node.above;
+      hi[axis] = float(int(node.edges[axis][2u + (k >> 2)] >> 8u * (k & 3u) & 0xFFu)) + node.below;
     }
     const vec3 quantum = 1.0 / node.per_quantum;
     const vec3 center = node.origin + 0.5 * quantum * (lo + hi);

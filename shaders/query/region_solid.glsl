@@ -12,11 +12,12 @@ struct Shape {
   Box inner;  // lies in it; inside out where nothing is known to
 };
 
-Shape shape_of(samplerBuffer instances, RegionRecord record) {
+// `at`: where it stands.
+Shape shape_of(OrientedBox at, RegionRecord record) {
   Shape shape;
   shape.is_sphere = (record.flags & region_is_sphere) != 0u;
   shape.wants_inside = (record.flags & region_wants_inside) != 0u;
-  shape.box = posed(instances, record);
+  shape.box = at;
   const mat3 r = axes_of(shape.box.q);
   const mat3 s = mat3(abs(r[0]), abs(r[1]), abs(r[2]));
   const float radius = shape.box.half_extent.x;
