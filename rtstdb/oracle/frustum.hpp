@@ -1,7 +1,8 @@
 #pragma once
-// How oriented boxes lie to a frustum, in double precision.
+// How other bodies lie to a frustum, in double precision.
 
 #include "rtstdb/geometry/motion_bounds.hpp"
+#include "rtstdb/oracle/polyhedron.hpp"
 
 namespace rtstdb::oracle {
 
@@ -16,10 +17,13 @@ struct Frustum {
   double half_height_m = 0.0;
 };
 
+Polyhedron polyhedron_of(const Frustum& frustum);
+
 /// The largest gap along any axis that could separate them, negative when they overlap.
 double separation_m(const Frustum& frustum, const OrientedBox& box);
 
-/// How far the box sticks out of the frustum's faces; not above zero when it lies within.
+/// How far the corners stick out of the frustum's faces; not above zero when they lie within.
+double sticks_out_m(const Points<8>& corners_m, const Frustum& frustum);
 double sticks_out_m(const OrientedBox& box, const Frustum& frustum);
 
 }  // namespace rtstdb::oracle

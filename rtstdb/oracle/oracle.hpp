@@ -107,8 +107,25 @@ struct EntityGap {
 std::vector<EntityGap> gaps(const World& world, const Region& region);
 std::vector<EntityGap> gaps(const World& world, const Overlap& overlap);
 
-/// The answer drawn from the gaps: the ids whose gap is not above zero.
+/// RegionLevel::surface: the least gap of the entity's triangles where they are asked to touch, the largest where
+/// they are to lie inside. What is far away may be farther than it says.
+std::vector<EntityGap> surface_gaps(const World& world, const Region& region);
+
+/// RegionLevel::triangle: one triangle, and how it stands to the region, as EntityGap tells of bounds.
+struct TriangleGap {
+  EntityId entity;
+  std::uint32_t triangle = 0;
+  double gap_m = 0.0;
+  double noise_m = 0.0;
+};
+
+/// Every visible triangle whose gap is not above its noise, by ascending entity index and triangle. Looks at all of
+/// each entity whose reach comes that near.
+std::vector<TriangleGap> triangle_gaps(const World& world, const Region& region);
+
+/// The answer drawn from the gaps: those whose gap is not above zero.
 std::vector<EntityId> found(std::span<const EntityGap> gaps);
+std::vector<EntityTriangle> found(std::span<const TriangleGap> gaps);
 
 // ---- nearest
 
@@ -167,6 +184,8 @@ Judgement compare_first(const World& world, const Ray& ray, bool ignore_motion,
 /// Ids strictly ascending; each with a gap below -noise_m is there, none above noise_m is; `found` is their
 /// number; when `overflow` is set, `entities` is the beginning of such a list and shorter than `found`.
 Judgement compare(std::span<const EntityGap> truth, const RegionAnswer& answer);
+/// The same for `triangles`.
+Judgement compare(std::span<const TriangleGap> truth, const RegionAnswer& answer);
 
 /// In order and each once; each within its noise as far away as it says, its point on the target and at that
 /// distance, named by u and v, its velocity and its sign right (the sign of a distance below noise_m is left

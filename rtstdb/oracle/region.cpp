@@ -1,16 +1,14 @@
 #include <glm/geometric.hpp>
-#include <glm/gtc/quaternion.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include <rtstdb/result.hpp>
 
-#include "rtstdb/oracle/frustum.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 #include "rtstdb/oracle/posed_ray.hpp"
+#include "rtstdb/oracle/posed_region.hpp"
 
 namespace rtstdb::oracle {
 namespace {
@@ -72,42 +70,6 @@ double farthest_corner_m(const OrientedBox& box, const glm::dvec3& p) {
   return glm::length(reach);
 }
 
-/// A region where it stands in the world at its instant; half_extent_m is the region's own.
-struct PosedRegion {
-  OrientedBox box;
-  double noise_units = 0.0;
-};
-
-PosedRegion posed_region(const World& world, const Region& region) {
-  glm::dvec3 center_m(region.center_m);
-  glm::dquat q = glm::normalize(glm::dquat(region.q));
-  const glm::dvec3 half_m(region.half_extent_m);
-  double noise = glm::length(half_m);
-  if (region.carrier.valid()) {
-    const EntityState* carrier = world.find(region.carrier);
-    RTSTDB_ASSERT(carrier != nullptr);
-    const PosedEntity at = posed(world, *carrier, region.t, false);
-    noise += noise_units_m(*carrier, at.pose, at.dt_s, glm::length(center_m) + glm::length(half_m));
-    center_m = at.pose.p_world_m + at.pose.q_world * center_m;
-    q = at.pose.q_world * q;
-  } else {
-    noise += glm::length(center_m);
-  }
-  RTSTDB_ASSERT(std::isfinite(noise));
-  RTSTDB_ASSERT(half_m.x >= 0.0 && half_m.y >= 0.0 && half_m.z >= 0.0);
-  const glm::dmat3 axes = glm::mat3_cast(q);
-  return {{center_m, {axes[0], axes[1], axes[2]}, half_m}, noise};
-}
-
-Frustum frustum_of(const Region& region, const OrientedBox& at) {
-  return {.eye_m = at.center_m,
-          .axis = {at.axis[0], at.axis[1], at.axis[2]},
-          .near_m = static_cast<double>(region.near_m),
-          .far_m = at.half_extent_m.x,
-          .half_width_m = at.half_extent_m.y,
-          .half_height_m = at.half_extent_m.z};
-}
-
 double gap_m(const Region& region, const OrientedBox& shape, const OrientedBox& entity) {
   const bool inside = region.test == RegionTest::inside;
   if (region.shape == RegionShape::box)
@@ -126,12 +88,6 @@ OrientedBox oriented_bounds(const PosedEntity& entity) {
 
 double own_noise_units(const PosedEntity& entity) {
   return noise_units_m(*entity.state, entity.pose, entity.dt_s, entity.reach());
-}
-
-Judgement wrong(const char* format, unsigned long long first, unsigned long long second) {
-  char text[160];
-  std::snprintf(text, sizeof text, format, first, second);
-  return {Verdict::differs, text};
 }
 
 }  // namespace
@@ -161,50 +117,6 @@ std::vector<EntityGap> gaps(const World& world, const Overlap& overlap) {
                    noise_per_unit * (own_noise_units(at) + own_noise_units(entity))});
   }
   return all;
-}
-
-std::vector<EntityId> found(std::span<const EntityGap> gaps) {
-  std::vector<EntityId> ids;
-  for (const EntityGap& gap : gaps) {
-    if (gap.gap_m <= 0.0) ids.push_back(gap.entity);
-  }
-  return ids;
-}
-
-Judgement compare(std::span<const EntityGap> truth, const RegionAnswer& answer) {
-  if (answer.incomplete) return {Verdict::differs, "no answer: incomplete"};
-  if (answer.overflow ? answer.entities.size() >= answer.found : answer.entities.size() != answer.found)
-    return wrong("%llu entities listed and %llu found", answer.entities.size(), answer.found);
-  std::size_t next = 0;
-  std::uint32_t certain = 0;
-  std::uint32_t possible = 0;
-  bool close = false;
-  for (const EntityGap& gap : truth) {
-    const bool exhausted = next == answer.entities.size();
-    const bool listed = !exhausted && answer.entities[next] == gap.entity;
-    if (listed) ++next;
-    if (gap.gap_m < -gap.noise_m) ++certain;
-    if (gap.gap_m <= gap.noise_m) ++possible;
-    // Past the end of a list that overflowed nothing can be said of the single entity.
-    if (answer.overflow && exhausted) continue;
-    if (listed == (gap.gap_m <= 0.0)) continue;
-    if (std::abs(gap.gap_m) <= gap.noise_m) {
-      close = true;
-      continue;
-    }
-    char text[160];
-    std::snprintf(text, sizeof text, "entity %u is %s, where its gap is %.9g m", gap.entity.index,
-                  listed ? "listed" : "missing", gap.gap_m);
-    return {Verdict::differs, text};
-  }
-  if (next != answer.entities.size())
-    return wrong("place %llu lists entity %llu, which is unknown, masked out, or out of order", next,
-                 answer.entities[next].index);
-  if (answer.found < certain || answer.found > possible)
-    return wrong("%llu found, where at least %llu are", answer.found, certain);
-  if (close || answer.found != found(truth).size())
-    return {Verdict::too_close, "an entity at the border is counted otherwise"};
-  return {};
 }
 
 }  // namespace rtstdb::oracle

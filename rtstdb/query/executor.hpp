@@ -36,7 +36,17 @@ class RowSource {
   }
 };
 
-enum class QueryKind : std::uint8_t { ray_closest, ray_any, ray_first, region, nearest, overlap, count };
+enum class QueryKind : std::uint8_t {
+  ray_closest,
+  ray_any,
+  ray_first,
+  region,
+  region_surface,
+  region_triangle,
+  nearest,
+  overlap,
+  count
+};
 
 /// The times a batch asks at.
 struct TimeSpan {

@@ -13,15 +13,29 @@ Result<std::unique_ptr<GpuRegionQuery>> GpuRegionQuery::create(gpu::Device& devi
                                                                const RegionQueryOptions& options) {
   auto runner = RegionRunner::create(device, {.name = options.name,
                                               .capacity = options.capacity,
+                                              .level = options.level,
                                               .ids_per_region = options.ids_per_region,
                                               .frusta = true});
   if (!runner) return runner.error();
   auto query = std::make_unique<GpuRegionQuery>();
   query->runner_ = std::move(runner).value();
+  query->level_ = options.level;
   query->regions_.resize(options.capacity);
   query->point_order_ = PointOrder(options.capacity);
   query->order_.resize(options.capacity);
   return query;
+}
+
+QueryKind GpuRegionQuery::kind() const noexcept {
+  switch (level_) {
+    case RegionLevel::surface:
+      return QueryKind::region_surface;
+    case RegionLevel::triangle:
+      return QueryKind::region_triangle;
+    case RegionLevel::bounds:
+      break;
+  }
+  return QueryKind::region;
 }
 
 std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSource& rows,

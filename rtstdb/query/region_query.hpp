@@ -16,7 +16,7 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
   std::span<Region> regions() noexcept override { return regions_; }
   std::span<const RegionAnswer> answers() const noexcept override { return runner_.answers(); }
 
-  QueryKind kind() const noexcept override { return QueryKind::region; }
+  QueryKind kind() const noexcept override;
   std::uint32_t capacity() const noexcept override { return static_cast<std::uint32_t>(regions_.size()); }
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
@@ -40,6 +40,7 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
   /// Fills order_ with the first `count` regions; says where its frusta begin.
   std::uint32_t arrange(std::uint32_t count) noexcept;
 
+  RegionLevel level_ = RegionLevel::bounds;
   std::vector<Region> regions_;
   PointOrder point_order_;
   std::vector<std::uint32_t> order_;  // in which the device has the regions: frusta last

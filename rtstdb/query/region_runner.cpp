@@ -1,11 +1,54 @@
 #include "rtstdb/query/region_runner.hpp"
 
 #include <algorithm>
+#include <array>
 #include <span>
 
 #include <rtstdb/limits.hpp>
 
 namespace rtstdb::query {
+namespace {
+
+using enum gpu::ShaderId;
+
+struct ShadersOfKind {
+  std::optional<gpu::ShaderId> still, moving, lowest;
+};
+
+ShadersOfKind shaders_of_solids(RegionLevel level, bool lists) noexcept {
+  switch (level) {
+    case RegionLevel::surface:
+      return lists ? ShadersOfKind{{}, region_surfaces, region_surfaces_lowest}
+                   : ShadersOfKind{{}, region_surfaces_count, {}};
+    case RegionLevel::triangle:
+      return lists ? ShadersOfKind{{}, region_triangles, region_triangles_lowest}
+                   : ShadersOfKind{{}, region_triangles_count, {}};
+    case RegionLevel::bounds:
+      break;
+  }
+  return lists ? ShadersOfKind{region, region_moving, region_lowest}
+               : ShadersOfKind{region_count, region_count_moving, {}};
+}
+
+ShadersOfKind shaders_of_frusta(RegionLevel level, bool lists) noexcept {
+  switch (level) {
+    case RegionLevel::surface:
+      return lists ? ShadersOfKind{{}, frustum_surfaces, frustum_surfaces_lowest}
+                   : ShadersOfKind{{}, frustum_surfaces_count, {}};
+    case RegionLevel::triangle:
+      return lists ? ShadersOfKind{{}, frustum_triangles, frustum_triangles_lowest}
+                   : ShadersOfKind{{}, frustum_triangles_count, {}};
+    case RegionLevel::bounds:
+      break;
+  }
+  return lists ? ShadersOfKind{{}, frustum, frustum_lowest} : ShadersOfKind{{}, frustum_count, {}};
+}
+
+std::uint64_t in_order(const glm::uvec2& entity_and_triangle) noexcept {
+  return std::uint64_t{entity_and_triangle.x} << 32 | entity_and_triangle.y;
+}
+
+}  // namespace
 
 Result<RegionRunner> RegionRunner::create(gpu::Device& device, const RegionRunnerOptions& options) {
   if (options.capacity == 0 || options.capacity > max_regions_per_query ||
@@ -17,6 +60,7 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const RegionRunne
                                           std::to_string(max_ids_per_region) + " are possible"};
   }
   RegionRunner runner;
+  runner.level_ = options.level;
   runner.ids_per_region_ = options.ids_per_region;
   if (auto made = runner.create_kernels(device, options.frusta); !made) return made.error();
   if (auto made = runner.create_buffers(device, options.name, options.capacity); !made) return made.error();
@@ -24,22 +68,36 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const RegionRunne
 }
 
 Result<void> RegionRunner::create_kernels(gpu::Device& device, bool frusta) {
-  using enum gpu::ShaderId;
-  const bool lists = ids_per_region_ > 0;
-  std::vector<gpu::ShaderId> shaders = lists ? std::vector{region, region_moving, region_lowest}
-                                             : std::vector{region_count, region_count_moving};
-  if (frusta && lists) shaders.insert(shaders.end(), {frustum, frustum_lowest});
-  if (frusta && !lists) shaders.push_back(frustum_count);
-  for (const gpu::ShaderId shader : shaders) {
-    auto made = device.create_pipeline(shader);
-    if (!made) return made.error();
-    kernels_.push_back({std::move(made).value(), {}});
+  const auto make = [&](const std::optional<gpu::ShaderId>& shader, std::optional<Kernel>& kernel) {
+    if (!shader) return Result<void>{};
+    auto made = device.create_pipeline(*shader);
+    if (!made) return Result<void>(made.error());
+    kernel = {std::move(made).value(), {}};
+    return Result<void>{};
+  };
+  const auto make_all = [&](const ShadersOfKind& shaders, Kernels& kernels) {
+    auto made = make(shaders.still, kernels.still);
+    if (made) made = make(shaders.moving, kernels.moving);
+    if (made) made = make(shaders.lowest, kernels.lowest);
+    return made;
+  };
+  auto made = make_all(shaders_of_solids(level_, ids_per_region_ > 0), solids_);
+  if (made && frusta) made = make_all(shaders_of_frusta(level_, ids_per_region_ > 0), frusta_);
+  return made;
+}
+
+template <class Each>
+void RegionRunner::each_kernel(Each each) {
+  for (Kernels* kernels : {&solids_, &frusta_}) {
+    for (std::optional<Kernel>* kernel : {&kernels->still, &kernels->moving, &kernels->lowest}) {
+      if (*kernel) each(**kernel);
+    }
   }
-  return {};
 }
 
 Result<void> RegionRunner::create_buffers(gpu::Device& device, const std::string& name,
                                           std::size_t capacity) {
+  const bool lists_triangles = level_ == RegionLevel::triangle;
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
       {&records_,
        {.name = name + " regions",
@@ -51,7 +109,7 @@ Result<void> RegionRunner::create_buffers(gpu::Device& device, const std::string
         .memory = gpu::Memory::readback}},
       {&ids_,
        {.name = name + " ids",
-        .size_bytes = capacity * ids_per_region_ * 4,
+        .size_bytes = capacity * ids_per_region_ * (lists_triangles ? sizeof(glm::uvec2) : 4),
         .memory = gpu::Memory::readback}},
   };
   for (const auto& [buffer, options] : buffers) {
@@ -61,40 +119,47 @@ Result<void> RegionRunner::create_buffers(gpu::Device& device, const std::string
     *buffer = std::move(made).value();
   }
   // What the device can not hold has been refused by now.
-  entities_.resize(capacity * ids_per_region_);
+  if (lists_triangles) {
+    triangles_.resize(capacity * ids_per_region_);
+    sorted_.resize(ids_per_region_);
+  } else {
+    entities_.resize(capacity * ids_per_region_);
+  }
   answers_.resize(capacity);
   incomplete_.reserve(capacity);
   return {};
 }
 
-RegionRunner::Kernels RegionRunner::solids() noexcept {
-  return {&kernels_[0], &kernels_[1], ids_per_region_ > 0 ? &kernels_[2] : nullptr};
-}
-
-RegionRunner::Kernels RegionRunner::frusta() noexcept {
-  return ids_per_region_ > 0 ? Kernels{nullptr, &kernels_[3], &kernels_[4]}
-                             : Kernels{nullptr, &kernels_[2], nullptr};
-}
-
-Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& /*pool*/,
+Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& pool,
                                 const accel::Tlas& tlas) {
-  for (Kernel& kernel : kernels_) {
+  Result<void> bound;
+  each_kernel([&](Kernel& kernel) {
     kernel.bindings.clear();
-    for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
-      const gpu::Buffer* const buffers[] = {&tlas.nodes(slot), &tlas.instances(slot), &records_, &counts_,
-                                            &ids_};
-      auto made =
-          device.create_bindings(kernel.pipeline, std::span(buffers).first(ids_per_region_ > 0 ? 5 : 4));
-      if (!made) return made.error();
-      kernel.bindings.push_back(std::move(made).value());
+    for (std::uint32_t slot = 0; bound && slot < tlas.slots(); ++slot) {
+      std::array<const gpu::Buffer*, 7> buffers{&tlas.nodes(slot), &tlas.instances(slot)};
+      std::size_t count = 2;
+      if (level_ != RegionLevel::bounds) {
+        buffers[count++] = &pool.nodes();
+        buffers[count++] = &pool.triangles();
+      }
+      buffers[count++] = &records_;
+      buffers[count++] = &counts_;
+      if (ids_per_region_ > 0) buffers[count++] = &ids_;
+      auto made = device.create_bindings(kernel.pipeline, std::span(buffers).first(count));
+      if (made) {
+        kernel.bindings.push_back(std::move(made).value());
+      } else {
+        bound = made.error();
+      }
     }
-  }
-  return {};
+  });
+  return bound;
 }
 
 void RegionRunner::record_warm_up(gpu::Recorder& recorder) noexcept {
-  for (const Kernel& kernel : kernels_)
+  each_kernel([&](const Kernel& kernel) {
     recorder.dispatch(kernel.pipeline, kernel.bindings.front(), shared::RegionArgs{}, 1);
+  });
 }
 
 void RegionRunner::record(std::span<const std::uint32_t> order, std::uint32_t first_frustum,
@@ -106,8 +171,8 @@ void RegionRunner::record(std::span<const std::uint32_t> order, std::uint32_t fi
 
 void RegionRunner::dispatch(std::uint32_t count, std::uint32_t first_frustum, bool alone,
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
-  const auto run = [&](const Kernel* kernel, std::uint32_t first, std::uint32_t end) {
-    if (kernel == nullptr || first == end) return;
+  const auto run = [&](const std::optional<Kernel>& kernel, std::uint32_t first, std::uint32_t end) {
+    if (!kernel || first == end) return;
     const shared::RegionArgs args{.root = view.root,
                                   .count = end - first,
                                   .capacity = ids_per_region_,
@@ -117,14 +182,13 @@ void RegionRunner::dispatch(std::uint32_t count, std::uint32_t first_frustum, bo
     recorder.dispatch(kernel->pipeline, kernel->bindings[view.slot], args,
                       alone ? end - first : (end - first + 63) / 64);
   };
-  const bool still = view.window_begin == view.window_end;
-  const Kernels of_solids = solids();
-  run(still ? of_solids.still : of_solids.moving, 0, first_frustum);
-  if (first_frustum < count) run(frusta().moving, first_frustum, count);
+  const bool still = view.window_begin == view.window_end && solids_.still;
+  run(still ? solids_.still : solids_.moving, 0, first_frustum);
+  run(frusta_.moving, first_frustum, count);
   if (ids_per_region_ == 0) return;
   recorder.barrier();
-  run(of_solids.lowest, 0, first_frustum);
-  if (first_frustum < count) run(frusta().lowest, first_frustum, count);
+  run(solids_.lowest, 0, first_frustum);
+  run(frusta_.lowest, first_frustum, count);
 }
 
 void RegionRunner::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
@@ -159,12 +223,24 @@ bool RegionRunner::truncated() const noexcept {
 void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
                                  const accel::TlasView& view) noexcept {
   const shared::RegionCount count = counts_.host_as<const shared::RegionCount>()[place];
-  answers_[region] = {.entities = {},
-                      .found = count.found,
-                      .overflow = ids_per_region_ > 0 && count.found > ids_per_region_,
-                      .incomplete = count.incomplete != 0};
+  RegionAnswer& answer = answers_[region];
+  answer = {.entities = {},
+            .triangles = {},
+            .found = count.found,
+            .overflow = ids_per_region_ > 0 && count.found > ids_per_region_,
+            .incomplete = count.incomplete != 0};
   const std::uint32_t kept = std::min(count.found, ids_per_region_);
   if (kept == 0) return;
+  if (level_ == RegionLevel::triangle) {
+    answer.triangles = unpack_triangles(region, place, kept, view);
+  } else {
+    answer.entities = unpack_entities(region, place, kept, view);
+  }
+}
+
+std::span<const EntityId> RegionRunner::unpack_entities(std::uint32_t region, std::uint32_t place,
+                                                        std::uint32_t kept,
+                                                        const accel::TlasView& view) noexcept {
   const auto all_ids = ids_.host_as<const std::uint32_t>();
   const std::size_t begin = std::size_t{place} * ids_per_region_;
   const auto ids = all_ids.subspan(begin, kept);
@@ -179,7 +255,24 @@ void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
   std::size_t next = 0;
   id_order_.ascending(ids, [&](std::uint32_t index) { entities[next++] = view.identities[index].id; });
   // Of a search that was cut short an id may stand twice.
-  answers_[region].entities = entities.first(next);
+  return entities.first(next);
+}
+
+std::span<const EntityTriangle> RegionRunner::unpack_triangles(std::uint32_t region, std::uint32_t place,
+                                                               std::uint32_t kept,
+                                                               const accel::TlasView& view) noexcept {
+  const auto found = ids_.host_as<const glm::uvec2>().subspan(std::size_t{place} * ids_per_region_, kept);
+  const auto sorted = std::span(sorted_).first(kept);
+  std::ranges::transform(found, sorted.begin(), in_order);
+  std::ranges::sort(sorted);
+  // Of a search that was cut short one may stand twice.
+  const auto ascending = std::span(sorted.begin(), std::ranges::unique(sorted).begin());
+  const auto triangles =
+      std::span(triangles_).subspan(std::size_t{region} * ids_per_region_, ascending.size());
+  std::ranges::transform(ascending, triangles.begin(), [&](std::uint64_t one) {
+    return EntityTriangle{view.identities[one >> 32].id, static_cast<std::uint32_t>(one)};
+  });
+  return triangles;
 }
 
 }  // namespace rtstdb::query

@@ -1,7 +1,8 @@
 #pragma once
-// The region shaders with their buffers, used by the region and the overlap query: both ask which oriented
-// bounds meet a region at one instant.
+// The region shaders with their buffers, used by the region and the overlap query: both ask what meets a region
+// at one instant.
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@ namespace rtstdb::query {
 struct RegionRunnerOptions {
   std::string name;
   std::uint32_t capacity = 0;
+  RegionLevel level = RegionLevel::bounds;
   std::uint32_t ids_per_region = 0;  ///< 0: only counts
   bool frusta = false;               ///< may be asked
 };
@@ -44,29 +46,36 @@ class RegionRunner {
     gpu::Pipeline pipeline;
     std::vector<gpu::Bindings> bindings;  // one per slot
   };
-  /// What asks one kind of region. Null where there is none.
+  /// What asks one kind of region.
   struct Kernels {
-    Kernel* still = nullptr;   // where all ask at one instant
-    Kernel* moving = nullptr;  // everywhere
-    Kernel* lowest = nullptr;  // asks those again that found more than they have room for
+    std::optional<Kernel> still;   // where all ask at one instant; regions by triangle have none
+    std::optional<Kernel> moving;  // everywhere
+    std::optional<Kernel> lowest;  // asks those again that found more than they have room for
   };
   Result<void> create_kernels(gpu::Device& device, bool frusta);
+  template <class Each>
+  void each_kernel(Each each);
   Result<void> create_buffers(gpu::Device& device, const std::string& name, std::size_t capacity);
-  Kernels solids() noexcept;
-  Kernels frusta() noexcept;
   void dispatch(std::uint32_t count, std::uint32_t first_frustum, bool alone, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;
   /// The answer to the caller's region from what the device left at `place`.
   void unpack_answer(std::uint32_t region, std::uint32_t place, const accel::TlasView& view) noexcept;
+  std::span<const EntityId> unpack_entities(std::uint32_t region, std::uint32_t place, std::uint32_t kept,
+                                            const accel::TlasView& view) noexcept;
+  std::span<const EntityTriangle> unpack_triangles(std::uint32_t region, std::uint32_t place,
+                                                   std::uint32_t kept, const accel::TlasView& view) noexcept;
 
+  RegionLevel level_ = RegionLevel::bounds;
   std::uint32_t ids_per_region_ = 0;
   std::uint32_t answered_ = 0;
-  std::vector<Kernel> kernels_;  // still, moving, [lowest] of solids; moving, [lowest] of frusta
+  Kernels solids_, frusta_;
   gpu::Buffer records_, counts_, ids_;
   std::span<const std::uint32_t> order_;  // the caller's region of each record
   std::uint32_t first_frustum_ = 0;
   IdOrder id_order_;
-  std::vector<EntityId> entities_;
+  std::vector<EntityId> entities_;         // ids_per_region for each, or
+  std::vector<EntityTriangle> triangles_;  // these
+  std::vector<std::uint64_t> sorted_;      // of one region, by entity and triangle
   std::vector<RegionAnswer> answers_;
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
 };

@@ -65,13 +65,11 @@ Tally judge_all(std::size_t count, const std::function<oracle::Judgement(std::si
   return tally;
 }
 
-template <class Element>
-Tally judge_regions(const oracle::World& world, std::span<const Element> elements,
-                    std::span<const RegionAnswer> answers) {
-  EXPECT_EQ(elements.size(), answers.size());
+/// `gaps`: of the i-th.
+template <class Gaps>
+Tally judge_regions(std::span<const RegionAnswer> answers, Gaps gaps) {
   Tally tally = judge_all(
-      answers.size(),
-      [&](std::size_t i) { return oracle::compare(oracle::gaps(world, elements[i]), answers[i]); },
+      answers.size(), [&](std::size_t i) { return oracle::compare(gaps(i), answers[i]); },
       [](std::size_t) { return std::string("region"); });
   for (const RegionAnswer& answer : answers)
     tally.hits += answer.found > 0 ? 1 : 0;
@@ -227,13 +225,23 @@ Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<con
 }
 
 Tally judge(const oracle::World& world, std::span<const Region> regions,
-            std::span<const RegionAnswer> answers) {
-  return judge_regions(world, regions, answers);
+            std::span<const RegionAnswer> answers, RegionLevel level) {
+  EXPECT_EQ(regions.size(), answers.size());
+  switch (level) {
+    case RegionLevel::surface:
+      return judge_regions(answers, [&](std::size_t i) { return oracle::surface_gaps(world, regions[i]); });
+    case RegionLevel::triangle:
+      return judge_regions(answers, [&](std::size_t i) { return oracle::triangle_gaps(world, regions[i]); });
+    case RegionLevel::bounds:
+      break;
+  }
+  return judge_regions(answers, [&](std::size_t i) { return oracle::gaps(world, regions[i]); });
 }
 
 Tally judge(const oracle::World& world, std::span<const Overlap> overlaps,
             std::span<const OverlapAnswer> answers) {
-  return judge_regions(world, overlaps, answers);
+  EXPECT_EQ(overlaps.size(), answers.size());
+  return judge_regions(answers, [&](std::size_t i) { return oracle::gaps(world, overlaps[i]); });
 }
 
 Tally judge(const oracle::World& world, std::span<const Nearest> points,

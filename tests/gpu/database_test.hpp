@@ -67,7 +67,7 @@ class DatabaseTest : public testing::Test {
 Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits,
             RayMode mode = RayMode::closest, bool ignore_motion = false);
 Tally judge(const oracle::World& world, std::span<const Region> regions,
-            std::span<const RegionAnswer> answers);
+            std::span<const RegionAnswer> answers, RegionLevel level = RegionLevel::bounds);
 Tally judge(const oracle::World& world, std::span<const Overlap> overlaps,
             std::span<const OverlapAnswer> answers);
 

@@ -97,10 +97,20 @@ class RayQuery {
 
 // ---- region
 
+/// What a region finds. Entities without geometry are never found.
+enum class RegionLevel : std::uint8_t {
+  bounds,    ///< entities, by their oriented bounds, which are solid
+  surface,   ///< entities, by their triangles
+  triangle,  ///< triangles: each that is found, of whichever entity
+};
+
+/// Regions hold their borders, and bounds and triangles theirs: touching from outside counts. Triangles without
+/// area count as the lines or points that they are. A surface is no body: a region deep inside a closed mesh
+/// touches none of its triangles.
 enum class RegionShape : std::uint32_t { box, sphere, frustum };
 enum class RegionTest : std::uint32_t {
-  touching,  ///< the entity's oriented bounds and the region have a point in common
-  inside,    ///< every corner of the entity's oriented bounds lies in the region
+  touching,  ///< bounds, surface, triangle: they and the region have a point in common
+  inside,    ///< bounds, surface, triangle: every corner lies in the region
 };
 
 /// A region at one instant, placed at center_m and turned by q, of any length but zero; with a carrier both are
@@ -124,20 +134,34 @@ struct Region {
   EntityId carrier;
 };
 
-/// Answer to one region. Entities by ascending index. When more than the capacity were found, `found` is the
-/// true count, `overflow` is set and `entities` holds the lowest indices that fit. A query that only counts
-/// lists nothing and never overflows.
+/// A triangle of an entity: its place in the triangles of the entity's mesh.
+struct EntityTriangle {
+  EntityId entity;
+  std::uint32_t triangle = 0;
+  friend bool operator==(const EntityTriangle&, const EntityTriangle&) = default;
+};
+
+/// Answer to one region. Entities by ascending index; at RegionLevel::triangle `triangles` instead, by entity
+/// and then by triangle. When more than the capacity were found, `found` is the true count, `overflow` is set
+/// and the list holds the lowest that fit. A query that only counts lists nothing and never overflows.
+///
+/// Single precision decides at the border: what lies nearer to it than some units in the last place of the
+/// distances at play (from the world's origin, of the region's and the entity's size, of the way that they
+/// have moved) may be found or not.
 struct RegionAnswer {
   std::span<const EntityId> entities;
-  std::uint32_t found = 0;
+  std::span<const EntityTriangle> triangles;
+  std::uint32_t found = 0;  ///< entities, or triangles
   bool overflow = false;
   bool incomplete = false;  ///< cut short by the device's limits
 };
 
 struct RegionQueryOptions {
   std::string name;
-  std::uint32_t capacity = 0;         ///< regions in a batch
-  std::uint32_t ids_per_region = 64;  ///< 0: the query only counts, which is faster
+  std::uint32_t capacity = 0;  ///< regions in a batch
+  RegionLevel level = RegionLevel::bounds;
+  /// Entities, or triangles, that an answer lists at most. 0: the query only counts, which is faster.
+  std::uint32_t ids_per_region = 64;
 };
 
 class RegionQuery {

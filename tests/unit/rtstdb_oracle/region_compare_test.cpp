@@ -64,7 +64,7 @@ TEST(CompareRegion, JudgesOverflowByWhatIsListed) {
 TEST(CompareRegion, TakesNoIncompleteAnswer) {
   RegionAnswer answer;
   answer.incomplete = true;
-  EXPECT_EQ(compare({}, answer).verdict, Verdict::differs);
+  EXPECT_EQ(compare(std::span<const EntityGap>{}, answer).verdict, Verdict::differs);
 }
 
 TEST(CompareRegion, AgreesWithTheOraclesOwnAnswers) {

@@ -1,0 +1,100 @@
+// Judges the answers to regions and overlaps by the gaps of what could be in them.
+
+#include <cmath>
+#include <cstdio>
+
+#include "rtstdb/oracle/oracle.hpp"
+
+namespace rtstdb::oracle {
+namespace {
+
+Judgement wrong(const char* format, unsigned long long first, unsigned long long second) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, first, second);
+  return {Verdict::differs, text};
+}
+
+EntityId id_of(const EntityGap& gap) {
+  return gap.entity;
+}
+EntityTriangle id_of(const TriangleGap& gap) {
+  return {gap.entity, gap.triangle};
+}
+
+template <class Gap>
+auto ids_found(std::span<const Gap> gaps) {
+  std::vector<decltype(id_of(gaps[0]))> ids;
+  for (const Gap& gap : gaps) {
+    if (gap.gap_m <= 0.0) ids.push_back(id_of(gap));
+  }
+  return ids;
+}
+
+std::string in_words(EntityId id) {
+  return "entity " + std::to_string(id.index);
+}
+std::string in_words(const EntityTriangle& id) {
+  return in_words(id.entity) + ", triangle " + std::to_string(id.triangle);
+}
+
+/// `listed`: of the answer, what the gaps are about.
+template <class Gap, class Id>
+Judgement judge(std::span<const Gap> truth, std::span<const Id> listed, const RegionAnswer& answer) {
+  if (answer.incomplete) return {Verdict::differs, "no answer: incomplete"};
+  if (answer.entities.size() + answer.triangles.size() != listed.size())
+    return {Verdict::differs, "entities and triangles are listed"};
+  if (answer.overflow ? listed.size() >= answer.found : listed.size() != answer.found)
+    return wrong("%llu listed and %llu found", listed.size(), answer.found);
+  std::size_t next = 0;
+  std::uint32_t exact = 0;
+  std::uint32_t certain = 0;
+  std::uint32_t possible = 0;
+  bool close = false;
+  for (const Gap& gap : truth) {
+    const bool exhausted = next == listed.size();
+    const bool is_listed = !exhausted && listed[next] == id_of(gap);
+    if (is_listed) ++next;
+    if (gap.gap_m <= 0.0) ++exact;
+    if (gap.gap_m < -gap.noise_m) ++certain;
+    if (gap.gap_m <= gap.noise_m) ++possible;
+    // Past the end of a list that overflowed nothing can be said of the single one.
+    if (answer.overflow && exhausted) continue;
+    if (is_listed == (gap.gap_m <= 0.0)) continue;
+    if (std::abs(gap.gap_m) <= gap.noise_m) {
+      close = true;
+      continue;
+    }
+    char text[160];
+    std::snprintf(text, sizeof text, "%s is %s, where its gap is %.9g m", in_words(id_of(gap)).c_str(),
+                  is_listed ? "listed" : "missing", gap.gap_m);
+    return {Verdict::differs, text};
+  }
+  if (next != listed.size())
+    return {Verdict::differs, "place " + std::to_string(next) + " lists " + in_words(listed[next]) +
+                                  ", which is unknown, masked out, far away, or out of order"};
+  if (answer.found < certain || answer.found > possible)
+    return wrong("%llu found, where at least %llu are", answer.found, certain);
+  if (close || answer.found != exact)
+    return {Verdict::too_close, "something at the border is counted otherwise"};
+  return {};
+}
+
+}  // namespace
+
+std::vector<EntityId> found(std::span<const EntityGap> gaps) {
+  return ids_found(gaps);
+}
+
+std::vector<EntityTriangle> found(std::span<const TriangleGap> gaps) {
+  return ids_found(gaps);
+}
+
+Judgement compare(std::span<const EntityGap> truth, const RegionAnswer& answer) {
+  return judge(truth, answer.entities, answer);
+}
+
+Judgement compare(std::span<const TriangleGap> truth, const RegionAnswer& answer) {
+  return judge(truth, answer.triangles, answer);
+}
+
+}  // namespace rtstdb::oracle

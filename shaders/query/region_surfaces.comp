@@ -1,0 +1,6 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/prelude.glsl"
+// What boxes and spheres hold: entities, by their triangles.
+#define REGION_SURFACE
+#include "query/region_triangles.glsl"

@@ -1,0 +1,7 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/prelude.glsl"
+// How many entities boxes and spheres hold, by their triangles.
+#define REGION_SURFACE
+#define REGION_COUNT
+#include "query/region_triangles.glsl"

@@ -1,0 +1,7 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/prelude.glsl"
+// The lowest entities of boxes and spheres that found more than they have room for, by their triangles.
+#define REGION_SURFACE
+#define REGION_LOWEST
+#include "query/region_triangles.glsl"

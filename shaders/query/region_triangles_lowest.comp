@@ -1,0 +1,6 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/prelude.glsl"
+// The lowest triangles of boxes and spheres that found more than they have room for.
+#define REGION_LOWEST
+#include "query/region_triangles.glsl"
