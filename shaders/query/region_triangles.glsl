@@ -280,7 +280,7 @@ void main() {
   cut_short = cut_short || !loops_still_turn(args.two);
 #ifdef REGION_LOWEST
   // How many there are stands there already, and entities were passed over.
-  if (cut_short) counts[index] = RegionCount(found, 1u);
+  if (cut_short) counts[index].incomplete = 1u;
 #else
   counts[index] = RegionCount(found, cut_short ? 1u : 0u);
 #endif

@@ -111,54 +111,97 @@ TEST(Allocation, NoneInTheRealTimePath) {
   EXPECT_EQ(allocations, 1u) << "the counter counts";
 }
 
-TEST(Allocation, NoneInANearestTransaction) {
-  auto opened = Database::open({.gpu = test_device_options(false).select, .validation = Validation::off});
-  ASSERT_TRUE(opened.ok()) << opened.error().message;
-  Database& database = *opened.value();
-  const auto sphere = database.add_geometry(make_sphere(1.0, 2), "sphere");
-  auto query = database.prepare(NearestQueryOptions{
-      .name = "nearest", .capacity = 100, .target = NearestTarget::surface, .k = 3, .is_signed = true});
-  ASSERT_TRUE(sphere.ok() && query.ok());
-  const auto transaction = database.make_transaction({.max_writes = 20, .max_queries = 1});
-  std::vector<EntityId> ids;
-  std::int64_t now_ms = 0;
-  const auto tick = [&] {
-    now_ms += 10;
-    const WorldTime now = world_time_ns(now_ms * 1'000'000);
+/// A database without the validation layer, with a sphere, and twenty entities of it that move at every tick.
+class TransactionAllocation : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = Database::open({.gpu = test_device_options(false).select, .validation = Validation::off});
+    ASSERT_TRUE(opened.ok()) << opened.error().message;
+    database_ = std::move(opened).value();
+    const auto sphere = database_->add_geometry(make_sphere(1.0, 2), "sphere");
+    ASSERT_TRUE(sphere.ok());
+    sphere_ = sphere.value();
+    transaction_ = database_->make_transaction({.max_writes = 20, .max_queries = 1});
+    ids_.reserve(20);
+  }
+  Database& database() { return *database_; }
+
+  /// `fill` gives the k-th element its question at an instant.
+  template <class Query, class Elements, class Fill>
+  void expect_none(Query& query, Elements elements, Fill fill) {
+    const auto tick = [&] {
+      now_ms_ += 10;
+      const WorldTime now = world_time_ns(now_ms_ * 1'000'000);
+      move_all(now);
+      for (std::uint32_t k = 0; k < elements.size(); ++k)
+        fill(elements[k], k, now);
+      transaction_->ask(query, static_cast<std::uint32_t>(elements.size()));
+      const Status status = database_->execute(*transaction_).status;
+      if (ids_.empty()) {
+        for (std::uint32_t i = 0; i < 20; ++i)
+          ids_.push_back(transaction_->created(i));
+      }
+      return status;
+    };
+    for (int i = 0; i < 11; ++i)  // every slot once, and what the driver compiles late
+      ASSERT_EQ(tick(), Status::committed);
+    std::size_t committed = 0;
+    counting_everywhere = true;
+    for (int i = 0; i < 50; ++i)
+      committed += tick() == Status::committed ? 1 : 0;
+    counting_everywhere = false;
+    EXPECT_EQ(committed, 50u);
+    EXPECT_EQ(allocations_everywhere, 0u);
+  }
+
+ private:
+  void move_all(WorldTime now) {
     Terms terms;
     terms.world_time = now;
-    transaction->begin(terms);
+    transaction_->begin(terms);
     for (std::uint32_t i = 0; i < 20; ++i) {
       EntityRow row;
-      row.geometry = sphere.value();
-      row.motion.p_world_m = {3.0 * i, 0.001 * static_cast<double>(now_ms), 0.0};
+      row.geometry = sphere_;
+      row.motion.p_world_m = {3.0 * i, 0.001 * static_cast<double>(now_ms_), 0.0};
       row.motion.valid_from = now;
-      if (ids.size() < 20) {
-        transaction->create(row);
+      if (ids_.empty()) {
+        transaction_->create(row);
       } else {
-        transaction->update(ids[i], row);
+        transaction_->update(ids_[i], row);
       }
     }
-    for (std::uint32_t i = 0; i < 100; ++i) {
-      query.value()->points()[i].point_m = {0.6f * static_cast<float>(i), 0.5f, 0.1f};
-      query.value()->points()[i].t = now;
-    }
-    transaction->ask(*query.value(), 100);
-    return database.execute(*transaction).status;
-  };
-  ASSERT_EQ(tick(), Status::committed);
-  ids.reserve(20);
-  for (std::uint32_t i = 0; i < 20; ++i)
-    ids.push_back(transaction->created(i));
-  for (int i = 0; i < 10; ++i)  // every slot once, and what the driver compiles late
-    ASSERT_EQ(tick(), Status::committed);
-  std::size_t committed = 0;
-  counting_everywhere = true;
-  for (int i = 0; i < 50; ++i)
-    committed += tick() == Status::committed ? 1 : 0;
-  counting_everywhere = false;
-  EXPECT_EQ(committed, 50u);
-  EXPECT_EQ(allocations_everywhere, 0u);
+  }
+
+  std::unique_ptr<Database> database_;
+  GeometryId sphere_;
+  std::unique_ptr<Transaction> transaction_;
+  std::vector<EntityId> ids_;
+  std::int64_t now_ms_ = 0;
+};
+
+TEST_F(TransactionAllocation, NoneByRegions) {
+  for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::surface, RegionLevel::triangle}) {
+    auto query = database().prepare(
+        RegionQueryOptions{.name = "regions", .capacity = 100, .level = level, .ids_per_region = 400});
+    ASSERT_TRUE(query.ok());
+    expect_none(*query.value(), query.value()->regions(), [](Region& region, std::uint32_t k, WorldTime now) {
+      region.shape = static_cast<RegionShape>(k % 3);
+      region.center_m = {0.6f * static_cast<float>(k), 0.5f, 0.1f};
+      region.half_extent_m = glm::vec3(1.0f);
+      region.t = now;
+    });
+    EXPECT_GT(query.value()->answers()[0].found, 0u);
+  }
+}
+
+TEST_F(TransactionAllocation, NoneByNearest) {
+  auto query = database().prepare(NearestQueryOptions{
+      .name = "nearest", .capacity = 100, .target = NearestTarget::surface, .k = 3, .is_signed = true});
+  ASSERT_TRUE(query.ok());
+  expect_none(*query.value(), query.value()->points(), [](Nearest& point, std::uint32_t k, WorldTime now) {
+    point.point_m = {0.6f * static_cast<float>(k), 0.5f, 0.1f};
+    point.t = now;
+  });
   EXPECT_EQ(query.value()->answers()[0].neighbors.size(), 3u);
 
   std::thread elsewhere([] {

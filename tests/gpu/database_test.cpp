@@ -273,6 +273,16 @@ EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m) {
   return row;
 }
 
+Region region_of(RegionShape shape, RegionTest test, const glm::vec3& center_m,
+                 const glm::vec3& half_extent_m) {
+  Region region;
+  region.shape = shape;
+  region.test = test;
+  region.center_m = center_m;
+  region.half_extent_m = half_extent_m;
+  return region;
+}
+
 Ray ray_from(const glm::vec3& origin_m, const glm::vec3& direction, WorldTime t) {
   Ray ray;
   ray.origin_m = origin_m;

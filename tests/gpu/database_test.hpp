@@ -77,6 +77,8 @@ Tally judge(const oracle::World& world, std::span<const Nearest> points,
 
 Terms terms_at(WorldTime world_time, const ReadAt& read_at = {});
 EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m = glm::dvec3(0.0));
+Region region_of(RegionShape shape, RegionTest test, const glm::vec3& center_m,
+                 const glm::vec3& half_extent_m);
 Ray ray_from(const glm::vec3& origin_m, const glm::vec3& direction, WorldTime t = {});
 
 }  // namespace rtstdb::test

@@ -208,13 +208,17 @@ TEST_F(Refusals, NearestQueriesThatCanNotBePrepared) {
                    "sign");
 }
 
-/// Each number is within its limit; 17 GB of ids are beyond what a device binds at once.
+/// Each number is within its limit; 17 GB of ids, or 34 of triangles, are beyond what a device binds at once.
 TEST_F(Refusals, AnAnswerThatNoDeviceHolds) {
-  const auto query = database().prepare(RegionQueryOptions{
-      .name = "vast", .capacity = max_regions_per_query, .ids_per_region = max_ids_per_region});
-  ASSERT_FALSE(query);
-  EXPECT_TRUE(query.error().code == ErrorCode::capacity || query.error().code == ErrorCode::out_of_memory);
-  EXPECT_NE(query.error().message.find("vast"), std::string::npos) << query.error().message;
+  for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::triangle}) {
+    const auto query = database().prepare(RegionQueryOptions{.name = "vast",
+                                                             .capacity = max_regions_per_query,
+                                                             .level = level,
+                                                             .ids_per_region = max_ids_per_region});
+    ASSERT_FALSE(query);
+    EXPECT_TRUE(query.error().code == ErrorCode::capacity || query.error().code == ErrorCode::out_of_memory);
+    EXPECT_NE(query.error().message.find("vast"), std::string::npos) << query.error().message;
+  }
 }
 
 TEST_F(Refusals, RowsThatCanNotBe) {

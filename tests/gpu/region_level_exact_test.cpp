@@ -13,16 +13,6 @@ namespace {
 using enum RegionShape;
 using enum RegionTest;
 
-Region region_of(RegionShape shape, RegionTest test, const glm::vec3& center_m,
-                 const glm::vec3& half_extent_m) {
-  Region region;
-  region.shape = shape;
-  region.test = test;
-  region.center_m = center_m;
-  region.half_extent_m = half_extent_m;
-  return region;
-}
-
 class RegionLevels : public DatabaseTest {
  protected:
   std::unique_ptr<RegionQuery> prepare(RegionLevel level, std::uint32_t ids_per_region = 64,

@@ -1,7 +1,6 @@
 // Random worlds, random regions by surface and by triangle: every answer of the GPU against the oracle's.
 
 #include <algorithm>
-#include <numeric>
 #include <ostream>
 #include <string>
 
@@ -176,6 +175,103 @@ TEST_F(RegionBorders, AreWhereTheOracleHasThem) {
   EXPECT_LT(close, tally.asked / 4);
   RecordProperty("found_something", std::to_string(tally.hits));
   RecordProperty("too_close", std::to_string(close));
+}
+
+/// Triangles hardly wider than rounding, whose normals single precision does not know, and small regions about a
+/// point of each.
+TEST_F(RegionBorders, SliversAreFoundWhereTheyAre) {
+  Random random(62);
+  constexpr std::uint32_t batch = 600;
+  TriangleMesh mesh;
+  std::vector<glm::vec3> points_m;
+  for (std::uint32_t i = 0; i < batch; ++i) {
+    const glm::dvec3 along = random.direction();
+    const glm::dvec3 aside = glm::normalize(glm::cross(along, random.vector()));
+    const glm::dvec3 center_m = 4.0 * random.vector();
+    const double half_m = random.uniform(2.0, 6.0);
+    const double share = random.uniform(-0.9, 0.9);
+    mesh.positions_m.insert(mesh.positions_m.end(),
+                            {center_m - half_m * along, center_m + half_m * along,
+                             center_m + share * half_m * along + random.magnitude(1e-6, 1e-3) * aside});
+    mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+    points_m.emplace_back(center_m + random.uniform(-0.9, 0.9) * half_m * along);
+  }
+  create(row_of(add(mesh)));
+  auto query = database().prepare(RegionQueryOptions{
+      .name = "slivers", .capacity = batch, .level = RegionLevel::triangle, .ids_per_region = 64});
+  ASSERT_TRUE(query.ok());
+  for (const RegionShape shape : {RegionShape::box, RegionShape::sphere, RegionShape::frustum}) {
+    const auto regions = query.value()->regions();
+    for (std::uint32_t i = 0; i < batch; ++i) {
+      regions[i] =
+          region_of(shape, RegionTest::touching, {}, glm::vec3(glm::dvec3(random.magnitude(1e-4, 1e-2))));
+      regions[i].q = random.orientation();
+      const float ahead_m = shape == RegionShape::frustum ? 0.75f * regions[i].half_extent_m.x : 0.0f;
+      regions[i].center_m = points_m[i] - glm::normalize(regions[i].q) * glm::vec3(ahead_m, 0.0f, 0.0f);
+    }
+    const Outcome outcome =
+        execute([&](Transaction& transaction) { transaction.ask(*query.value(), batch); });
+    ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
+    const Tally tally = judge(world(), regions, query.value()->answers(), RegionLevel::triangle);
+    EXPECT_EQ(tally.hits, batch);
+    EXPECT_LT(tally.too_close, batch / 10);
+  }
+}
+
+/// Answers of a batch do not depend on who stands beside whom in it.
+TEST_F(RegionBorders, TheSameAnswersInAnyOrderAndAnySplit) {
+  Random random(63);
+  const SceneOptions options{.radius_m = 5.0, .version_time = at_s(5.0)};
+  std::vector<GeometryId> geometries;
+  for (const TriangleMesh& mesh : mixed_meshes(random))
+    geometries.push_back(add(mesh));
+  std::vector<EntityRow> rows;
+  for (int i = 0; i < 50; ++i)
+    rows.push_back(random_row(random, geometries, options, rows));
+  create(rows, options.version_time);
+  const oracle::World everything = world();
+  std::vector<Region> regions;
+  for (int i = 0; i < 300; ++i)
+    regions.push_back(random_region(random, everything.entities(), options, options.version_time, 0.9));
+  for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::surface, RegionLevel::triangle}) {
+    const auto ask = [&](std::span<const Region> asked, std::uint32_t capacity) {
+      auto query =
+          database().prepare(RegionQueryOptions{.name = "order",
+                                                .capacity = capacity,
+                                                .level = level,
+                                                .ids_per_region = level == RegionLevel::triangle ? 40u : 3u});
+      EXPECT_TRUE(query.ok());
+      std::vector<std::string> answers;
+      for (std::size_t done = 0; done < asked.size(); done += capacity) {
+        const auto part = asked.subspan(done, std::min<std::size_t>(capacity, asked.size() - done));
+        std::ranges::copy(part, query.value()->regions().begin());
+        execute([&](Transaction& transaction) {
+          transaction.ask(*query.value(), static_cast<std::uint32_t>(part.size()));
+        });
+        for (const RegionAnswer& answer : query.value()->answers()) {
+          std::string words = std::to_string(answer.found) + (answer.overflow ? " and more:" : ":");
+          for (const EntityId id : answer.entities)
+            words += " " + std::to_string(id.index);
+          for (const EntityTriangle& one : answer.triangles)
+            words += " " + std::to_string(one.entity.index) + "/" + std::to_string(one.triangle);
+          EXPECT_FALSE(answer.incomplete);
+          answers.push_back(words);
+        }
+      }
+      return answers;
+    };
+    const auto answers = ask(regions, 300);
+    EXPECT_EQ(ask(regions, 300), answers) << "from run to run";
+    EXPECT_EQ(ask(regions, 64), answers);
+    EXPECT_EQ(ask(regions, 7), answers);
+    std::vector<Region> backwards(regions.rbegin(), regions.rend());
+    auto turned = ask(backwards, 300);
+    std::ranges::reverse(turned);
+    EXPECT_EQ(turned, answers);
+    EXPECT_GT(std::ranges::count_if(
+                  answers, [](const std::string& one) { return one.find("more") != std::string::npos; }),
+              10);
+  }
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ struct Bounds {
 /// Refuses: no triangle, an index past the positions, NaN or infinite coordinates, coordinates beyond
 /// limits.hpp, a mesh whose triangles are all degenerate (bad_input); more than max_triangles_total triangles
 /// (capacity). The error names the triangle and its values. Single degenerate triangles (no area in double
-/// precision) among good ones are allowed: nothing ever hits them.
+/// precision) among good ones are allowed: no ray ever hits them.
 Result<void> validate(const TriangleMesh& mesh);
 
 /// Box of all positions used by triangles, exact. The mesh has passed validate (misuse asserts).

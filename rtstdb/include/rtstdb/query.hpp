@@ -153,7 +153,8 @@ struct RegionAnswer {
   std::span<const EntityTriangle> triangles;
   std::uint32_t found = 0;  ///< entities, or triangles
   bool overflow = false;
-  bool incomplete = false;  ///< cut short by the device's limits
+  /// Cut short by the device's limits: all that is listed was found, but more may have been, or lower ones.
+  bool incomplete = false;
 };
 
 struct RegionQueryOptions {
