@@ -155,11 +155,11 @@ uint nearest_triangle_child(uint node, vec3 scale, vec3 point) {
 // What waits above `bottom` and is still in reach, or none.
 uint next_waiting(uint bottom) {
   uint next = ref_none;
-  while (next == ref_none && depth > bottom) {
+  if (depth > bottom) do {
     ++rounds;
     --depth;
     next = stack_square[depth] <= box_limit ? stack_ref[depth] : ref_none;
-  }
+  } while (next == ref_none && depth > bottom);
   return next;
 }
 
@@ -197,13 +197,14 @@ void search_triangles(Instance i, uint root, uint place, vec3 point) {
 #endif
   const uint bottom = depth;
   uint current = root;
-  while (current != ref_none && !cut_short) {
+  if (current != ref_none) do {
     rounds += 3u;  // this loop's, and one for each of the two inside
     if (is_inner(current)) current = nearest_triangle_child(current, i.scale, point);
     const bool is_leaf = current != ref_none && !is_inner(current);
     const uint first = current & ref_triangle_first_mask;
     const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
-    for (uint k = 0u; k < count; ++k) {
+    uint k = 0u;
+    if (is_leaf) do {
       ++rounds;
       uint triangle;
       const float square = nearest_on_slot(first + k, i.scale, point, triangle).square;
@@ -218,11 +219,12 @@ void search_triangles(Instance i, uint root, uint place, vec3 point) {
 #else
       offer(candidate);
 #endif
-    }
+      ++k;
+    } while (k < count);
     current = is_leaf ? ref_none : current;
     if (current == ref_none) current = next_waiting(bottom);
     cut_short = cut_short || rounds > max_rounds;
-  }
+  } while (current != ref_none && !cut_short);
 #ifdef NEAREST_SURFACE
   set_reach(reach_before);
   if (own.instance != no_entity) offer(own);
@@ -257,7 +259,7 @@ NeighborRecord described(uint place, uint slot, float distance, NearestRecord re
 
 void search_entities(NearestRecord record, vec3 asked_point) {
   uint current = args.root;
-  while (current != ref_none && !cut_short) {
+  if (current != ref_none) do {
     rounds += 3u;  // this loop's, and one for each of the two inside
     if (is_inner(current)) current = nearest_entity_child(current, record.share, asked_point);
     if (current != ref_none && !is_inner(current)) {
@@ -275,7 +277,7 @@ void search_entities(NearestRecord record, vec3 asked_point) {
     }
     if (current == ref_none) current = next_waiting(0u);
     cut_short = cut_short || rounds > max_rounds;
-  }
+  } while (current != ref_none && !cut_short);
 }
 
 void main() {
@@ -303,10 +305,12 @@ void main() {
   }
   rounds += found + 1u;
   cut_short = cut_short || rounds > max_rounds;
-  for (uint k = 0u; k < found; ++k) {
+  uint k = 0u;
+  if (found != 0u) do {
     const uint j = LIST_SIZE - args.k + k;
     neighbors[index * args.k + k] = described(places[j], slots[j], distances[j], record, asked);
-  }
+    ++k;
+  } while (k < found);
   cut_short = cut_short || !loops_still_turn(args.two);
   counts[index] = NearestCount(cut_short ? 0u : found, cut_short ? 1u : 0u);
 }

@@ -76,14 +76,14 @@ void main() {
 #ifdef RAY_LIST
   clear_list();
 #endif
-  const Found found = trace(make_segment(origin, direction), r1.z, r1.w, t_s, share, instance_base, floatBitsToUint(r2.z), args.root,
+  const Found found = trace(make_segment(-origin, direction), r1.z, r1.w, t_s, share, instance_base, floatBitsToUint(r2.z), args.root,
                             args.faces, args.hits_per_ray - 1u, args.two);
 #if defined(RAY_LIST)
   for (uint k = 0u; k < args.hits_per_ray; ++k) {
     Found one = nothing_within(r1.w);
     if (found.status == status_incomplete) one.status = status_incomplete;
     if (found.status != status_incomplete && list_entity[k] != no_entity) {
-      const Segment ray = enter_instance(make_segment(origin, direction), fetch_instance(instances, list_instance[k]), t_s);
+      const Segment ray = enter_instance(make_segment(-origin, direction), fetch_instance(instances, list_instance[k]), t_s);
       test_triangle(ray, list_slot[k], r1.z, args.faces, list_instance[k], list_entity[k], one);
     }
     write_hit(index * args.hits_per_ray + k, one, origin, direction, v_origin, t_s);

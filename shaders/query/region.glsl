@@ -74,7 +74,7 @@ uint visit(uint node, uint share, Shape shape) {
 
 void look_at_border(RegionRecord record, Shape shape, uint base) {
   uint group = 0u;
-  while (border_count > 0u || (group & 0xFFu) != 0u) {
+  if (border_count > 0u) do {
     ++rounds;
     const bool pop = (group & 0xFFu) == 0u;
     border_count -= pop ? 1u : 0u;
@@ -84,12 +84,12 @@ void look_at_border(RegionRecord record, Shape shape, uint base) {
     fetch_instance_box(instances, place, i);
     const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
     keep(base, wanted && holds(shape, bounds_at(i, record.t_s)), i.entity);
-  }
+  } while (border_count > 0u || (group & 0xFFu) != 0u);
 }
 
 void look_within(RegionRecord record, uint base) {
   uint group = 0u;
-  while (within_count > 0u || (group & 0xFFu) != 0u) {
+  if (within_count > 0u) do {
     ++rounds;
     const bool pop = (group & 0xFFu) == 0u;
     within_count -= pop ? 1u : 0u;
@@ -98,7 +98,7 @@ void look_within(RegionRecord record, uint base) {
     const uint mask = floatBitsToUint(texelFetch(instances, int(place * instance_texels)).w);
     const uint entity = floatBitsToUint(texelFetch(instances, int(place * instance_texels) + 3).w);
     keep(base, (mask & record.mask) != 0u && entity != record.excluded, entity);
-  }
+  } while (within_count > 0u || (group & 0xFFu) != 0u);
 }
 
 void main() {
@@ -115,17 +115,17 @@ void main() {
   const uint share = uint(record.share * 256.0 + 0.5);
   const uint base = index * args.capacity;
   uint node = args.root;
-  while (node != ref_none) {
+  if (node != ref_none) do {
     rounds += 4u;  // this loop's, and one for each of the three inside
-    while (node != ref_none && border_count < list_size && within_count < list_size) {
+    do {
       ++rounds;
       node = visit(node, share, shape);
-    }
+    } while (node != ref_none && border_count < list_size && within_count < list_size);
     look_at_border(record, shape, base);
     look_within(record, base);
     cut_short = cut_short || rounds > max_rounds;
     node = cut_short ? ref_none : node;
-  }
+  } while (node != ref_none);
   cut_short = cut_short || !loops_still_turn(args.two);
   counts[index] = RegionCount(found, cut_short ? 1u : 0u);
 }

@@ -20,13 +20,14 @@ const uint stack_size = 48u;
 
 // A ray in the frame of what is being traversed.
 struct Segment {
-  vec3 o;
+  vec3 minus_o;  // not o: the compiler would push a negation into what o was made by, and make it anew at every visit
   vec3 d;
   vec3 inverse_d;
   // For triangles: the axis along which the ray runs most, and what makes it the z axis (see test_triangle).
   uint axis;
   vec3 shear;
   uint octant;
+  uint group_bit[8];  // of the child in a slot: 1 << (slot ^ octant)
 };
 
 vec3 inverse_direction(vec3 d) {
@@ -41,12 +42,19 @@ vec3 axis_last(vec3 p, uint axis) {
   return axis == 2u ? p : turned;
 }
 
-Segment make_segment(vec3 o, vec3 d) {
+Segment make_segment(vec3 minus_o, vec3 d) {
   const vec3 size = abs(d);
   const uint axis = size.x > size.y ? (size.x > size.z ? 0u : 2u) : (size.y > size.z ? 1u : 2u);
   const vec3 along = axis_last(d, axis);
-  return Segment(o, d, inverse_direction(d), axis, vec3(along.xy, 1.0) / along.z,
-                 (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u));
+  Segment ray;
+  ray.minus_o = minus_o;
+  ray.d = d;
+  ray.inverse_d = inverse_direction(d);
+  ray.axis = axis;
+  ray.shear = vec3(along.xy, 1.0) / along.z;
+  ray.octant = (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u);
+  [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) ray.group_bit[slot] = 1u << (slot ^ ray.octant);
+  return ray;
 }
 
 struct Found {
@@ -70,7 +78,7 @@ Found nothing_within(float lambda_max) {
 Segment enter_instance(Segment world, Instance i, float t_s) {
   const vec4 q = conjugate(orientation_at(i.q, i.w, t_s));
   const vec3 p = i.p + i.v * t_s;
-  return make_segment(rotate(q, world.o - p) / i.scale, rotate(q, world.d) / i.scale);
+  return make_segment(rotate(q, p + world.minus_o) / i.scale, rotate(q, world.d) / i.scale);
 }
 
 // Twice the area that the origin, p and q span; swapping p and q turns the sign and changes nothing else.
@@ -87,9 +95,9 @@ void test_triangle(Segment ray, uint slot, float lambda_min, float faces, uint i
   const int base = int(slot * triangle_texels);
   const vec4 t0 = texelFetch(triangles, base);
   const uint triangle = floatBitsToUint(t0.w);
-  const vec3 a = axis_last(t0.xyz - ray.o, ray.axis);
-  const vec3 b = axis_last(texelFetch(triangles, base + 1).xyz - ray.o, ray.axis);
-  const vec3 c = axis_last(texelFetch(triangles, base + 2).xyz - ray.o, ray.axis);
+  const vec3 a = axis_last(t0.xyz + ray.minus_o, ray.axis);
+  const vec3 b = axis_last(texelFetch(triangles, base + 1).xyz + ray.minus_o, ray.axis);
+  const vec3 c = axis_last(texelFetch(triangles, base + 2).xyz + ray.minus_o, ray.axis);
   precise vec2 a2 = a.xy - ray.shear.xy * a.z;
   precise vec2 b2 = b.xy - ray.shear.xy * b.z;
   precise vec2 c2 = c.xy - ray.shear.xy * c.z;
@@ -176,7 +184,7 @@ Slabs slabs_of(uvec4 head, Segment ray, float lambda_min, float limit) {
                             uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
   Slabs slabs;
   slabs.slope = quantum * ray.inverse_d;
-  slabs.offset = (uintBitsToFloat(head.xyz) - ray.o) * ray.inverse_d;
+  slabs.offset = (uintBitsToFloat(head.xyz) + ray.minus_o) * ray.inverse_d;
   // A relative 1e-6 covers the rounding of slope, offset and their sum.
   slabs.far_slope = slabs.slope * 1.000001;
   slabs.far_offset = slabs.offset * 1.000001;
@@ -206,13 +214,20 @@ Edges edges_along(uvec4 edges, bool backwards) {
 
 float quanta_of(uvec2 edges, uint k) { return float(int(edges[k >> 2] >> 8u * (k & 3u) & 0xFFu)); }
 
-uint as_group(uint node, uint mask, uint used, uint octant) {
-  // An empty slot's box is inside out, which a distant ray may not notice.
-  mask &= used;
-  mask = (octant & 1u) != 0u ? (mask & 0x55u) << 1 | (mask >> 1 & 0x55u) : mask;
-  mask = (octant & 2u) != 0u ? (mask & 0x33u) << 2 | (mask >> 2 & 0x33u) : mask;
-  mask = (octant & 4u) != 0u ? (mask & 0x0Fu) << 4 | mask >> 4 : mask;
-  return node << 8 | mask;
+// Bits of slots as bits of a group.
+uint in_group_order(uint slots, uint octant) {
+  uint bits = slots;
+  bits = (octant & 1u) != 0u ? (bits & 0x55u) << 1 | (bits >> 1 & 0x55u) : bits;
+  bits = (octant & 2u) != 0u ? (bits & 0x33u) << 2 | (bits >> 2 & 0x33u) : bits;
+  return (octant & 4u) != 0u ? (bits & 0x0Fu) << 4 | bits >> 4 : bits;
+}
+
+// `entered`: one bit of a group for each slot. `used`: the slots that have a child; the box of an empty one is inside out, which
+// a distant ray may not notice.
+uint as_group(uint node, uint entered[8], uint used, uint octant) {
+  const uint mask = ((entered[0] | entered[1]) | (entered[2] | entered[3])) |
+                    ((entered[4] | entered[5]) | (entered[6] | entered[7]));
+  return node << 8 | (mask & in_group_order(used, octant));
 }
 
 // The children of a node that the ray enters, as a group. `base`: the node's first texel.
@@ -222,13 +237,13 @@ uint enter_children(usamplerBuffer of, int base, uint node, Segment ray, float l
   const Edges x = edges_along(texelFetch(of, base + 1), slabs.backwards.x);
   const Edges y = edges_along(texelFetch(of, base + 2), slabs.backwards.y);
   const Edges z = edges_along(texelFetch(of, base + 3), slabs.backwards.z);
-  uint mask = 0u;
+  uint entered[8];
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
     const vec3 near = vec3(quanta_of(x.near, k), quanta_of(y.near, k), quanta_of(z.near, k));
     const vec3 far = vec3(quanta_of(x.far, k), quanta_of(y.far, k), quanta_of(z.far, k));
-    mask |= enters(slabs, near, far) ? 1u << k : 0u;
+    entered[k] = enters(slabs, near, far) ? ray.group_bit[k] : 0u;
   }
-  return as_group(node, mask, head.w >> 24, ray.octant);
+  return as_group(node, entered, head.w >> 24, ray.octant);
 }
 
 uint enter_geometry(uint node, Segment ray, float lambda_min, float limit) {
@@ -252,7 +267,7 @@ uint enter_entities(uint node, float share, Segment ray, float lambda_min, float
     begin[axis] = edges_along(texelFetch(tlas, base + 1 + axis), slabs.backwards[axis]);
     end[axis] = edges_along(texelFetch(tlas, base + 6 + axis), slabs.backwards[axis]);
   }
-  uint mask = 0u;
+  uint entered[8];
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
     vec3 near;
     vec3 far;
@@ -260,9 +275,9 @@ uint enter_entities(uint node, float share, Segment ray, float lambda_min, float
       near[axis] = quanta_at(begin[axis].near, end[axis].near, k, share);
       far[axis] = quanta_at(begin[axis].far, end[axis].far, k, share);
     }
-    mask |= enters(slabs, near, far) ? 1u << k : 0u;
+    entered[k] = enters(slabs, near, far) ? ray.group_bit[k] : 0u;
   }
-  return as_group(node, mask, head.w >> 24, ray.octant);
+  return as_group(node, entered, head.w >> 24, ray.octant);
 }
 #else
 // The same for entities, all of them where they are at the window's begin, which is its end.
@@ -282,8 +297,10 @@ struct Search {
 uint take_next(usamplerBuffer of, uint texels, inout Search search, uint bottom, uint octant) {
   const bool pop = (search.group & 0xFFu) == 0u;
   const bool done = pop && search.depth == bottom;
+  // Read wherever it stands, whether it is asked for or not: the read need not wait for the answer.
+  const uint waiting = stack[max(search.depth, 1u) - 1u];
   search.depth -= pop && !done ? 1u : 0u;
-  const uint group = pop ? stack[search.depth] : search.group;
+  const uint group = pop ? waiting : search.group;
   const uint rest = group & (group - 1u);
   // The exponent of a power of two is the place of its bit.
   const uint slot = (uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u) ^ octant;
@@ -297,69 +314,90 @@ uint take_next(usamplerBuffer of, uint texels, inout Search search, uint bottom,
   return done || search.rounds >= max_rounds ? ref_none : (slot & 2u) != 0u ? high : low;
 }
 
+// Down the entities' tree to the next instance, or none.
+uint descend_entities(uint node, inout Search search, float share, Segment world, float lambda_min, float limit) {
+  uint current = node;
+  do {
+    ++search.rounds;
+    search.group = enter_entities(current, share, world, lambda_min, limit);
+    current = take_next(tlas, tlas_node_texels, search, 0u, world.octant);
+  } while ((current & ref_leaf_bit) == 0u);
+  return current;
+}
+
+// The same down a geometry's tree, above `bottom` of the stack, to a run of triangles.
+uint descend_geometry(uint node, inout Search search, uint bottom, Segment ray, float lambda_min, float limit) {
+  uint current = node;
+  do {
+    ++search.rounds;
+    search.group = enter_geometry(current, ray, lambda_min, limit);
+    current = take_next(nodes, node_texels, search, bottom, ray.octant);
+  } while ((current & ref_leaf_bit) == 0u);
+  return current;
+}
+
+void test_run(uint run, inout Search search, Segment ray, float lambda_min, float faces, uint last_kept, uint instance, uint entity,
+              inout Found best) {
+  const uint first = run & ref_triangle_first_mask;
+  const uint end = first + (run >> ref_triangle_count_shift & 0xFu) + 1u;
+  uint slot = first;
+  do {
+    ++search.rounds;
+#ifdef RAY_LIST
+    Found one = nothing_within(best.lambda);
+    test_triangle(ray, slot, lambda_min, faces, instance, entity, one);
+    keep(one);
+    best.lambda = min(best.lambda, list_lambda[last_kept]);
+#else
+    test_triangle(ray, slot, lambda_min, faces, instance, entity, best);
+#endif
+    ++slot;
+  } while (slot < end);
+}
+
+uint unless_found(uint current, Found best) {
+#ifdef RAY_ANY
+  return best.status == status_hit ? ref_none : current;
+#else
+  return current;
+#endif
+}
+
 // `t_s`: since the epoch of the instances that stand from `instance_base` on. `share`: of the window that has passed then.
 // `two`: see loops_still_turn.
 //
-// Loops end where their condition stands: what follows a break runs for the lanes that are left even when there are none.
+// On lavapipe whatever stands in a loop runs in each of its rounds, for nobody if need be, and a round more is made where the
+// condition stands before the body. So conditions stand at the end, and the descent to the first instance stands before the
+// loop over instances: inside, at its begin, the last round would run through both trees for nobody.
 Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float share, uint instance_base, uint mask, uint root,
             float faces, uint last_kept, uint two) {
   Found best = nothing_within(lambda_max);
   Search search = Search(0u, 0u, 0u);
   uint current = root;
-  while (current != ref_none) {
-    // Down the entities' tree to an instance.
-    ++search.rounds;
-    while ((current & ref_leaf_bit) == 0u) {
-      ++search.rounds;
-      search.group = enter_entities(current, share, world, lambda_min, best.lambda);
-      current = take_next(tlas, tlas_node_texels, search, 0u, world.octant);
-    }
-    if (current == ref_none) break;
+  if (current != ref_none) current = descend_entities(current, search, share, world, lambda_min, best.lambda);
+  if (current != ref_none) do {
+    search.rounds += 4u;  // this loop's, and those that loops inside make for nobody
     const uint instance = (current & ref_instance_mask) + instance_base;
     const Instance candidate = fetch_instance(instances, instance);
     const Segment ray = enter_instance(world, candidate, t_s);
     const uint bottom = search.depth;
     current = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
-    while (current != ref_none) {
-      // Down the geometry's tree to a leaf.
+    if (current != ref_none) do {
       ++search.rounds;
-      do {
-        ++search.rounds;
-        search.group = enter_geometry(current, ray, lambda_min, best.lambda);
-        current = take_next(nodes, node_texels, search, bottom, ray.octant);
-      } while ((current & ref_leaf_bit) == 0u);
+      current = descend_geometry(current, search, bottom, ray, lambda_min, best.lambda);
       if (current == ref_none) break;
       // Leaves, as long as they follow one another.
       do {
-        const uint first = current & ref_triangle_first_mask;
-        const uint end = first + (current >> ref_triangle_count_shift & 0xFu) + 1u;
-        uint slot = first;
-        do {
-          ++search.rounds;
-#ifdef RAY_LIST
-          Found one = nothing_within(best.lambda);
-          test_triangle(ray, slot, lambda_min, faces, instance, candidate.entity, one);
-          keep(one);
-          best.lambda = min(best.lambda, list_lambda[last_kept]);
-#else
-          test_triangle(ray, slot, lambda_min, faces, instance, candidate.entity, best);
-#endif
-          ++slot;
-        } while (slot < end);
         ++search.rounds;
-        current = take_next(nodes, node_texels, search, bottom, ray.octant);
-#ifdef RAY_ANY
-        current = best.status == status_hit ? ref_none : current;
-#endif
+        test_run(current, search, ray, lambda_min, faces, last_kept, instance, candidate.entity, best);
+        current = unless_found(take_next(nodes, node_texels, search, bottom, ray.octant), best);
       } while ((current & ref_leaf_bit) != 0u && current != ref_none);
-    }
+    } while (current != ref_none);
     search.depth = bottom;
     search.group = 0u;
-    current = take_next(tlas, tlas_node_texels, search, 0u, world.octant);
-#ifdef RAY_ANY
-    current = best.status == status_hit ? ref_none : current;
-#endif
-  }
+    current = unless_found(take_next(tlas, tlas_node_texels, search, 0u, world.octant), best);
+    if ((current & ref_leaf_bit) == 0u) current = descend_entities(current, search, share, world, lambda_min, best.lambda);
+  } while (current != ref_none);
   bool cut_short = search.rounds >= max_rounds;
 #ifdef RAY_ANY
   // A hit is one, whatever was not looked at.
