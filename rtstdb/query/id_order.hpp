@@ -1,5 +1,5 @@
 #pragma once
-// Puts entity indices in order: each sets its bit in a field, which is then read from its begin. A bit above
+// Puts indices in order: each sets its bit in a field, which is then read from its begin. A bit above
 // each word says whether to look at it. For the short lists of single answers this is faster than to compare.
 
 #include <algorithm>

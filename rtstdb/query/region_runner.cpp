@@ -122,6 +122,7 @@ Result<void> RegionRunner::create_buffers(gpu::Device& device, const std::string
   if (lists_triangles) {
     triangles_.resize(capacity * ids_per_region_);
     sorted_.resize(ids_per_region_);
+    numbers_.resize(ids_per_region_);
   } else {
     entities_.resize(capacity * ids_per_region_);
   }
@@ -262,17 +263,32 @@ std::span<const EntityTriangle> RegionRunner::unpack_triangles(std::uint32_t reg
                                                                std::uint32_t kept,
                                                                const accel::TlasView& view) noexcept {
   const auto found = ids_.host_as<const glm::uvec2>().subspan(std::size_t{place} * ids_per_region_, kept);
-  const auto sorted = std::span(sorted_).first(kept);
-  std::ranges::transform(found, sorted.begin(), in_order);
-  std::ranges::sort(sorted);
+  const auto triangles = std::span(triangles_).subspan(std::size_t{region} * ids_per_region_, kept);
+  const std::uint32_t entity = found[0].x;
+  std::uint32_t others = 0;
+  std::uint32_t first = found[0].y;
+  std::uint32_t last = first;
+  for (const glm::uvec2& one : found) {
+    others |= one.x ^ entity;
+    first = std::min(first, one.y);
+    last = std::max(last, one.y);
+  }
+  std::size_t next = 0;
+  // Most often they are of one entity, and do not lie far apart in its mesh.
+  if (others == 0 && last - first < max_entities) {
+    const auto numbers = std::span(numbers_).first(kept);
+    std::ranges::transform(found, numbers.begin(), [&](const glm::uvec2& one) { return one.y - first; });
+    const EntityId id = view.identities[entity].id;
+    id_order_.ascending(numbers, [&](std::uint32_t number) { triangles[next++] = {id, first + number}; });
+  } else {
+    const auto sorted = std::span(sorted_).first(kept);
+    std::ranges::transform(found, sorted.begin(), in_order);
+    std::ranges::sort(sorted);
+    for (const std::uint64_t one : std::span(sorted.begin(), std::unique(sorted.begin(), sorted.end())))
+      triangles[next++] = {view.identities[one >> 32].id, static_cast<std::uint32_t>(one)};
+  }
   // Of a search that was cut short one may stand twice.
-  const auto ascending = std::span(sorted.begin(), std::ranges::unique(sorted).begin());
-  const auto triangles =
-      std::span(triangles_).subspan(std::size_t{region} * ids_per_region_, ascending.size());
-  std::ranges::transform(ascending, triangles.begin(), [&](std::uint64_t one) {
-    return EntityTriangle{view.identities[one >> 32].id, static_cast<std::uint32_t>(one)};
-  });
-  return triangles;
+  return triangles.first(next);
 }
 
 }  // namespace rtstdb::query

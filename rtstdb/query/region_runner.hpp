@@ -76,6 +76,7 @@ class RegionRunner {
   std::vector<EntityId> entities_;         // ids_per_region for each, or
   std::vector<EntityTriangle> triangles_;  // these
   std::vector<std::uint64_t> sorted_;      // of one region, by entity and triangle
+  std::vector<std::uint32_t> numbers_;     // of one region, where all are of one entity
   std::vector<RegionAnswer> answers_;
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
 };

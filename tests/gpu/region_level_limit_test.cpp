@@ -76,6 +76,25 @@ TEST_F(RegionLevelLimits, ABallIsFoundWholeOrNotAnswered) {
   EXPECT_GT(cut_short, 0u) << "no search came to the limit";
 }
 
+/// A plate through a mesh of more than a million triangles, first and last ones among those that it cuts.
+TEST_F(RegionLevelLimits, ALargeMeshIsListedInOrder) {
+  const TriangleMesh mesh = make_sphere(1.0, 8);
+  const EntityId entity = create(row_of(add(mesh)));
+  const float height_m = 0.3f;
+  std::vector<EntityTriangle> wanted;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const glm::uvec3& corners = mesh.triangles[i];
+    const auto [low, high] = std::minmax(
+        {mesh.positions_m[corners.x].z, mesh.positions_m[corners.y].z, mesh.positions_m[corners.z].z});
+    if (low <= height_m && height_m <= high) wanted.push_back({entity, i});
+  }
+  ASSERT_GT(wanted.back().triangle - wanted.front().triangle, 1u << 20);
+  const auto query = prepare(RegionLevel::triangle, 8'192);
+  query->regions()[0] = region_of(box, touching, {0.0f, 0.0f, height_m}, {2.0f, 2.0f, 0.0f});
+  EXPECT_EQ(ask(*query, 1).status, Status::committed);
+  EXPECT_TRUE(std::ranges::equal(query->answers()[0].triangles, wanted));
+}
+
 /// On lavapipe eight neighbours in the batch share one allowance of rounds. Whether a region is answered must
 /// not depend on them.
 TEST_F(RegionLevelLimits, ABatchOfLongSearchesIsAnsweredAsEachAlone) {
