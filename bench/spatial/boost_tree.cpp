@@ -48,12 +48,15 @@ std::string BoostTree::version() {
          std::to_string(BOOST_VERSION / 100 % 1000);
 }
 
-void BoostTree::intersecting(std::span<const rtstdb::Bounds> queries, PeerRegions& answers) const {
+/// `wanted` has the last word: a query's place, then an id.
+template <class Wanted>
+void BoostTree::query(std::span<const rtstdb::Bounds> queries, PeerRegions& answers, Wanted wanted) const {
   over_chunks(queries.size(), queries_per_chunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       std::uint32_t* const ids = answers.ids.data() + i * answers.ids_per_query;
       std::uint32_t found = 0;
       const auto take = [&](const Entry& entry) {
+        if (!wanted(i, entry.second)) return;
         if (found < answers.ids_per_query) ids[found] = entry.second;
         ++found;
       };
@@ -61,6 +64,16 @@ void BoostTree::intersecting(std::span<const rtstdb::Bounds> queries, PeerRegion
       answers.counts[i] = found;
     }
   });
+}
+
+void BoostTree::intersecting(std::span<const rtstdb::Bounds> queries, PeerRegions& answers) const {
+  query(queries, answers, [](std::size_t, std::uint32_t) { return true; });
+}
+
+void BoostTree::touching(std::span<const rtstdb::Bounds> queries, std::span<const Corners> triangles,
+                         PeerRegions& answers) const {
+  query(queries, answers,
+        [&](std::size_t i, std::uint32_t id) { return touches(queries[i], triangles[id]); });
 }
 
 }  // namespace hil::bench

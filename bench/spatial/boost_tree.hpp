@@ -9,6 +9,8 @@
 
 #include <rtstdb/geometry.hpp>
 
+#include "bench/spatial/triangle_box.hpp"
+
 namespace hil::bench {
 
 /// The ids of query i stand from i * ids_per_query on.
@@ -32,8 +34,13 @@ class BoostTree {
 
   /// Touching counts. Ids come in any order.
   void intersecting(std::span<const rtstdb::Bounds> queries, PeerRegions& answers) const;
+  /// Of those boxes only the ones whose triangle is touched itself. `triangles`: by id.
+  void touching(std::span<const rtstdb::Bounds> queries, std::span<const Corners> triangles,
+                PeerRegions& answers) const;
 
  private:
+  template <class Wanted>
+  void query(std::span<const rtstdb::Bounds> queries, PeerRegions& answers, Wanted wanted) const;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

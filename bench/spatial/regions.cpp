@@ -12,6 +12,8 @@ namespace {
 constexpr std::uint32_t ids_per_region = 192;
 /// Two boxes this near to touching may be told apart by rounding alone: single precision at 50 m.
 constexpr double touching_m = 2e-5;
+/// The same for a triangle and a box: at a metre.
+constexpr float touching_triangle_m = 2e-6f;
 
 rtstdb::Bounds around(const glm::dvec3& center_m, const glm::dvec3& half_m) {
   return {glm::vec3(center_m - half_m), glm::vec3(center_m + half_m)};
@@ -24,31 +26,41 @@ double gap_m(const rtstdb::Bounds& a, const rtstdb::Bounds& b) {
   return std::max({gaps.x, gaps.y, gaps.z});
 }
 
-void demand_same(std::span<const rtstdb::RegionAnswer> ours, PeerRegions& theirs,
-                 std::span<const rtstdb::Bounds> boxes, std::span<const rtstdb::Bounds> queries) {
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < queries.size(); ++i) {
-    std::vector<std::uint32_t> our_ids, different;
-    for (const rtstdb::EntityId id : ours[i].entities)
-      our_ids.push_back(id.index);
-    const auto their_ids = std::span(theirs.ids).subspan(i * theirs.ids_per_query, theirs.counts[i]);
-    std::ranges::sort(their_ids);
-    std::ranges::set_symmetric_difference(our_ids, their_ids, std::back_inserter(different));
-    for (const std::uint32_t entity : different) {
-      if (std::abs(gap_m(boxes[entity], queries[i])) <= touching_m) continue;
-      throw std::runtime_error("region_box_entities: region " + std::to_string(i) +
-                               " is answered otherwise by the peer, for entity " + std::to_string(entity));
-    }
-    found += our_ids.size();
-  }
-  const double mean = static_cast<double>(found) / static_cast<double>(queries.size());
-  if (mean < 30.0 || mean > 70.0)
-    throw std::runtime_error("region_box_entities: a region finds " + std::to_string(mean) + " on average");
+std::uint32_t number_of(const rtstdb::EntityId& id) {
+  return id.index;
+}
+std::uint32_t number_of(const rtstdb::EntityTriangle& one) {
+  return one.triangle;
 }
 
-}  // namespace
+/// `listed`: what of an answer is compared. `in_doubt(region, number)`: rounding may decide about it.
+template <class Listed, class InDoubt>
+void demand_same(const std::string& name, std::span<const rtstdb::RegionAnswer> ours, PeerRegions& theirs,
+                 Listed listed, InDoubt in_doubt) {
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    std::vector<std::uint32_t> our_numbers, different;
+    for (const auto& one : ours[i].*listed)
+      our_numbers.push_back(number_of(one));
+    if (theirs.counts[i] > theirs.ids_per_query)
+      throw std::runtime_error(name + ": more than the peer has room for");
+    const auto their_numbers = std::span(theirs.ids).subspan(i * theirs.ids_per_query, theirs.counts[i]);
+    std::ranges::sort(their_numbers);
+    std::ranges::set_symmetric_difference(our_numbers, their_numbers, std::back_inserter(different));
+    for (const std::uint32_t number : different) {
+      if (in_doubt(i, number)) continue;
+      throw std::runtime_error(name + ": region " + std::to_string(i) +
+                               " is answered otherwise by the peer, for " + std::to_string(number));
+    }
+    found += our_numbers.size();
+  }
+  const double mean = static_cast<double>(found) / static_cast<double>(ours.size());
+  if (mean < 30.0 || mean > 70.0)
+    throw std::runtime_error(name + ": a region finds " + std::to_string(mean) + " on average");
+}
 
-std::vector<Figure> measure_regions(const SpatialOptions& options) {
+std::vector<Figure> measure_entities(const SpatialOptions& options) {
+  const std::string name = "region_box_entities";
   const std::uint32_t entity_count = options.tiny ? 1000 : 100'000;
   const std::uint32_t region_count = options.tiny ? 256 : 1u << 15;
   const float half_m = options.tiny ? 11.0f : 50.0f;
@@ -78,9 +90,66 @@ std::vector<Figure> measure_regions(const SpatialOptions& options) {
 
   ours.run();
   run_peer();
-  demand_same(ours.query().answers(), theirs, boxes, queries);
-  return rates({"region_box_entities", kilo_queries, region_count, options.tiny ? 1 : 9,
-                [&] { return ours.run(); }, BoostTree::version(), run_peer});
+  demand_same(name, ours.query().answers(), theirs, &rtstdb::RegionAnswer::entities,
+              [&](std::size_t region, std::uint32_t entity) {
+                return std::abs(gap_m(boxes[entity], queries[region])) <= touching_m;
+              });
+  return rates({name, kilo_queries, region_count, options.tiny ? 1 : 9, [&] { return ours.run(); },
+                BoostTree::version(), run_peer});
+}
+
+rtstdb::Bounds grown(const rtstdb::Bounds& box, float by_m) {
+  return {box.minimum_m - by_m, box.maximum_m + by_m};
+}
+
+std::vector<Figure> measure_triangles(const SpatialOptions& options) {
+  const std::string name = "region_box_triangles";
+  const rtstdb::TriangleMesh mesh = rtstdb::make_sphere(1.0, options.tiny ? 4 : 7);
+  const std::uint32_t region_count = options.tiny ? 256 : 1u << 15;
+  const float half_m = options.tiny ? 0.14f : 0.0175f;
+
+  OurWorld world(1);
+  rtstdb::EntityRow row;
+  row.geometry = world.add(mesh);
+  world.create({&row, 1});
+  auto query =
+      must(world.database().prepare(rtstdb::RegionQueryOptions{.name = "bench",
+                                                               .capacity = region_count,
+                                                               .level = rtstdb::RegionLevel::triangle,
+                                                               .ids_per_region = ids_per_region}));
+  // About places of the surface.
+  Random random(7);
+  std::vector<rtstdb::Bounds> queries;
+  for (rtstdb::Region& region : query->regions()) {
+    region.center_m =
+        mesh.positions_m[random.next() % mesh.positions_m.size()] + random.in_box(glm::vec3(0.25f * half_m));
+    region.half_extent_m = glm::vec3(half_m) + random.in_box(glm::vec3(0.25f * half_m));
+    queries.push_back(around(glm::dvec3(region.center_m), glm::dvec3(region.half_extent_m)));
+  }
+  Asked<rtstdb::RegionQuery> ours(world.database(), std::move(query), region_count);
+  const std::vector<Corners> triangles = triangles_of(mesh);
+  const BoostTree peer(boxes_around(triangles));
+  PeerRegions theirs(region_count, ids_per_region);
+  const auto run_peer = [&] { peer.touching(queries, triangles, theirs); };
+
+  ours.run();
+  run_peer();
+  demand_same(name, ours.query().answers(), theirs, &rtstdb::RegionAnswer::triangles,
+              [&](std::size_t region, std::uint32_t triangle) {
+                return touches(grown(queries[region], touching_triangle_m), triangles[triangle]) &&
+                       !touches(grown(queries[region], -touching_triangle_m), triangles[triangle]);
+              });
+  return rates({name, kilo_queries, region_count, options.tiny ? 1 : 9, [&] { return ours.run(); },
+                BoostTree::version(), run_peer});
+}
+
+}  // namespace
+
+std::vector<Figure> measure_regions(const SpatialOptions& options) {
+  std::vector<Figure> figures = measure_entities(options);
+  for (Figure& figure : measure_triangles(options))
+    figures.push_back(std::move(figure));
+  return figures;
 }
 
 }  // namespace hil::bench

@@ -1,5 +1,5 @@
 #pragma once
-// Boxes that ask for the entities they touch, beside Boost.Geometry's R*-tree.
+// Boxes that ask for the entities, or for the triangles of a mesh, that they touch, beside Boost.Geometry's R*-tree.
 
 #include <vector>
 
@@ -8,8 +8,8 @@
 
 namespace hil::bench {
 
-/// region_box_entities: ids, by ascending index on our side; and region_box_entities_device by the device's
-/// own time alone. Throws std::runtime_error when the sides disagree.
+/// region_box_entities and region_box_triangles: in ascending order on our side; and the same with _device by the
+/// device's own time alone. Throws std::runtime_error when the sides disagree.
 std::vector<Figure> measure_regions(const SpatialOptions& options);
 
 }  // namespace hil::bench

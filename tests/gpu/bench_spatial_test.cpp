@@ -113,6 +113,8 @@ constexpr Expected expected_figures[] = {
     {"nearest_entity_k8_device", "kquery/s", ""},
     {"region_box_entities", "kquery/s", "Boost.Geometry 1"},
     {"region_box_entities_device", "kquery/s", ""},
+    {"region_box_triangles", "kquery/s", "Boost.Geometry 1"},
+    {"region_box_triangles_device", "kquery/s", ""},
     {"tlas_rebuild_10k", "ms", "Embree 3"},
     {"tlas_rebuild_10k_device", "ms", ""},
     {"tlas_rebuild_100k", "ms", "Embree 3"},
