@@ -4,49 +4,15 @@
 #include "rtstdb/accel/tlas.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/gpu_test.hpp"
 #include "tests/gpu/random_scene.hpp"
+#include "tests/gpu/version_rows.hpp"
 
 namespace rtstdb::test {
 namespace {
-
-class Rows final : public query::RowSource {
- public:
-  explicit Rows(std::uint32_t count) : states_(count) {}
-  /// The next version: every row made anew by `make`, or none.
-  void next(const std::function<std::optional<EntityRow>(std::uint32_t)>& make) {
-    ++version_;
-    for (std::uint32_t i = 0; i < states_.size(); ++i) {
-      states_[i].reset();
-      if (auto row = make(i)) {
-        row->motion.valid_from = time();
-        states_[i] = EntityState{.id = {i, 1}, .row = *row, .written_by = version_};
-      }
-    }
-  }
-
-  Version version() const noexcept override { return version_; }
-  WorldTime time() const noexcept override {
-    return world_time_ns(static_cast<std::int64_t>(version_) * 1'000'000);
-  }
-  std::uint32_t index_limit() const noexcept override { return static_cast<std::uint32_t>(states_.size()); }
-  const EntityState* row(std::uint32_t index) const noexcept override {
-    return states_[index] ? &*states_[index] : nullptr;
-  }
-  bool changed_between(Version, std::vector<std::uint32_t>& indices) const noexcept override {
-    indices.resize(states_.size());
-    std::iota(indices.begin(), indices.end(), 0u);
-    return true;
-  }
-
- private:
-  std::vector<std::optional<EntityState>> states_;
-  Version version_ = 0;
-};
 
 /// A small world is built by one workgroup, a large one by many passes.
 class TreesFromVersionToVersion : public gpu::test::GpuTest,
@@ -60,6 +26,9 @@ class TreesFromVersionToVersion : public gpu::test::GpuTest,
     ASSERT_TRUE(pool_.add(device(), make_box({1.0, 1.0, 1.0}), submit_).ok());
     ASSERT_TRUE(tlas_.bind(device(), pool_).ok());
   }
+  void next(const std::function<std::optional<EntityRow>(std::uint32_t)>& make) {
+    rows_.next(make, rows_.time() + Nanoseconds(1'000'000));
+  }
   void prepare() {
     submit_.begin();
     ASSERT_TRUE(tlas_.prepare(rows_, {rows_.time(), rows_.time()}, submit_).has_value());
@@ -72,7 +41,7 @@ class TreesFromVersionToVersion : public gpu::test::GpuTest,
   EntityRow anywhere() { return row_of({0}, 100.0 * random_.vector()); }
 
   Random random_{4};
-  Rows rows_{GetParam()};
+  VersionRows rows_{GetParam()};
   accel::Submit submit_;
   accel::GeometryPool pool_;
   accel::Tlas tlas_;
@@ -83,7 +52,7 @@ TEST_P(TreesFromVersionToVersion, AreRefittedWhileNobodyComesOrGoesAndTheyServe)
   for (std::uint32_t i = 0; i < GetParam(); ++i)
     places.push_back(anywhere());
   const auto as_they_are = [&](std::uint32_t i) { return std::optional(places[i]); };
-  rows_.next(as_they_are);
+  next(as_they_are);
   prepare();
   expect_counts(1, 0);
   prepare();
@@ -91,28 +60,28 @@ TEST_P(TreesFromVersionToVersion, AreRefittedWhileNobodyComesOrGoesAndTheyServe)
   for (int k = 0; k < 5; ++k) {
     for (EntityRow& row : places)
       row.motion.p_world_m += 0.1 * random_.vector();
-    rows_.next(as_they_are);
+    next(as_they_are);
     prepare();
   }
   expect_counts(1, 5);
 
-  rows_.next([&](std::uint32_t i) { return i == 7 ? std::nullopt : as_they_are(i); });
+  next([&](std::uint32_t i) { return i == 7 ? std::nullopt : as_they_are(i); });
   prepare();
   expect_counts(2, 5);  // one went
-  rows_.next(as_they_are);
+  next(as_they_are);
   prepare();
   expect_counts(3, 5);  // and came back
   EntityRow hidden = places[7];
   hidden.geometry = {};
-  rows_.next([&](std::uint32_t i) { return i == 7 ? std::optional(hidden) : as_they_are(i); });
+  next([&](std::uint32_t i) { return i == 7 ? std::optional(hidden) : as_they_are(i); });
   prepare();
   expect_counts(4, 5);  // has no geometry now
 
-  rows_.next(as_they_are);
+  next(as_they_are);
   prepare();
-  rows_.next([&](std::uint32_t) { return std::optional(anywhere()); });
+  next([&](std::uint32_t) { return std::optional(anywhere()); });
   prepare();
-  rows_.next([&](std::uint32_t) { return std::optional(anywhere()); });
+  next([&](std::uint32_t) { return std::optional(anywhere()); });
   prepare();
   // Everything is elsewhere: a large tree is made anew at once, a small one for the version after.
   const std::uint64_t at_once = GetParam() > shared::small_build_max ? 1 : 0;

@@ -1,0 +1,228 @@
+#include "tests/gpu/motion_box_fuzz.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "rtstdb/geometry/motion_bounds.hpp"
+#include "shaders/shared/node.h"
+
+namespace rtstdb::test {
+namespace {
+
+constexpr std::size_t node_words = 4 * shared::tlas_node_texels;
+
+/// A child's box at a share of the window, exactly.
+WorldBox box_at(std::span<const std::uint32_t> node, std::uint32_t slot, double share) {
+  WorldBox box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto edge = [&](std::size_t texel, std::size_t pair) {
+      const std::uint32_t word = node[4 * (texel + static_cast<std::size_t>(axis)) + pair + slot / 4];
+      return static_cast<double>(word >> (8 * (slot % 4)) & 0xFFu);
+    };
+    const double origin_m = std::bit_cast<float>(node[static_cast<std::size_t>(axis)]);
+    const double quantum_m = std::ldexp(1.0, static_cast<int>(node[3] >> (8 * axis) & 0xFFu) - 127);
+    const auto mixed = [&](std::size_t pair) {
+      return origin_m + quantum_m * (edge(1, pair) + share * (edge(6, pair) - edge(1, pair)));
+    };
+    box.minimum_m[axis] = mixed(0);
+    box.maximum_m[axis] = mixed(2);
+  }
+  return box;
+}
+
+glm::dvec3 quanta_m(std::span<const std::uint32_t> node) {
+  const auto quantum_m = [&](int axis) {
+    return std::ldexp(1.0, static_cast<int>(node[3] >> (8 * axis) & 0xFFu) - 127);
+  };
+  return {quantum_m(0), quantum_m(1), quantum_m(2)};
+}
+
+bool contains(const WorldBox& box, const glm::dvec3& point_m) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (point_m[axis] < box.minimum_m[axis] || point_m[axis] > box.maximum_m[axis]) return false;
+  }
+  return true;
+}
+
+glm::dvec3 corner_of(const Bounds& bounds, int corner) {
+  return {corner & 1 ? bounds.maximum_m.x : bounds.minimum_m.x,
+          corner & 2 ? bounds.maximum_m.y : bounds.minimum_m.y,
+          corner & 4 ? bounds.maximum_m.z : bounds.minimum_m.z};
+}
+
+/// How much larger than needed the box of a leaf may be along each side: what a corner's way bends while it turns by phi, and
+/// what the bounds' own turning adds between the ends; never more than the ball around them allows.
+double slack_m(const EntityRow& row, double reach, double window_s) {
+  const Motion& motion = row.motion;
+  const double phi_rad = glm::length(motion.w_world_radps) * window_s;
+  const double bend_m = std::min(reach * (2.0 * phi_rad + 0.25 * phi_rad * phi_rad), 4.0 * reach);
+  const double far_m = glm::length(motion.p_world_m) + 2.0 * glm::length(motion.v_world_mps) + reach;
+  const double rounding_m = 8e-6 * (far_m + 2.0 * reach * glm::length(motion.w_world_radps));
+  return bend_m + rounding_m;
+}
+
+}  // namespace
+
+void MotionBoxFuzz::SetUp() {
+  GpuTest::SetUp();
+  submit_ = accel::Submit::create(device()).value();
+  meshes_ = mixed_meshes(random_);
+  // A body far from its own origin, about which it turns.
+  meshes_.push_back(make_box({0.5, 0.1, 0.3}));
+  for (glm::vec3& position_m : meshes_.back().positions_m)
+    position_m += glm::vec3(3.0f, -2.0f, 1.0f);
+  pool_ = accel::GeometryPool::create(device(), static_cast<std::uint32_t>(meshes_.size()), submit_).value();
+  for (const TriangleMesh& mesh : meshes_) {
+    ASSERT_TRUE(pool_.add(device(), mesh, submit_).ok());
+    bounds_.push_back(bounds_of(mesh));
+  }
+  tlas_ = accel::Tlas::create(device(), {.max_entities = most_entities, .slots = 1}).value();
+  ASSERT_TRUE(tlas_.bind(device(), pool_).ok());
+  read_back_ = make_buffer(
+      {.name = "read back", .size_bytes = tlas_.nodes(0).size_bytes(), .memory = gpu::Memory::readback});
+}
+
+EntityRow MotionBoxFuzz::row(const Scene& scene) {
+  EntityRow row;
+  row.geometry = {static_cast<std::uint32_t>(random_.below(meshes_.size()))};
+  row.scale = {random_.magnitude(0.05, 20.0), random_.magnitude(0.05, 20.0), random_.magnitude(0.05, 20.0)};
+  if (random_.one_in(4)) row.scale = glm::dvec3(random_.magnitude(0.05, 20.0));
+  Motion& motion = row.motion;
+  motion.p_world_m = scene.far_m * glm::dvec3(1.0, -0.6, 0.3) + scene.radius_m * random_.vector();
+  motion.q_world = random_.orientation();
+  motion.valid_from = scene.time;
+  if (!random_.one_in(8)) motion.v_world_mps = random_.magnitude(0.01, 500.0) * random_.direction();
+  if (random_.one_in(8)) return row;
+  // From hardly a turn to several in a window, within what a row may have.
+  const double turns = random_.magnitude(1e-4, 8.0);
+  const double rate_radps = 2.0 * std::numbers::pi * turns / std::max(scene.window.seconds(), 1e-3);
+  const glm::dvec3 axis = random_.one_in(4) ? glm::dvec3(0.0, 0.0, 1.0) : random_.direction();
+  motion.w_world_radps = std::min(rate_radps, 9e3) * axis;
+  row.motion =
+      rebased(motion, scene.time - Nanoseconds(static_cast<std::int64_t>(random_.uniform(0.0, 60.0) * 1e9)));
+  return row;
+}
+
+glm::dvec3 MotionBoxFuzz::random_point_of(const TriangleMesh& mesh) {
+  const glm::uvec3 corners = mesh.triangles[random_.below(mesh.triangles.size())];
+  const double u = random_.uniform(0.0, 1.0);
+  const double v = random_.uniform(0.0, 1.0 - u);
+  const auto corner = [&](std::uint32_t number) { return glm::dvec3(mesh.positions_m[number]); };
+  return (1.0 - u - v) * corner(corners.x) + u * corner(corners.y) + v * corner(corners.z);
+}
+
+void MotionBoxFuzz::walk(std::uint32_t node, std::vector<Child>& above) {
+  const auto words = read_back_.host_as<const std::uint32_t>().subspan(node * node_words, node_words);
+  for (std::uint32_t slot = 0; slot < shared::node_width; ++slot) {
+    if ((words[3] >> 24 >> slot & 1u) == 0) continue;
+    above.push_back({node, slot});
+    const std::uint32_t reference = words[16 + slot];
+    if ((reference & shared::ref_leaf_bit) != 0) {
+      std::vector<Child>& path = paths_.at(reference & shared::ref_instance_mask);
+      EXPECT_TRUE(path.empty()) << "an entity has two leaves";
+      path = above;
+    } else {
+      walk(reference, above);
+    }
+    above.pop_back();
+  }
+}
+
+void MotionBoxFuzz::check(const EntityRow& row, const std::vector<Child>& boxes, WorldTime t,
+                          const Window& window, float share) {
+  const auto words = read_back_.host_as<const std::uint32_t>();
+  const Bounds& bounds = bounds_[row.geometry.index];
+  const Pose pose = pose_at(row.motion, t);
+  const auto in_world = [&](const glm::dvec3& point_m) {
+    return pose.p_world_m + pose.q_world * (row.scale * point_m);
+  };
+  std::vector<glm::dvec3> points_m;
+  points_m.reserve(12);
+  for (int corner = 0; corner < 8; ++corner)
+    points_m.push_back(in_world(corner_of(bounds, corner)));
+  for (int k = 0; k < 4; ++k)
+    points_m.push_back(in_world(random_point_of(meshes_[row.geometry.index])));
+  points_ += points_m.size();
+  for (const Child& one : boxes) {
+    const WorldBox box =
+        box_at(words.subspan(one.node * node_words, node_words), one.slot, static_cast<double>(share));
+    outside_ += static_cast<std::size_t>(
+        std::ranges::count_if(points_m, [&](const glm::dvec3& point_m) { return !contains(box, point_m); }));
+  }
+  const auto leaf_words = words.subspan(boxes.back().node * node_words, node_words);
+  const WorldBox leaf = box_at(leaf_words, boxes.back().slot, static_cast<double>(share));
+  const WorldBox exact = box_around(oriented_box(bounds, row.scale, pose));
+  const glm::dvec3 allowed_m =
+      slack_m(row, reach_m(bounds, row.scale), window.seconds()) + 4.0 * quanta_m(leaf_words);
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool large = exact.minimum_m[axis] - leaf.minimum_m[axis] > allowed_m[axis] ||
+                       leaf.maximum_m[axis] - exact.maximum_m[axis] > allowed_m[axis];
+    too_large_ += large ? 1 : 0;
+  }
+}
+
+void MotionBoxFuzz::look(const Window& window) {
+  submit_.begin();
+  const auto view = tlas_.prepare(rows_, {window.begin, window.end}, submit_);
+  ASSERT_TRUE(view.has_value());
+  submit_.recorder().copy(tlas_.nodes(0), 0, read_back_, 0, read_back_.size_bytes());
+  ASSERT_TRUE(submit_.run());
+  std::vector<const EntityState*> states;
+  for (std::uint32_t i = 0; i < rows_.index_limit(); ++i) {
+    if (rows_.row(i) != nullptr) states.push_back(rows_.row(i));
+  }
+  paths_.assign(states.size(), {});
+  std::vector<Child> above;
+  walk(view->root, above);
+  // Few instants of many entities, many of few.
+  const std::size_t instants = std::max<std::size_t>(3, 400 / states.size());
+  for (const EntityState* state : states) {
+    const auto& path = paths_[tlas_.place_of(0, state->id.index)];
+    ASSERT_FALSE(path.empty()) << "entity " << state->id.index << " is in no leaf";
+    for (std::size_t k = 0; k < instants; ++k) {
+      const double part = k == 0 ? 0.0 : k == 1 ? 1.0 : random_.uniform(0.0, 1.0);
+      const WorldTime t =
+          window.begin + Nanoseconds(static_cast<std::int64_t>(
+                             part * static_cast<double>((window.end - window.begin).count())));
+      check(state->row, path, t, window, view->moment(t).share);
+    }
+  }
+  ++versions_;
+}
+
+void MotionBoxFuzz::fuzz(std::uint64_t seed) {
+  random_ = Random(seed);
+  outside_ = too_large_ = 0;
+  constexpr std::uint32_t counts[] = {1, 2, 9, 30, 60, 200, 30, 60, 9, 700};
+  const std::uint32_t count = seed % 40 == 39 ? most_entities : counts[random_.below(std::size(counts))];
+  Scene scene;
+  scene.time = world_time_ns(static_cast<std::int64_t>(random_.uniform(-1e6, 1e6) * 1e9));
+  scene.radius_m = random_.magnitude(0.1, 1e3);
+  scene.far_m = random_.one_in(3) ? random_.magnitude(10.0, 8e4) : 0.0;
+  const auto window_ns = random_.one_in(8) ? 0 : static_cast<std::int64_t>(random_.magnitude(1e6, 1e9));
+  const auto wait_ns = static_cast<std::int64_t>(random_.uniform(0.0, 3e9));
+  std::vector<EntityRow> rows(count);
+  // In the second version everybody moves otherwise from where it is: refitted, if the tree still serves.
+  for (const bool again : {false, true}) {
+    if (again) scene.time += Nanoseconds(10'000'000);
+    scene.window = {scene.time + Nanoseconds(wait_ns), scene.time + Nanoseconds(wait_ns + window_ns)};
+    for (EntityRow& one : rows) {
+      EntityRow next = row(scene);
+      if (again) {
+        next.geometry = one.geometry;
+        next.motion.p_world_m +=
+            pose_at(one.motion, scene.time).p_world_m - pose_at(next.motion, scene.time).p_world_m;
+      }
+      one = next;
+    }
+    rows_.next([&](std::uint32_t i) { return i < count ? std::optional(rows[i]) : std::nullopt; },
+               scene.time);
+    look(scene.window);
+  }
+  EXPECT_EQ(outside_, 0u) << "points outside; seed " << seed << ", " << count << " entities";
+  EXPECT_EQ(too_large_, 0u) << "sides too far out; seed " << seed << ", " << count << " entities";
+}
+
+}  // namespace rtstdb::test

@@ -1,0 +1,18 @@
+// Boxes of moving, turning entities as the device has them. Many more worlds: long_random_test.cpp.
+
+#include "tests/gpu/motion_box_fuzz.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+TEST_F(MotionBoxFuzz, NothingIsEverOutsideOfABox) {
+  for (std::uint64_t seed = 0; seed < 200 && !HasFailure(); ++seed)
+    fuzz(seed);
+  EXPECT_EQ(versions(), 400u);
+  EXPECT_GT(counts().builds, 150u);
+  EXPECT_GT(counts().refits, 100u);
+  RecordProperty("points", std::to_string(points()));
+}
+
+}  // namespace
+}  // namespace rtstdb::test
