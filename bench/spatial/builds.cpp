@@ -3,9 +3,6 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 
 #include "bench/spatial/embree_builds.hpp"
 #include "bench/spatial/embree_hit.hpp"
@@ -72,18 +69,9 @@ std::vector<Figure> measure_tlas(const std::string& name, std::uint32_t count, C
           time_figure(name + "_device", {device_s, {}}, "")};
 }
 
-rtstdb::TriangleMesh bunny(const SpatialOptions& options) {
-  if (options.tiny) return lumpy_body(33, 32, 9);
-  const char* const data = std::getenv("HIL_TEST_DATA");
-  const auto path = std::filesystem::path(data == nullptr ? "" : data) / "meshes/stanford-bunny.obj";
-  if (data != nullptr && std::filesystem::exists(path)) return must(rtstdb::load_mesh(path));
-  std::fprintf(stderr, "blas_build_bunny: no bunny in HIL_TEST_DATA, another body of its size\n");
-  return lumpy_body(218, 160, 9);
-}
-
 Figure measure_blas(const SpatialOptions& options) {
   const int rounds = options.tiny ? 1 : 9;
-  const rtstdb::TriangleMesh mesh = bunny(options);
+  const rtstdb::TriangleMesh mesh = bunny(options.tiny);
   OurWorld world(1, static_cast<std::uint32_t>(rounds) + 1);
   EmbreeBlas peer;
   const RoundTimes times = in_turns(

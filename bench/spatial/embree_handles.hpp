@@ -18,10 +18,12 @@ struct EmbreeRelease {
   void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
   void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
   void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+  void operator()(RTCBVH tree) const { rtcReleaseBVH(tree); }
 };
 using EmbreeDevice = std::unique_ptr<RTCDeviceTy, EmbreeRelease>;
 using EmbreeSceneHandle = std::unique_ptr<RTCSceneTy, EmbreeRelease>;
 using EmbreeGeometry = std::unique_ptr<RTCGeometryTy, EmbreeRelease>;
+using EmbreeTree = std::unique_ptr<RTCBVHTy, EmbreeRelease>;
 
 /// What a device has allocated and not given back.
 using EmbreeBytes = std::atomic<std::int64_t>;

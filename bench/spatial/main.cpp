@@ -15,6 +15,7 @@
 #include "bench/spatial/memory.hpp"
 #include "bench/spatial/nearest.hpp"
 #include "bench/spatial/our_world.hpp"
+#include "bench/spatial/quality.hpp"
 #include "bench/spatial/rays.hpp"
 #include "bench/spatial/regions.hpp"
 
@@ -32,7 +33,7 @@ constexpr Family families[] = {
     {"rays", hil::bench::measure_rays},       {"instances", hil::bench::measure_instances},
     {"nearest", hil::bench::measure_nearest}, {"regions", hil::bench::measure_regions},
     {"builds", hil::bench::measure_builds},   {"latency", hil::bench::measure_latency},
-    {"memory", hil::bench::measure_memory},
+    {"memory", hil::bench::measure_memory},   {"quality", hil::bench::measure_quality},
 };
 
 int refuse(const char* argument) {

@@ -5,7 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <numbers>
+
+#include "bench/spatial/side_by_side.hpp"
 
 namespace hil::bench {
 namespace {
@@ -76,6 +81,28 @@ rtstdb::TriangleMesh body_in_bowl(std::uint32_t rows, std::uint64_t seed) {
     const auto height = [&](std::uint32_t corner) { return ball.positions_m[corner].z; };
     if (std::max({height(triangle.x), height(triangle.y), height(triangle.z)}) < rim)
       mesh.triangles.push_back(triangle + first);
+  }
+  return mesh;
+}
+
+rtstdb::TriangleMesh bunny(bool tiny) {
+  if (tiny) return lumpy_body(33, 32, 9);
+  const char* const data = std::getenv("HIL_TEST_DATA");
+  const auto path = std::filesystem::path(data == nullptr ? "" : data) / "meshes/stanford-bunny.obj";
+  if (data != nullptr && std::filesystem::exists(path)) return must(rtstdb::load_mesh(path));
+  std::fprintf(stderr, "no bunny in HIL_TEST_DATA, another body of its size\n");
+  return lumpy_body(218, 160, 9);
+}
+
+rtstdb::TriangleMesh triangle_soup(std::uint32_t count, std::uint64_t seed) {
+  Random random(seed);
+  rtstdb::TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const glm::vec3 center = random.in_box(glm::vec3(2.0f));
+    const float size = 0.5f * std::exp2(random.between(-8.0f, 0.0f));
+    for (int corner = 0; corner < 3; ++corner)
+      mesh.positions_m.push_back(center + size * random.in_box(glm::vec3(1.0f)));
+    mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
   }
   return mesh;
 }

@@ -40,6 +40,13 @@ rtstdb::TriangleMesh lumpy_body(std::uint32_t rows, std::uint32_t columns, std::
 /// from in there has to look at something before it knows that it misses.
 rtstdb::TriangleMesh body_in_bowl(std::uint32_t rows, std::uint64_t seed);
 
+/// HIL_TEST_DATA's meshes/stanford-bunny.obj, 69,451 triangles, or another body of its size and a line on stderr;
+/// tiny: a small body. Throws std::runtime_error when the file is broken.
+rtstdb::TriangleMesh bunny(bool tiny);
+
+/// Triangles anywhere, from some millimetres to half a metre in size.
+rtstdb::TriangleMesh triangle_soup(std::uint32_t count, std::uint64_t seed);
+
 /// A camera in the bowl, looking past the body: neighbouring rays lie side by side; two thirds of them hit.
 std::vector<rtstdb::Ray> camera_rays(std::uint32_t width, std::uint32_t height);
 /// From anywhere in the bowl into any direction; three quarters of them hit.

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/spatial/embree_tree.hpp"
+#include "bench/spatial/our_tree.hpp"
 #include "bench/spatial/ray_agreement.hpp"
 
 namespace hil::bench {
@@ -73,6 +75,26 @@ TEST_F(RaysJudged, RaysThatHitNothingAreRefused) {
   EXPECT_THROW(judge(0.0), std::runtime_error);
 }
 
+/// At each corner of a cube three triangles that fill a box of 1 m: a root with eight leaves is the best tree.
+TEST(TreeCosts, AreThoseOfARootWithEightLeaves) {
+  rtstdb::TriangleMesh mesh;
+  for (std::uint32_t cluster = 0; cluster < 8; ++cluster) {
+    const glm::vec3 at = 10.0f * glm::vec3(cluster & 1, cluster >> 1 & 1, cluster >> 2);
+    const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+    for (const glm::vec3& corner :
+         {glm::vec3(0, 0, 0), glm::vec3(1, 1, 0), glm::vec3(0, 1, 1), glm::vec3(1, 0, 1)})
+      mesh.positions_m.push_back(at + corner);
+    for (const glm::uvec3& corners : {glm::uvec3(0, 1, 2), glm::uvec3(0, 1, 3), glm::uvec3(1, 2, 3)})
+      mesh.triangles.push_back(corners + first);
+  }
+  const double cost = 1.0 + 8 * 3 * 0.3 * (1.0 * 1.0) / (11.0 * 11.0);
+  EXPECT_NEAR(embree_tree_cost(mesh, EmbreeQuality::medium), cost, 1e-6);
+  EXPECT_NEAR(embree_tree_cost(mesh, EmbreeQuality::high), cost, 1e-6);
+  // In quanta of 1/16 m: up to an eighth more along each axis.
+  EXPECT_GT(our_tree_cost(mesh), cost);
+  EXPECT_LT(our_tree_cost(mesh), 1.0 + 1.125 * 1.125 * (cost - 1.0));
+}
+
 struct Output {
   int exit_code = 0;
   std::string text;
@@ -128,6 +150,12 @@ constexpr Expected expected_figures[] = {
     {"latency_small_update_query_p99", "us", ""},
     {"bytes_per_triangle", "B", "Embree 3"},
     {"bytes_per_entity", "B", "Embree 3"},
+    {"blas_sah_cost_bunny", "cost", "Embree 3"},
+    {"blas_sah_cost_bunny_split", "cost", "Embree 3"},
+    {"blas_sah_cost_body", "cost", "Embree 3"},
+    {"blas_sah_cost_body_split", "cost", "Embree 3"},
+    {"blas_sah_cost_soup", "cost", "Embree 3"},
+    {"blas_sah_cost_soup_split", "cost", "Embree 3"},
 };
 
 TEST(BenchSpatial, TinyModePrintsOneJsonLinePerFigure) {

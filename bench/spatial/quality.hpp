@@ -1,0 +1,15 @@
+#pragma once
+// How good the structures of geometries are for rays, beside Embree's.
+
+#include <vector>
+
+#include "bench/figure/figure.hpp"
+#include "bench/spatial/side_by_side.hpp"
+
+namespace hil::bench {
+
+/// blas_sah_cost_NAME: the cost of a tree by tree_cost.hpp, beside that of Embree's builder of quality MEDIUM;
+/// blas_sah_cost_NAME_split: beside quality HIGH, which splits triangles and ours does not.
+std::vector<Figure> measure_quality(const SpatialOptions& options);
+
+}  // namespace hil::bench
