@@ -29,13 +29,12 @@ std::uint64_t hash_of(const Place& a, const Place& b) noexcept {
   return mixed(hash ^ (std::uint64_t{b[1]} << 32 | b[2]));
 }
 
-}  // namespace
-
-bool is_closed(const TriangleMesh& mesh) noexcept {
+/// `place_of(corner)`: what tells the corner from others.
+template <class PlaceOf>
+bool is_balanced(std::span<const glm::uvec3> triangles, const PlaceOf& place_of) noexcept {
   std::uint64_t balance = 0;
-  for (const glm::uvec3& triangle : mesh.triangles) {
-    const Place corners[] = {place_of(mesh.positions_m[triangle.x]), place_of(mesh.positions_m[triangle.y]),
-                             place_of(mesh.positions_m[triangle.z])};
+  for (const glm::uvec3& triangle : triangles) {
+    const Place corners[] = {place_of(triangle.x), place_of(triangle.y), place_of(triangle.z)};
     for (int i = 0; i < 3; ++i) {
       const Place& from = corners[i];
       const Place& to = corners[(i + 1) % 3];
@@ -44,6 +43,17 @@ bool is_closed(const TriangleMesh& mesh) noexcept {
     }
   }
   return balance == 0;
+}
+
+}  // namespace
+
+bool is_closed(const MeshView& mesh) noexcept {
+  return is_balanced(mesh.triangles,
+                     [&](std::uint32_t corner) { return place_of(mesh.positions_m[corner]); });
+}
+
+bool is_closed_anywhere(std::span<const glm::uvec3> triangles) noexcept {
+  return is_balanced(triangles, [](std::uint32_t corner) { return Place{corner, 0, 0}; });
 }
 
 }  // namespace rtstdb

@@ -28,6 +28,9 @@ TEST(ClosedMesh, ShapesAreAndARectangleIsNot) {
 
 TEST(ClosedMesh, GoesByThePlacesOfCorners) {
   EXPECT_TRUE(is_closed(unshared(make_sphere(2.0, 3))));
+  EXPECT_TRUE(is_closed_anywhere(make_sphere(2.0, 3).triangles));
+  EXPECT_FALSE(is_closed_anywhere(unshared(make_sphere(2.0, 3)).triangles)) << "corners may part";
+  EXPECT_FALSE(is_closed_anywhere(make_rectangle(1.0, 2.0).triangles));
   TriangleMesh at_zero = unshared(make_box({2.0, 2.0, 2.0}));
   for (std::size_t i = 0; i < at_zero.positions_m.size(); ++i) {
     float& x = at_zero.positions_m[i].x;
