@@ -44,6 +44,7 @@ class MovedRows final : public query::RowSource {
     std::iota(indices.begin() + static_cast<std::ptrdiff_t>(before), indices.end(), 0u);
     return true;
   }
+  query::Shape shape(GeometryId /*geometry*/) const noexcept override { return {}; }
 
  private:
   std::vector<EntityState> states_;

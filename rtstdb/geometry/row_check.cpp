@@ -75,6 +75,24 @@ std::optional<BadInput> check_row(const EntityRow& row) noexcept {
   return check_motion(row.motion);
 }
 
+std::optional<BadInput> check_positions(std::span<const glm::vec3> positions_m) noexcept {
+  constexpr auto limit = static_cast<float>(max_coordinate_m);
+  static_assert(static_cast<double>(limit) == max_coordinate_m);
+  // Without a way out, so that many are looked at at once; what is no number is not below the limit either.
+  bool all_good = true;
+  for (const glm::vec3& p : positions_m)
+    all_good &= (std::abs(p.x) <= limit) & (std::abs(p.y) <= limit) & (std::abs(p.z) <= limit);
+  if (all_good) return std::nullopt;
+  std::size_t i = 0;
+  while (largest_component(positions_m[i]) <= max_coordinate_m && finite(positions_m[i]))
+    ++i;
+  const bool is_finite = finite(positions_m[i]);
+  BadInput bad =
+      fault(is_finite ? BadInputReason::out_of_limits : BadInputReason::not_finite, positions_m[i]);
+  bad.values[3] = static_cast<double>(i);
+  return bad;
+}
+
 Motion normalised(const Motion& motion) noexcept {
   RTSTDB_ASSERT(finite(motion.q_world) && can_be_normalised(motion.q_world));
   const double largest = largest_component(motion.q_world);

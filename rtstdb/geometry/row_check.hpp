@@ -1,8 +1,11 @@
 #pragma once
-// What a row may hold: the checks that every write passes before it enters a version. Pure functions of their
+// What a row may hold, and a shape: the checks that every write passes before it enters a version. Pure functions of their
 // arguments: any thread, no allocation, fit for the tick.
 
+#include <glm/ext/vector_float3.hpp>
+
 #include <optional>
+#include <span>
 
 #include <rtstdb/entity.hpp>
 #include <rtstdb/transaction.hpp>
@@ -22,6 +25,10 @@ std::optional<BadInput> check_motion(const Motion& motion) noexcept;
 ///   not_finite        a scale factor
 ///   out_of_limits     a scale factor outside [min_scale, max_scale]
 std::optional<BadInput> check_row(const EntityRow& row) noexcept;
+
+/// The first position of a geometry that is not_finite or, by a component beyond max_coordinate_m, out_of_limits;
+/// `values` holds it and then its index.
+std::optional<BadInput> check_positions(std::span<const glm::vec3> positions_m) noexcept;
 
 /// The same motion with a unit orientation, whatever the magnitude of the given one. It has passed
 /// check_motion (misuse asserts). Normalising twice changes nothing beyond the last bit.

@@ -14,7 +14,13 @@
 
 namespace rtstdb::query {
 
-/// The rows of one version.
+/// Where the corners of a geometry that deforms are.
+struct Shape {
+  Version version = 0;  ///< that moved them there; 0: as they were added
+  std::span<const glm::vec3> positions_m;
+};
+
+/// One version: its rows, and the shapes of geometry that deforms.
 class RowSource {
  public:
   virtual ~RowSource() = default;
@@ -28,6 +34,9 @@ class RowSource {
   /// False: no longer known, everything may differ. Does not allocate when `indices` has room for
   /// index_limit() more.
   virtual bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept = 0;
+  /// The shape in this version of a geometry that deforms. The positions stay until others may commit (Meanwhile);
+  /// then they may lie elsewhere.
+  virtual Shape shape(GeometryId geometry) const noexcept = 0;
 
   /// The live entity of that id, or null.
   const EntityState* find(EntityId id) const noexcept {

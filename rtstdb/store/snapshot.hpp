@@ -1,5 +1,5 @@
 #pragma once
-// The rows of one version, as the store holds them: nothing is copied.
+// The rows and shapes of one version, as the store holds them: nothing is copied.
 //
 // Threads: the store's. Lifetime: the store's. Pointers from row() hold until the store is changed next
 // (stage, publish, settle, discard).
@@ -23,6 +23,8 @@ class Snapshot final : public query::RowSource {
   /// Misuse once still_kept() is false.
   const EntityState* row(std::uint32_t index) const noexcept override;
   bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept override;
+  /// Misuse for a version that was not read as one that has its shapes.
+  query::Shape shape(GeometryId geometry) const noexcept override;
 
   /// False when later commits have overwritten what the version is read from, or when it was discarded.
   bool still_kept() const noexcept;

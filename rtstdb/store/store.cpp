@@ -44,7 +44,9 @@ Store::Store(StoreOptions options)
       changes_(options_.max_entities, options_.retained_changes),
       versions_(std::size_t{options_.retained_changes} + 1, empty_world),
       discarded_(options_.retained_changes),
+      shapes_(options_.max_geometries),
       staged_write_(options_.max_entities, 0),
+      staged_shape_(options_.max_geometries, 0),
       latest_(empty_world),
       marks_(options_.max_entities, 0) {
   RTSTDB_ASSERT(options_.max_entities <= max_entities);
@@ -58,15 +60,24 @@ Snapshot Store::staged_snapshot() const noexcept {
   return {*this, {staged_->version, staged_->time}};
 }
 
-std::variant<Snapshot, BadInput> Store::read(const ReadAt& read_at) const noexcept {
+bool Store::keeps_after(Version version, const WriteSet& set) const noexcept {
+  return changes_.keeps_after(version, set.writes.size()) && versions_.keeps_after_one_more(version) &&
+         std::ranges::all_of(set.shapes, [&](const ShapeWrite& write) {
+           return !shapes_.deforms(write.geometry) || shapes_.keeps_after_one_more(version, write.geometry);
+         });
+}
+
+std::variant<Snapshot, BadInput> Store::read(const ReadAt& read_at, ReadFor purpose) const noexcept {
   if (read_at.kind == ReadAt::Kind::latest) return latest_snapshot();
   const bool by_time = read_at.kind == ReadAt::Kind::time;
   if (by_time ? read_at.time >= latest_.time : read_at.version == latest_.version) return latest_snapshot();
 
   const auto found = by_time ? versions_.at_time(read_at.time) : versions_.find(read_at.version);
-  if (found && keeps(found->version)) return Snapshot(*this, *found);
+  const Version oldest_version =
+      purpose == ReadFor::rows ? oldest_kept() : std::max(oldest_kept(), shapes_.oldest_kept());
+  if (found && found->version >= oldest_version) return Snapshot(*this, *found);
 
-  const VersionInfo oldest = versions_.find(oldest_kept()).value_or(latest_);
+  const VersionInfo oldest = versions_.find(oldest_version).value_or(latest_);
   const bool too_old =
       by_time ? found || oldest.version != empty_world.version : read_at.version < oldest.version;
   BadInput fault =
@@ -95,6 +106,14 @@ const EntityState* Store::row(Version version, std::uint32_t index) const noexce
     state = &changes_.state_at(version, index, *state);
   }
   return state->id.valid() ? state : nullptr;
+}
+
+query::Shape Store::shape(Version version, GeometryId geometry) const noexcept {
+  if (is_staged(version)) {
+    if (const std::uint32_t ordinal = staged_shape_[geometry.index]; ordinal != 0)
+      return {version, staged_->shapes[ordinal - 1].positions_m};
+  }
+  return shapes_.at(geometry, version);
 }
 
 bool Store::changed_between(Version version, Version other,
@@ -128,7 +147,7 @@ void Store::for_each_staged_row(Visit visit) const noexcept {
 
 std::optional<BadInput> Store::stage(WriteSet& set) noexcept {
   RTSTDB_ASSERT(progress_ == Progress::none);
-  RTSTDB_ASSERT(!set.writes.empty());
+  RTSTDB_ASSERT(!set.empty());
   if (auto fault = check_time(set.time)) return fault;
   set.version = next_version_;
   staged_ = &set;
@@ -143,6 +162,11 @@ std::optional<BadInput> Store::stage(WriteSet& set) noexcept {
     }
     write.state.written_by = set.version;
     staged_write_[write.state.id.index] = static_cast<std::uint32_t>(ordinal) + 1;
+  }
+  if (auto fault = stage_shapes()) {
+    unwind(set.writes.size());
+    staged_ = nullptr;
+    return fault;
   }
   progress_ = Progress::staged;
   return std::nullopt;
@@ -210,7 +234,37 @@ std::optional<BadInput> Store::stage_update_motion(Write& write) noexcept {
   return std::nullopt;
 }
 
+std::optional<BadInput> Store::stage_shapes() noexcept {
+  for (std::size_t ordinal = 0; ordinal < staged_->shapes.size(); ++ordinal) {
+    const ShapeWrite& write = staged_->shapes[ordinal];
+    if (auto fault = check_shape(write)) {
+      fault->element = static_cast<std::uint32_t>(ordinal);
+      fault->in_geometry_update = true;
+      return fault;
+    }
+    staged_shape_[write.geometry.index] = static_cast<std::uint32_t>(ordinal) + 1;
+  }
+  return std::nullopt;
+}
+
+std::optional<BadInput> Store::check_shape(const ShapeWrite& write) const noexcept {
+  const auto index = static_cast<double>(write.geometry.index);
+  if (!write.geometry.valid() || !options_.geometry_known(write.geometry))
+    return refusal(BadInputReason::unknown_geometry, index);
+  if (!shapes_.deforms(write.geometry)) return refusal(BadInputReason::geometry_does_not_deform, index);
+  const std::size_t needed = shapes_.position_count(write.geometry);
+  const auto given = static_cast<double>(write.given);
+  if (write.given != needed)
+    return refusal(BadInputReason::wrong_position_count, given, static_cast<double>(needed));
+  if (write.given > write.room)
+    return refusal(BadInputReason::too_many_positions, given, static_cast<double>(write.room));
+  return check_positions(write.positions_m);
+}
+
+/// Takes back the staged shapes too.
 void Store::unwind(std::size_t count) noexcept {
+  for (const ShapeWrite& write : staged_->shapes)
+    if (write.geometry.index < staged_shape_.size()) staged_shape_[write.geometry.index] = 0;
   while (count-- > 0) {
     const Write& write = staged_->writes[count];
     const std::uint32_t index = write.state.id.index;
@@ -239,6 +293,10 @@ void Store::settle() noexcept {
   });
   for (const Write& write : staged_->writes)
     staged_write_[write.state.id.index] = 0;
+  for (const ShapeWrite& write : staged_->shapes) {
+    shapes_.record(staged_->version, write.geometry, write.positions_m);
+    staged_shape_[write.geometry.index] = 0;
+  }
   versions_.append(latest_);
   next_version_ = staged_->version + 1;
   progress_ = Progress::none;

@@ -1,5 +1,5 @@
 #pragma once
-// The rows of the world and their versions.
+// The rows of the world, the shapes of geometry that deforms, and their versions.
 //
 // A commit goes in steps, so that queries can be answered on a version before anybody else can read it:
 //     stage(set)  -> the set is checked whole and becomes readable as staged_snapshot(); nothing else has
@@ -8,17 +8,20 @@
 //     as if it had never been staged; its version number is
 //                    not given again
 //
-// Older versions are read from a bounded history of row changes. Version 0 is the empty world and holds from
+// Older versions are read from a bounded history of row changes, and one of shapes. Version 0 is the empty world and holds from
 // -max_world_time_ns on.
 //
 // Ids: a create takes the lowest free index, so ids follow from the order of the writes. The generation of an
 // index grows by one with each create (from 1; it wraps after 2^32 creates at one index).
 //
-// Threads: one, const calls too. Allocates in the constructor alone.
+// Threads: one, const calls too. Allocates in the constructor alone; keep_shapes takes memory that is there.
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -27,6 +30,7 @@
 #include "rtstdb/store/change_history.hpp"
 #include "rtstdb/store/discarded_rows.hpp"
 #include "rtstdb/store/free_indices.hpp"
+#include "rtstdb/store/shape_history.hpp"
 #include "rtstdb/store/snapshot.hpp"
 #include "rtstdb/store/version_history.hpp"
 #include "rtstdb/store/write_set.hpp"
@@ -38,7 +42,11 @@ struct StoreOptions {
   std::uint32_t retained_changes = 1u << 16;  ///< at least 1
   /// Whether a geometry exists. Called while staging; must neither block nor throw.
   std::function<bool(GeometryId)> geometry_known;
+  std::uint32_t max_geometries = 1024;
 };
+
+/// What a version is read for.
+enum class ReadFor : std::uint8_t { rows, rows_and_shapes };
 
 class Store {
  public:
@@ -47,20 +55,27 @@ class Store {
   Store& operator=(const Store&) = delete;
 
   VersionInfo latest() const noexcept { return latest_; }
-  Version oldest_kept() const noexcept { return changes_.oldest_kept(); }
-  /// Whether a version that is kept now will be after a commit of so many writes.
-  bool keeps_after(Version version, std::size_t writes) const noexcept {
-    return changes_.keeps_after(version, writes);
+  Version oldest_kept() const noexcept {
+    return std::max(changes_.oldest_kept(), versions_.oldest().version);
   }
+  /// Whether a version that is kept now with its shapes will be after that commit.
+  bool keeps_after(Version version, const WriteSet& set) const noexcept;
 
   Snapshot latest_snapshot() const noexcept { return {*this, latest_}; }
   /// Misuse unless a set is staged.
   Snapshot staged_snapshot() const noexcept;
   /// Refuses: snapshot_too_old, unknown_version; values are the version asked for (-1: by time), the oldest
-  /// kept version, the time asked for (s), the time of the oldest kept version (s).
-  std::variant<Snapshot, BadInput> read(const ReadAt& read_at) const noexcept;
+  /// kept version (that has its shapes, where they are wanted), the time asked for (s), the time of the oldest kept
+  /// version (s).
+  std::variant<Snapshot, BadInput> read(const ReadAt& read_at,
+                                        ReadFor purpose = ReadFor::rows) const noexcept;
 
-  /// Checks the whole set, which is not empty, in order, each write on what those before it left. The first
+  /// A geometry deforms from now on. Setup.
+  void keep_shapes(GeometryId geometry, std::unique_ptr<ShapeHistory::Kept> shapes) noexcept {
+    shapes_.adopt(geometry, std::move(shapes));
+  }
+
+  /// Checks the whole set, which is not empty, in order, each write on what those before it left, then its shapes. The first
   /// fault is returned with its place and values, and nothing has changed; values:
   ///   world_time_goes_back  given (s), latest version's (s)
   ///   out_of_limits         a time beyond max_world_time_ns: given (s)
@@ -68,6 +83,7 @@ class Store {
   ///   unknown_geometry      the geometry's index
   ///   too_many_entities     max_entities
   ///   those of row_check.hpp
+  /// and of a shape, as Transaction::update_geometry says.
   /// The set must stay where it is and unchanged until settle() or discard().
   std::optional<BadInput> stage(WriteSet& set) noexcept;
   void publish() noexcept;
@@ -80,6 +96,7 @@ class Store {
 
   const EntityState* row(Version version, std::uint32_t index) const noexcept;
   bool changed_between(Version version, Version other, std::vector<std::uint32_t>& indices) const noexcept;
+  query::Shape shape(Version version, GeometryId geometry) const noexcept;
   bool keeps(Version version) const noexcept;
   bool is_staged(Version version) const noexcept {
     return progress_ != Progress::none && version == staged_->version;
@@ -93,6 +110,8 @@ class Store {
   std::optional<BadInput> stage_create(Write& write) noexcept;
   std::optional<BadInput> stage_update(Write& write) noexcept;
   std::optional<BadInput> stage_update_motion(Write& write) noexcept;
+  std::optional<BadInput> stage_shapes() noexcept;
+  std::optional<BadInput> check_shape(const ShapeWrite& write) const noexcept;
   /// Takes back the first `count` writes of the staged set, last first.
   void unwind(std::size_t count) noexcept;
   /// Visits the last write of each index of the staged set.
@@ -108,10 +127,12 @@ class Store {
   ChangeHistory changes_;
   VersionHistory versions_;
   DiscardedRows discarded_;
+  ShapeHistory shapes_;
 
   WriteSet* staged_ = nullptr;
   Progress progress_ = Progress::none;
   std::vector<std::uint32_t> staged_write_;  ///< by index: ordinal + 1 of its last staged write; 0: none
+  std::vector<std::uint32_t> staged_shape_;  ///< by geometry, in the same way
 
   VersionInfo latest_;
   Version next_version_ = 1;

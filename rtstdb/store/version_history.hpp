@@ -17,6 +17,11 @@ class VersionHistory {
   /// Neither version nor time goes back.
   void append(VersionInfo version) noexcept;
   VersionInfo newest() const noexcept { return at(count_ - 1); }
+  VersionInfo oldest() const noexcept { return at(0); }
+  /// Whether a version that is remembered now will be after one more.
+  bool keeps_after_one_more(Version version) const noexcept {
+    return count_ < ring_.size() || version > oldest().version;
+  }
 
   /// Exactly that version; none when it never was or is forgotten.
   std::optional<VersionInfo> find(Version version) const noexcept;

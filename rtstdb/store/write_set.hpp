@@ -2,7 +2,9 @@
 // What one commit writes, self-contained: after Store::stage every write holds the id and the whole row that
 // it leaves behind, so that a log can write the set down and apply it again without asking anything else.
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <rtstdb/database.hpp>
@@ -20,10 +22,21 @@ struct Write {
   EntityState state;
 };
 
+/// Moves the corners of a geometry.
+struct ShapeWrite {
+  GeometryId geometry;
+  std::size_t given = 0;  ///< positions; where there was no room for them, positions_m is empty
+  std::size_t room = 0;
+  std::span<const glm::vec3> positions_m;
+};
+
 struct WriteSet {
   Version version = 0;  ///< set by staging
   WorldTime time{};     ///< from when the version holds
   std::vector<Write> writes;
+  std::vector<ShapeWrite> shapes{};
+
+  bool empty() const noexcept { return writes.empty() && shapes.empty(); }
 };
 
 }  // namespace rtstdb::store

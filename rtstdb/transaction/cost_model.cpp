@@ -10,6 +10,13 @@ namespace {
 /// A sample's weight halves every 34 samples after it.
 constexpr double fading = 0.98;
 
+double positions_of(const store::WriteSet& writes) noexcept {
+  double sum = 0.0;
+  for (const store::ShapeWrite& shape : writes.shapes)
+    sum += static_cast<double>(shape.given);
+  return sum;
+}
+
 }  // namespace
 
 void CostLine::learn(double count, double cost_ns) noexcept {
@@ -38,10 +45,14 @@ double CostLine::predict_ns(double count) const noexcept {
   return base + slope * count;
 }
 
-std::optional<Nanoseconds> CostModel::predict(std::size_t writes,
+std::optional<Nanoseconds> CostModel::predict(const store::WriteSet& writes,
                                               std::span<const query::Request> requests) const noexcept {
   if (writes_.samples() < samples_needed) return std::nullopt;
-  double sum_ns = writes_.predict_ns(static_cast<double>(writes));
+  double sum_ns = writes_.predict_ns(static_cast<double>(writes.writes.size()));
+  if (!writes.shapes.empty()) {
+    if (positions_.samples() < samples_needed) return std::nullopt;
+    sum_ns += positions_.predict_ns(positions_of(writes));
+  }
   for (const query::Request& request : requests) {
     if (line(request).samples() < samples_needed) return std::nullopt;
     sum_ns += line(request).predict_ns(request.count);
@@ -49,8 +60,14 @@ std::optional<Nanoseconds> CostModel::predict(std::size_t writes,
   return Nanoseconds(std::llround(sum_ns));
 }
 
-void CostModel::learn_writes(std::size_t writes, Nanoseconds cost) noexcept {
-  writes_.learn(static_cast<double>(writes), static_cast<double>(cost.count()));
+void CostModel::learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept {
+  const auto rows = static_cast<double>(writes.writes.size());
+  const auto cost_ns = static_cast<double>(cost.count());
+  if (writes.shapes.empty()) {
+    writes_.learn(rows, cost_ns);
+  } else {
+    positions_.learn(positions_of(writes), std::max(0.0, cost_ns - writes_.predict_ns(rows)));
+  }
 }
 
 void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseconds cost) noexcept {

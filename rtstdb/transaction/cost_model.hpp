@@ -1,6 +1,7 @@
 #pragma once
-// What work costs, learned from what it cost: per kind of query, and for the rows of a transaction, a running
-// fit of cost = a + b * count in which old samples fade. One thread; no allocation.
+// What work costs, learned from what it cost: per kind of query, for the rows of a transaction, and for the
+// positions of its shapes, a running fit of cost = a + b * count in which old samples fade. One thread; no
+// allocation.
 
 #include <array>
 #include <cstddef>
@@ -11,6 +12,7 @@
 #include <rtstdb/time.hpp>
 
 #include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/write_set.hpp"
 
 namespace rtstdb::transaction {
 
@@ -34,11 +36,12 @@ class CostModel {
   static constexpr std::uint64_t samples_needed = 16;
 
   /// None while a kind that takes part has too few samples.
-  std::optional<Nanoseconds> predict(std::size_t writes,
+  std::optional<Nanoseconds> predict(const store::WriteSet& writes,
                                      std::span<const query::Request> requests) const noexcept;
 
-  /// A transaction with so many writes took so long, its queries not counted.
-  void learn_writes(std::size_t writes, Nanoseconds cost) noexcept;
+  /// A transaction with those writes took so long, its queries not counted. Bringing a shape to the device is part of
+  /// the queries that want it.
+  void learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept;
   /// One run of the executor. With several requests the cost is split in the proportion of the predictions.
   void learn_queries(std::span<const query::Request> requests, Nanoseconds cost) noexcept;
 
@@ -48,6 +51,7 @@ class CostModel {
   }
 
   CostLine writes_;
+  CostLine positions_;  // beside the rows of the same transaction
   std::array<CostLine, static_cast<std::size_t>(query::QueryKind::count)> queries_;
 };
 

@@ -36,6 +36,11 @@ std::string values_of(const BadInput& fault) {
   return sentence("(%g, %g, %g, %g)", fault.values[0], fault.values[1], fault.values[2], fault.values[3]);
 }
 
+std::string about_position(const BadInput& fault) {
+  return sentence("position %.0f is (%.9g, %.9g, %.9g)", fault.values[3], fault.values[0], fault.values[1],
+                  fault.values[2]);
+}
+
 std::string about_version(const BadInput& fault) {
   const std::string asked = fault.values[0] < 0.0 ? sentence("world time %.9f s", fault.values[2])
                                                   : sentence("version %.0f", fault.values[0]);
@@ -50,10 +55,12 @@ std::string fault_itself(const BadInput& fault) {
     case BadInputReason::none:
       return "no fault";
     case BadInputReason::not_finite:
+      if (fault.in_geometry_update) return about_position(fault) + ", which is not finite";
       return "a value is not finite: " + values_of(fault);
     case BadInputReason::zero_quaternion:
       return "the orientation is a zero quaternion: " + values_of(fault);
     case BadInputReason::out_of_limits:
+      if (fault.in_geometry_update) return about_position(fault) + ", which is beyond its limit";
       return "a value is beyond its limit: " + values_of(fault);
     case BadInputReason::unknown_entity:
       return name(fault.entity) + " does not exist";
@@ -80,6 +87,14 @@ std::string fault_itself(const BadInput& fault) {
       return "a region can not be asked: " + values_of(fault);
     case BadInputReason::bad_nearest:
       return sentence("the radius of a search for what is nearest is %g m", fault.values[0]);
+    case BadInputReason::geometry_does_not_deform:
+      return sentence("geometry %.0f was not added as one that deforms", fault.values[0]);
+    case BadInputReason::wrong_position_count:
+      return sentence("%.0f positions are given, and the geometry has %.0f", fault.values[0],
+                      fault.values[1]);
+    case BadInputReason::too_many_positions:
+      return sentence("%.0f positions are given, and the transaction has room for %.0f more", fault.values[0],
+                      fault.values[1]);
   }
   return "an unnamed fault";
 }
@@ -95,6 +110,8 @@ std::string place_of(const Outcome& outcome) {
     default:
       break;
   }
+  if (outcome.bad_input.in_geometry_update)
+    return sentence(", in geometry update %u", outcome.bad_input.element);
   if (outcome.bad_query < 0) return sentence(", in write %u", outcome.bad_input.element);
   return sentence(", in element %u of query %d", outcome.bad_input.element, outcome.bad_query);
 }
@@ -196,6 +213,12 @@ const char* to_string(BadInputReason reason) noexcept {
       return "bad_region";
     case BadInputReason::bad_nearest:
       return "bad_nearest";
+    case BadInputReason::geometry_does_not_deform:
+      return "geometry_does_not_deform";
+    case BadInputReason::wrong_position_count:
+      return "wrong_position_count";
+    case BadInputReason::too_many_positions:
+      return "too_many_positions";
   }
   return "unknown";
 }

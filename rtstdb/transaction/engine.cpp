@@ -10,6 +10,7 @@
 #include <rtstdb/result.hpp>
 
 #include "rtstdb/transaction/futex.hpp"
+#include "rtstdb/transaction/shape_errand.hpp"
 #include "rtstdb/transaction/snapshot_errand.hpp"
 
 namespace rtstdb::transaction {
@@ -118,6 +119,14 @@ Result<std::vector<EntityState>> Engine::snapshot(const ReadAt& read_at) {
   return std::move(errand).take();
 }
 
+Result<std::vector<glm::vec3>> Engine::shape(GeometryId geometry, std::size_t positions,
+                                             const ReadAt& read_at) {
+  ShapeErrand errand(geometry, positions, read_at);
+  give_errand(errand);
+  errand.wait();
+  return std::move(errand).take();
+}
+
 void Engine::call(const std::function<void()>& work) {
   CallErrand errand(work);
   give_errand(errand);
@@ -207,8 +216,8 @@ void Engine::relieve() noexcept {
 void Engine::carry_out_writes() noexcept {
   receive();
   const auto only_writes = [this](const TransactionImpl& waiting) {
-    return !waiting.write_set().writes.empty() && waiting.requests().empty() &&
-           store_.keeps_after(*runner_.reading(), waiting.write_set().writes.size());
+    return !waiting.write_set().empty() && waiting.requests().empty() &&
+           store_.keeps_after(*runner_.reading(), waiting.write_set());
   };
   while (TransactionImpl* const writer = queue_.pop_first(only_writes))
     carry_out(*writer);
@@ -256,7 +265,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
     return false;
   }
   if (clock_.is_virtual()) return true;
-  const auto cost = costs_.predict(transaction.write_set().writes.size(), transaction.requests());
+  const auto cost = costs_.predict(transaction.write_set(), transaction.requests());
   if (!cost) return true;
   outcome.predicted_cost = *cost;
   if (!firm || queue_.expected_end(now, transaction, deadline, *cost) <= deadline) {

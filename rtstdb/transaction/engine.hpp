@@ -68,6 +68,13 @@ class Engine final : private query::Meanwhile {
   /// All entities of a version, by ascending index. The caller waits while the engine copies in slices.
   /// Errors: bad_input when the version is unknown or no longer kept. Misuse after close.
   Result<std::vector<EntityState>> snapshot(const ReadAt& read_at);
+  /// The positions of a geometry that deforms, which has so many, in a version. Errors: bad_input when the version is
+  /// unknown or its shapes are no longer kept. Misuse after close.
+  Result<std::vector<glm::vec3>> shape(GeometryId geometry, std::size_t positions, const ReadAt& read_at);
+  /// A geometry deforms from now on. Inside call.
+  void keep_shapes(GeometryId geometry, std::unique_ptr<store::ShapeHistory::Kept> shapes) noexcept {
+    store_.keep_shapes(geometry, std::move(shapes));
+  }
   /// Runs `work`, which must not throw, on the engine's thread between two transactions and waits for it. For
   /// setup: transactions wait meanwhile. Misuse after close.
   void call(const std::function<void()>& work);

@@ -16,7 +16,7 @@ Status Runner::run(TransactionImpl& transaction, query::Meanwhile* meanwhile) no
   }
   outcome.started = now;
   queries_cost_ = Nanoseconds(0);
-  return transaction.write_set().writes.empty() ? read(transaction, meanwhile) : write(transaction);
+  return transaction.write_set().empty() ? read(transaction, meanwhile) : write(transaction);
 }
 
 Status Runner::write(TransactionImpl& transaction) noexcept {
@@ -42,7 +42,9 @@ Status Runner::write(TransactionImpl& transaction) noexcept {
 }
 
 Status Runner::read(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept {
-  const auto found = store_.read(transaction.terms().read_at);
+  const auto purpose =
+      transaction.requests().empty() ? store::ReadFor::rows : store::ReadFor::rows_and_shapes;
+  const auto found = store_.read(transaction.terms().read_at, purpose);
   if (const auto* fault = std::get_if<BadInput>(&found)) {
     transaction.draft().bad_input = *fault;
     return Status::bad_input;
@@ -125,7 +127,7 @@ bool Runner::published_in_time(TransactionImpl& transaction) noexcept {
   const ClockTime now = clock_.now();
   outcome.actual_cost = now - outcome.started;
   if (!clock_.is_virtual()) {
-    costs_.learn_writes(transaction.write_set().writes.size(), outcome.actual_cost - queries_cost_);
+    costs_.learn_writes(transaction.write_set(), outcome.actual_cost - queries_cost_);
     if (!transaction.requests().empty()) costs_.learn_queries(transaction.requests(), queries_cost_);
   }
   const ClockTime deadline = transaction.terms().deadline;

@@ -10,6 +10,8 @@ TransactionImpl::TransactionImpl(const TransactionOptions& options, const Engine
   preconditions_.reserve(options.max_preconditions);
   write_set_.writes.reserve(options.max_writes);
   creates_.reserve(options.max_writes);
+  write_set_.shapes.reserve(options.max_geometry_updates);
+  positions_m_.reserve(options.max_positions);
   requests_.reserve(options.max_queries);
   reads_.reserve(options.max_reads);
 }
@@ -24,6 +26,8 @@ void TransactionImpl::begin(const Terms& terms) noexcept {
   terms_ = terms;
   preconditions_.clear();
   write_set_.writes.clear();
+  write_set_.shapes.clear();
+  positions_m_.clear();
   write_set_.time = terms.world_time;
   creates_.clear();
   requests_.clear();
@@ -62,6 +66,19 @@ void TransactionImpl::update_motion(EntityId entity, const Motion& motion) noexc
 
 void TransactionImpl::remove(EntityId entity) noexcept {
   declare(store::WriteKind::remove, entity, EntityRow{});
+}
+
+void TransactionImpl::update_geometry(GeometryId geometry, std::span<const glm::vec3> positions_m) noexcept {
+  assert_declaring();
+  RTSTDB_ASSERT(write_set_.shapes.size() < options_.max_geometry_updates);
+  const std::size_t first = positions_m_.size();
+  const std::size_t room = options_.max_positions - first;
+  store::ShapeWrite write{.geometry = geometry, .given = positions_m.size(), .room = room, .positions_m = {}};
+  if (write.given <= room) {
+    positions_m_.insert(positions_m_.end(), positions_m.begin(), positions_m.end());
+    write.positions_m = std::span(positions_m_).subspan(first);
+  }
+  write_set_.shapes.push_back(write);
 }
 
 std::uint32_t TransactionImpl::read(EntityId entity) noexcept {

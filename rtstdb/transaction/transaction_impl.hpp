@@ -39,6 +39,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   void update(EntityId entity, const EntityRow& row) noexcept override;
   void update_motion(EntityId entity, const Motion& motion) noexcept override;
   void remove(EntityId entity) noexcept override;
+  void update_geometry(GeometryId geometry, std::span<const glm::vec3> positions_m) noexcept override;
   std::uint32_t read(EntityId entity) noexcept override;
   void ask(RayQuery& query, std::uint32_t count) noexcept override;
   void ask(RegionQuery& query, std::uint32_t count) noexcept override;
@@ -77,6 +78,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   Terms terms_;
   std::vector<Precondition> preconditions_;
   store::WriteSet write_set_;
+  std::vector<glm::vec3> positions_m_;  ///< of the write set's shapes; stays where it is
   std::vector<std::uint32_t> creates_;  ///< ordinal of create -> index in the write set
   std::vector<query::Request> requests_;
   std::vector<EntityState> reads_;  ///< asked for by id; once answered, an invalid id is an absent entity

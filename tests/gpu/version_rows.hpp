@@ -36,6 +36,7 @@ class VersionRows final : public query::RowSource {
     std::iota(indices.begin(), indices.end(), 0u);
     return true;
   }
+  query::Shape shape(GeometryId /*geometry*/) const noexcept override { return {}; }
 
  private:
   std::vector<std::optional<EntityState>> states_;

@@ -1,5 +1,5 @@
 #pragma once
-// A transaction is declared whole and then submitted: preconditions, writes, queries. Writes come first, then
+// A transaction is declared whole and then submitted: preconditions, writes (of entities and of shapes), queries. Writes come first, then
 // the queries on the version they make: all or nothing, in one serial order. A transaction without writes
 // reads a snapshot.
 //
@@ -7,8 +7,11 @@
 // its own. In the tick: begin, the declaring calls, Database::submit/execute and outcome neither allocate nor
 // block on a lock.
 
+#include <glm/ext/vector_float3.hpp>
+
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 
 #include <rtstdb/entity.hpp>
@@ -85,14 +88,19 @@ enum class BadInputReason : std::uint8_t {
   bad_ray,
   bad_region,
   bad_nearest,
+  geometry_does_not_deform,
+  wrong_position_count,
+  too_many_positions,
 };
 
-/// What was wrong, with the values. `element`: index of the write, or of the query's element.
+/// What was wrong, with the values. `element`: index of the write, of the geometry update, or of the query's
+/// element.
 struct BadInput {
   BadInputReason reason = BadInputReason::none;
   std::uint32_t element = 0;
   EntityId entity;
   double values[4] = {};
+  bool in_geometry_update = false;
 };
 
 /// Which precondition did not hold.
@@ -138,10 +146,12 @@ struct TransactionOptions {
   std::uint32_t max_preconditions = 0;
   std::uint32_t max_queries = 0;
   std::uint32_t max_reads = 0;
+  std::uint32_t max_geometry_updates = 0;
+  std::uint32_t max_positions = 0;  ///< of all its geometry updates together
 };
 
-/// Made by Database::make_transaction. Going over its options' counts is misuse. Must not outlive its
-/// Database; destroying one that is pending is misuse.
+/// Made by Database::make_transaction. Going over its options' counts is misuse, but for max_positions. Must not
+/// outlive its Database; destroying one that is pending is misuse.
 class Transaction {
  public:
   virtual ~Transaction() = default;
@@ -159,6 +169,20 @@ class Transaction {
   /// Changes pose and velocities only.
   virtual void update_motion(EntityId entity, const Motion& motion) noexcept = 0;
   virtual void remove(EntityId entity) noexcept = 0;
+  /// A write: moves the corners of a geometry that was added as one that deforms, wherever entities show it, from
+  /// the version on that the transaction makes. As many positions as the mesh has, in its order, entity frame; they
+  /// are copied. A later update of the same geometry in one transaction takes the place of an earlier one. All
+  /// triangles may lose their area: then nothing hits them. Versions before it keep the shapes that they had, as
+  /// far as GeometryOptions::kept_shapes goes; a transaction that asks queries at an older one is refused
+  /// (snapshot_too_old), one that reads rows alone is not.
+  /// The structure follows on the device when the first query asks for a version with that shape. Where triangles run
+  /// along every edge in both directions (by the places of its ends, as for a mesh that was added with these
+  /// positions), distances have a sign: corners with different numbers that part open the body, and close it when
+  /// they meet again.
+  /// Bad input, looked at after the writes to entities: unknown_geometry, geometry_does_not_deform (its index);
+  /// wrong_position_count (given, needed); too_many_positions (given, room that was left); not_finite, out_of_limits
+  /// (the position, then its index).
+  virtual void update_geometry(GeometryId geometry, std::span<const glm::vec3> positions_m) noexcept = 0;
 
   /// Reads the entity's row in the version that the transaction makes or reads. Returns the ordinal of this
   /// read, for state().

@@ -9,6 +9,12 @@
 namespace rtstdb::transaction::test {
 namespace {
 
+store::WriteSet rows(std::size_t count) {
+  store::WriteSet set;
+  set.writes.resize(count);
+  return set;
+}
+
 TEST(CostLine, FindsBaseAndSlopeInNoise) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 2000.0);
@@ -58,15 +64,15 @@ TEST(CostModel, PredictsOnlyWhatItHasSeenEnoughOf) {
   SimulatedQuery regions(1000, 0, query::QueryKind::region);
   const query::Request both[] = {{&rays, 100}, {&regions, 10}};
   for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k) {
-    EXPECT_FALSE(model.predict(1, {}));
-    model.learn_writes(1, Nanoseconds(500));
+    EXPECT_FALSE(model.predict(rows(1), {}));
+    model.learn_writes(rows(1), Nanoseconds(500));
   }
-  EXPECT_EQ(model.predict(1, {}), Nanoseconds(500));
+  EXPECT_EQ(model.predict(rows(1), {}), Nanoseconds(500));
   for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k) {
     model.learn_queries(std::span(both, 1), Nanoseconds(10'000));
   }
-  EXPECT_EQ(model.predict(1, std::span(both, 1)), Nanoseconds(10'500));
-  EXPECT_FALSE(model.predict(1, both)) << "no region was ever asked";
+  EXPECT_EQ(model.predict(rows(1), std::span(both, 1)), Nanoseconds(10'500));
+  EXPECT_FALSE(model.predict(rows(1), both)) << "no region was ever asked";
 }
 
 TEST(CostModel, TellsKindsInOneTransactionApart) {
@@ -78,7 +84,7 @@ TEST(CostModel, TellsKindsInOneTransactionApart) {
     return Nanoseconds(static_cast<std::int64_t>(20'000 + 100 * ray_count + 20'000 + 1000 * region_count));
   };
   for (int k = 0; k < 200; ++k)
-    model.learn_writes(0, Nanoseconds(0));
+    model.learn_writes(rows(0), Nanoseconds(0));
   for (int k = 0; k < 4000; ++k) {
     const query::Request requests[] = {{&rays, static_cast<std::uint32_t>(random() % 1000)},
                                        {&regions, static_cast<std::uint32_t>(random() % 100)}};
@@ -88,8 +94,23 @@ TEST(CostModel, TellsKindsInOneTransactionApart) {
        {std::pair(100u, 10u), std::pair(900u, 10u), std::pair(500u, 90u)}) {
     const query::Request requests[] = {{&rays, ray_count}, {&regions, region_count}};
     const double expected = static_cast<double>(cost(ray_count, region_count).count());
-    EXPECT_NEAR(static_cast<double>(model.predict(0, requests)->count()), expected, 0.25 * expected);
+    EXPECT_NEAR(static_cast<double>(model.predict(rows(0), requests)->count()), expected, 0.25 * expected);
   }
+}
+
+TEST(CostModel, TellsPositionsFromRows) {
+  CostModel model;
+  store::WriteSet shape = rows(10);
+  shape.shapes.push_back({GeometryId{0}, 1000, 1000, {}});
+  for (int k = 0; k < 16; ++k)
+    model.learn_writes(rows(10), Nanoseconds(5'000));
+  EXPECT_FALSE(model.predict(shape, {})) << "no shape was ever written";
+  for (int k = 0; k < 16; ++k)
+    model.learn_writes(shape, Nanoseconds(25'000));
+  EXPECT_EQ(model.predict(rows(10), {}), Nanoseconds(5'000)) << "rows are as cheap as they were";
+  EXPECT_EQ(model.predict(shape, {}), Nanoseconds(25'000));
+  shape.shapes.push_back({GeometryId{0}, 1000, 1000, {}});
+  EXPECT_EQ(model.predict(shape, {}), Nanoseconds(45'000));
 }
 
 }  // namespace

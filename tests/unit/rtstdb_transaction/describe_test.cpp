@@ -78,13 +78,13 @@ TEST(Describe, EveryNameIsItsOwn) {
   EXPECT_EQ(names.size(), static_cast<std::size_t>(Status::bad_input) + 1);
   EXPECT_EQ(names.count("unknown"), 0u);
   names.clear();
-  for (int k = 0; k <= static_cast<int>(BadInputReason::bad_nearest); ++k) {
+  for (int k = 0; k <= static_cast<int>(BadInputReason::too_many_positions); ++k) {
     BadInput fault;
     fault.reason = static_cast<BadInputReason>(k);
     names.insert(to_string(fault.reason));
     EXPECT_EQ(describe(fault).rfind(to_string(fault.reason), 0), 0u);
   }
-  EXPECT_EQ(names.size(), static_cast<std::size_t>(BadInputReason::bad_nearest) + 1);
+  EXPECT_EQ(names.size(), static_cast<std::size_t>(BadInputReason::too_many_positions) + 1);
   EXPECT_EQ(names.count("unknown"), 0u);
   EXPECT_STREQ(to_string(DeadlineClass::firm), "firm");
   EXPECT_STREQ(to_string(DeadlineClass::best_effort), "best_effort");

@@ -96,6 +96,43 @@ TEST(ReliefInAShortHistory, LetsAWriteWaitThatTheReadersVersionWouldNotSurvive) 
   EXPECT_GE(writer->outcome().started, reader->outcome().computed);
 }
 
+/// Two shapes are kept: while the older is read, no third may come.
+TEST(ReliefOfShapes, LetsAnUpdateWaitThatTheReadersShapeWouldNotSurvive) {
+  World world;
+  world.engine.call([&] {
+    world.engine.keep_shapes(GeometryId{0}, store::ShapeHistory::make(std::vector<glm::vec3>(3), 2));
+  });
+  const auto update = [&](Transaction& writer, float x) {
+    writer.begin({});
+    writer.update_geometry(GeometryId{0}, std::vector<glm::vec3>(3, glm::vec3(x)));
+    world.engine.submit(writer);
+  };
+  std::vector<std::unique_ptr<Transaction>> writers;
+  for (int i = 0; i < 2; ++i)
+    writers.push_back(world.engine.make_transaction({.max_geometry_updates = 1, .max_positions = 3}));
+  const auto reader = world.make();
+  SimulatedQuery query(1);
+  float seen = -1.0f;
+  world.executor.while_waiting = [&] {
+    update(*writers[0], 1.0f);
+    EXPECT_EQ(world.engine.wait(*writers[0]).status, Status::committed) << "it waited for the device";
+    update(*writers[1], 2.0f);
+  };
+  world.executor.work = [&](const query::RowSource& rows, const auto&, const auto&) {
+    seen = rows.shape(GeometryId{0}).positions_m[2].x;
+    return query::RunReport{};
+  };
+  reader->begin({});
+  reader->ask(query, 1);
+  EXPECT_EQ(world.execute(*reader).status, Status::committed);
+  EXPECT_EQ(seen, 0.0f);
+  EXPECT_EQ(world.engine.wait(*writers[1]).status, Status::committed);
+  EXPECT_GE(writers[1]->outcome().started, reader->outcome().computed);
+  EXPECT_EQ(world.engine.shape(GeometryId{0}, 3, ReadAt::latest()).value()[0].x, 2.0f);
+  EXPECT_EQ(world.engine.shape(GeometryId{0}, 3, ReadAt::pinned(1)).value()[0].x, 1.0f);
+  EXPECT_FALSE(world.engine.shape(GeometryId{0}, 3, ReadAt::pinned(0)).ok());
+}
+
 TEST_F(Relief, LeavesTransactionsWithQueriesWaiting) {
   const auto mixed = world_.make();
   SimulatedQuery other(1);

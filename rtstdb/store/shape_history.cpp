@@ -1,0 +1,67 @@
+#include "rtstdb/store/shape_history.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <rtstdb/result.hpp>
+
+namespace rtstdb::store {
+namespace {
+
+/// Where the shape lies that is `age` shapes older than the newest.
+std::size_t slot_of(const ShapeHistory::Kept& kept, std::size_t age) noexcept {
+  return (kept.newest + kept.versions.size() - age) % kept.versions.size();
+}
+
+}  // namespace
+
+std::unique_ptr<ShapeHistory::Kept> ShapeHistory::make(std::span<const glm::vec3> positions_m,
+                                                       std::uint32_t kept_shapes) {
+  RTSTDB_ASSERT(kept_shapes >= 1);
+  auto kept = std::make_unique<Kept>();
+  kept->position_count = positions_m.size();
+  kept->positions_m.resize(positions_m.size() * kept_shapes);
+  kept->versions.resize(kept_shapes, 0);
+  std::ranges::copy(positions_m, kept->positions_m.begin());
+  kept->count = 1;
+  return kept;
+}
+
+void ShapeHistory::adopt(GeometryId geometry, std::unique_ptr<Kept> kept) noexcept {
+  RTSTDB_ASSERT(geometry.index < kept_.size() && kept_[geometry.index] == nullptr);
+  kept_[geometry.index] = std::move(kept);
+}
+
+query::Shape ShapeHistory::at(GeometryId geometry, Version version) const noexcept {
+  RTSTDB_ASSERT(deforms(geometry));
+  const Kept& kept = *kept_[geometry.index];
+  std::size_t age = 0;
+  while (age < kept.count && kept.versions[slot_of(kept, age)] > version)
+    ++age;
+  RTSTDB_ASSERT(age < kept.count);
+  const std::size_t slot = slot_of(kept, age);
+  return {kept.versions[slot],
+          std::span(kept.positions_m).subspan(slot * kept.position_count, kept.position_count)};
+}
+
+bool ShapeHistory::keeps_after_one_more(Version version, GeometryId geometry) const noexcept {
+  const Kept& kept = *kept_[geometry.index];
+  if (kept.count < kept.versions.size()) return true;
+  return kept.count > 1 && version >= kept.versions[slot_of(kept, kept.count - 2)];
+}
+
+void ShapeHistory::record(Version version, GeometryId geometry,
+                          std::span<const glm::vec3> positions_m) noexcept {
+  Kept& kept = *kept_[geometry.index];
+  RTSTDB_ASSERT(positions_m.size() == kept.position_count && version >= kept.versions[kept.newest]);
+  if (version != kept.versions[kept.newest]) {
+    kept.newest = (kept.newest + 1) % kept.versions.size();
+    kept.count = std::min(kept.count + 1, kept.versions.size());
+  }
+  kept.versions[kept.newest] = version;
+  std::ranges::copy(
+      positions_m, kept.positions_m.begin() + static_cast<std::ptrdiff_t>(kept.newest * kept.position_count));
+  oldest_kept_ = std::max(oldest_kept_, kept.versions[slot_of(kept, kept.count - 1)]);
+}
+
+}  // namespace rtstdb::store

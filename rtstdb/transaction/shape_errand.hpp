@@ -1,0 +1,33 @@
+#pragma once
+// Copies the shape of a geometry in one version for a caller outside the engine.
+
+#include <optional>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/transaction/errand.hpp"
+
+namespace rtstdb::transaction {
+
+class ShapeErrand final : public Errand {
+ public:
+  /// `positions`: as many as the geometry has; reserved here, since a step must not allocate.
+  ShapeErrand(GeometryId geometry, std::size_t positions, const ReadAt& read_at)
+      : geometry_(geometry), read_at_(read_at) {
+    positions_m_.reserve(positions);
+  }
+
+  bool step(const store::Store& store) noexcept override;
+  /// After the last step.
+  Result<std::vector<glm::vec3>> take() &&;
+
+ private:
+  GeometryId geometry_;
+  ReadAt read_at_;
+  std::vector<glm::vec3> positions_m_;
+  std::optional<BadInput> fault_;
+};
+
+}  // namespace rtstdb::transaction
