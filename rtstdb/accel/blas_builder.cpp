@@ -8,8 +8,8 @@
 namespace rtstdb::accel {
 namespace {
 
-/// Scratch for more triangles is given back after the build.
-constexpr std::uint32_t kept_capacity = 1u << 17;
+/// Scratch for more triangles is given back after the build, unless geometry that deforms needs it.
+constexpr std::size_t kept_capacity = 1u << 17;
 constexpr std::size_t node_bytes = 16 * shared::node_texels;
 constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
 
@@ -25,6 +25,7 @@ constexpr gpu::ShaderId pass_shaders[] = {
     gpu::ShaderId::blas_centers, gpu::ShaderId::blas_codes, gpu::ShaderId::blas_leaves,
     gpu::ShaderId::blas_merge,   gpu::ShaderId::blas_root,  gpu::ShaderId::blas_count,
     gpu::ShaderId::blas_queue,   gpu::ShaderId::blas_nodes, gpu::ShaderId::blas_triangles,
+    gpu::ShaderId::blas_order,
 };
 
 const Error lost{ErrorCode::device_lost, "the GPU stopped answering while a geometry was built"};
@@ -33,6 +34,7 @@ const Error lost{ErrorCode::device_lost, "the GPU stopped answering while a geom
 
 Result<BlasBuilder> BlasBuilder::create(gpu::Device& device, Submit& submit) {
   BlasBuilder builder;
+  builder.levels_.reserve(most_levels);
   for (std::size_t i = 0; i < pass_count; ++i) {
     auto pipeline = device.create_pipeline(pass_shaders[i]);
     if (!pipeline) return pipeline.error();
@@ -53,6 +55,9 @@ Result<BlasBuilder> BlasBuilder::create(gpu::Device& device, Submit& submit) {
   const auto triangles = make_pool(triangle_bytes * some.triangles.size());
   if (!triangles) return triangles.error();
   if (!builder.write({}, nodes.value(), triangles.value(), submit)) return lost;
+  const auto order = make_pool(16 * some.triangles.size());
+  if (!order) return order.error();
+  if (!builder.write_order(order.value(), submit)) return lost;
   return builder;
 }
 
@@ -80,16 +85,25 @@ Result<void> BlasBuilder::adopt(gpu::Device& device, BlasScratch scratch) {
   return {};
 }
 
-Result<void> BlasBuilder::reserve(gpu::Device& device, const TriangleMesh& mesh) {
-  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
-  const std::size_t positions = mesh.positions_m.size();
-  if (count <= scratch_.capacity() && positions <= scratch_.positions_capacity()) return {};
+Result<void> BlasBuilder::reserve(gpu::Device& device, std::size_t triangles, std::size_t positions) {
+  if (has_room_for(triangles, positions)) return {};
   const auto roomy = [](std::size_t n) { return n <= kept_capacity ? std::bit_ceil(n) : n; };
-  const std::size_t triangles = std::max<std::size_t>(count, scratch_.capacity());
-  auto scratch = BlasScratch::create(device, static_cast<std::uint32_t>(roomy(triangles)),
+  const std::size_t most = std::max<std::size_t>(triangles, scratch_.capacity());
+  auto scratch = BlasScratch::create(device, static_cast<std::uint32_t>(roomy(most)),
                                      roomy(std::max(positions, scratch_.positions_capacity())));
   if (!scratch) return scratch.error();
   return adopt(device, std::move(scratch).value());
+}
+
+void BlasBuilder::release(gpu::Device& device) {
+  if (scratch_.capacity() <= std::max(kept_capacity, kept_triangles_) &&
+      scratch_.positions_capacity() <= std::max(kept_capacity, kept_positions_))
+    return;
+  for (Pass& pass : passes_)
+    pass.bindings = {};
+  sort_bound_ = {};
+  scratch_ = {};
+  if (kept_triangles_ > 0 && !reserve(device, kept_triangles_, kept_positions_)) scratch_ = {};
 }
 
 void BlasBuilder::dispatch(PassIndex pass, const shared::BlasArgs& args, std::uint32_t groups,
@@ -114,9 +128,19 @@ void BlasBuilder::record_levels(Submit& submit) const {
   recorder.copy(scratch_.state(), 0, scratch_.state_readback(), 0, 4 * shared::blas_state_words);
 }
 
-Result<std::uint32_t> BlasBuilder::build(gpu::Device& device, const TriangleMesh& mesh, Submit& submit) {
-  if (auto reserved = reserve(device, mesh); !reserved) return reserved.error();
+/// Appends the levels that a submission was recorded for.
+void BlasBuilder::note_levels(std::span<const std::uint32_t> state) {
+  for (std::uint32_t level = 0; level < shared::blas_levels_recorded; ++level) {
+    if (state[level_word(level, shared::blas_level_count)] == 0) break;
+    levels_.push_back(state[level_word(level, shared::blas_level_first)]);
+  }
+}
+
+Result<std::uint32_t> BlasBuilder::build(gpu::Device& device, const MeshView& mesh, Submit& submit) {
+  if (auto reserved = reserve(device, mesh.triangles.size(), mesh.positions_m.size()); !reserved)
+    return reserved.error();
   scratch_.upload(mesh);
+  levels_.clear();
   count_ = static_cast<std::uint32_t>(mesh.triangles.size());
   shared::BlasArgs args{};
   args.count = count_;
@@ -147,7 +171,11 @@ Result<std::uint32_t> BlasBuilder::build(gpu::Device& device, const TriangleMesh
       node_count_ = std::max(node_count_, state[level_word(level, shared::blas_level_first)] +
                                               state[level_word(level, shared::blas_level_count)]);
     }
-    if (state[level_word(last, shared::blas_level_count)] == 0) return node_count_;
+    note_levels(state);
+    if (state[level_word(last, shared::blas_level_count)] == 0) {
+      levels_.push_back(node_count_);
+      return node_count_;
+    }
     submit.begin();
     recorder.fill(scratch_.state(), 4 * shared::blas_levels,
                   4 * (shared::blas_state_words - shared::blas_levels), 0);
@@ -181,14 +209,24 @@ bool BlasBuilder::write(const Place& place, const gpu::Buffer& nodes, const gpu:
                   (args.end - args.first) * triangle_bytes);
     recorder.barrier();
   }
-  const bool alive = submit.run();
-  if (scratch_.capacity() > kept_capacity || scratch_.positions_capacity() > kept_capacity) {
-    for (Pass& pass : passes_)
-      pass.bindings = {};
-    sort_bound_ = {};
-    scratch_ = {};
+  return submit.run();
+}
+
+bool BlasBuilder::write_order(const gpu::Buffer& order, Submit& submit) {
+  // As many as triangles go at once find room where nodes do: there are 2n / 7 of them at six texels.
+  gpu::Recorder& recorder = submit.recorder();
+  shared::BlasArgs args{};
+  args.count = count_;
+  args.half_size = scratch_.capacity();
+  submit.begin();
+  for (args.first = 0; args.first < count_; args.first = args.end) {
+    args.end = std::min(count_, args.first + scratch_.triangles_at_once());
+    dispatch(order_pass, args, groups_of(args.end - args.first, shared::blas_tile), submit);
+    recorder.copy(scratch_.wide(), 0, order, 16 * std::size_t{args.first},
+                  16 * std::size_t{args.end - args.first});
+    recorder.barrier();
   }
-  return alive;
+  return submit.run();
 }
 
 }  // namespace rtstdb::accel

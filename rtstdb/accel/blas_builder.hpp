@@ -3,16 +3,18 @@
 // smaller, then nodes of up to 8 children and leaves of up to 4 triangles as the surface area says.
 // shaders/build/blas_scratch.glsl tells what each buffer holds.
 //
-// Threads: one. Setup. The same bits from run to run on one device.
+// Threads: one. Setup, but for building again what it was told to keep room for. The same bits from run to run on one device.
 
+#include <algorithm>
 #include <array>
+#include <span>
 #include <string>
 #include <utility>
-
-#include <rtstdb/geometry.hpp>
+#include <vector>
 
 #include "rtstdb/accel/radix_sort.hpp"
 #include "rtstdb/accel/submit.hpp"
+#include "rtstdb/geometry/mesh_view.hpp"
 #include "rtstdb/gpu/device.hpp"
 #include "shaders/shared/blas.h"
 
@@ -29,7 +31,7 @@ class BlasScratch {
   std::uint32_t nodes_at_once() const noexcept { return nodes_at_once_; }
   std::uint32_t triangles_at_once() const noexcept { return triangles_at_once_; }
 
-  void upload(const TriangleMesh& mesh) const;
+  void upload(const MeshView& mesh) const;
   /// In the order of blas_scratch.glsl.
   std::array<const gpu::Buffer*, 16> bindings() const noexcept;
   Result<RadixSort::Bound> bind_sort(gpu::Device& device, const RadixSort& sort) const {
@@ -50,6 +52,9 @@ class BlasScratch {
 
 class BlasBuilder {
  public:
+  /// Levels that any tree can have (of a binary one: the bits of a code and those of a place), and the end behind them.
+  static constexpr std::size_t most_levels = 63 + 32 + 1;
+
   /// Drivers compile at the first dispatch: done in here.
   static Result<BlasBuilder> create(gpu::Device& device, Submit& submit);
 
@@ -58,12 +63,29 @@ class BlasBuilder {
     std::uint32_t node_base = 0;
     std::uint32_t leaf_base = 0;
   };
-  /// Decides on the structure of a mesh that has passed validate, and says how many nodes it has. Errors:
-  /// capacity, out_of_memory, device_lost.
-  Result<std::uint32_t> build(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
-  /// Writes the structure that was built last into the pools, which have room for it. False: the device is
-  /// lost.
+  /// Decides on the structure of a mesh that has passed validate but for triangles without area, and says how many
+  /// nodes it has. Allocates only where has_room_for says no. Errors: capacity, out_of_memory, device_lost.
+  Result<std::uint32_t> build(gpu::Device& device, const MeshView& mesh, Submit& submit);
+  /// Writes the structure that was built last into the pools, which have room for it; again for another place. False:
+  /// the device is lost.
   bool write(const Place& place, const gpu::Buffer& nodes, const gpu::Buffer& triangles, Submit& submit);
+  /// After write: 16 bytes for each triangle in the order of the leaves, its corners and its own number.
+  bool write_order(const gpu::Buffer& order, Submit& submit);
+  /// Of the structure that was built last: the first node of each level, then the number of nodes. Nodes of a level
+  /// follow those of the level above.
+  std::span<const std::uint32_t> levels() const noexcept { return levels_; }
+
+  /// The memory of the last build, of so many, is kept from now on.
+  void keep_room_for(std::size_t triangles, std::size_t positions) noexcept {
+    kept_triangles_ = std::max(kept_triangles_, triangles);
+    kept_positions_ = std::max(kept_positions_, positions);
+  }
+  bool has_room_for(std::size_t triangles, std::size_t positions) const noexcept {
+    return triangles <= scratch_.capacity() && positions <= scratch_.positions_capacity();
+  }
+  /// Gives back what a large build took. What was to be kept may then be missing, where memory has run out:
+  /// has_room_for says so.
+  void release(gpu::Device& device);
 
  private:
   enum PassIndex : std::size_t {
@@ -76,16 +98,18 @@ class BlasBuilder {
     queue_pass,
     nodes_pass,
     triangles_pass,
+    order_pass,
     pass_count,
   };
   struct Pass {
     gpu::Pipeline pipeline;
     gpu::Bindings bindings;
   };
-  Result<void> reserve(gpu::Device& device, const TriangleMesh& mesh);
+  Result<void> reserve(gpu::Device& device, std::size_t triangles, std::size_t positions);
   Result<void> adopt(gpu::Device& device, BlasScratch scratch);
   void dispatch(PassIndex pass, const shared::BlasArgs& args, std::uint32_t groups, Submit& submit) const;
   void record_levels(Submit& submit) const;
+  void note_levels(std::span<const std::uint32_t> state);
 
   std::array<Pass, pass_count> passes_;
   RadixSort sort_;
@@ -93,6 +117,8 @@ class BlasBuilder {
   BlasScratch scratch_;
   std::uint32_t count_ = 0;       // triangles of the last build
   std::uint32_t node_count_ = 0;  // and its nodes
+  std::vector<std::uint32_t> levels_;
+  std::size_t kept_triangles_ = 0, kept_positions_ = 0;
 };
 
 }  // namespace rtstdb::accel

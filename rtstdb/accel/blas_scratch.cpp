@@ -14,8 +14,8 @@ constexpr std::uint32_t most_triangles_at_once = 1u << 18;
 constexpr std::uint32_t least_capacity = 1024;
 
 template <class T>
-void fill_from(const gpu::Buffer& buffer, const std::vector<T>& values) {
-  std::memcpy(buffer.host().data(), values.data(), values.size() * sizeof(T));
+void fill_from(const gpu::Buffer& buffer, std::span<const T> values) {
+  std::memcpy(buffer.host().data(), values.data(), values.size_bytes());
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
   return scratch;
 }
 
-void BlasScratch::upload(const TriangleMesh& mesh) const {
+void BlasScratch::upload(const MeshView& mesh) const {
   fill_from(positions_, mesh.positions_m);
   fill_from(corners_, mesh.triangles);
 }

@@ -28,6 +28,9 @@ Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t max
   auto builder = BlasBuilder::create(device, submit);
   if (!builder) return builder.error();
   pool.builder_ = std::move(builder).value();
+  auto passes = RefitPasses::create(device);
+  if (!passes) return passes.error();
+  pool.refit_passes_ = std::move(passes).value();
   pool.max_geometries_ = max_geometries;
   pool.node_capacity_ = 4096;
   pool.triangle_capacity_ = 16384;
@@ -45,8 +48,9 @@ Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t max
   return pool;
 }
 
-Result<void> GeometryPool::reserve(gpu::Device& device, std::uint32_t nodes, std::uint32_t triangles,
-                                   Submit& submit) {
+Result<void> GeometryPool::reserve(gpu::Device& device, const Part& part, Submit& submit) {
+  const std::uint32_t nodes = part.node_end;
+  const std::uint32_t triangles = part.triangle_end;
   // Both looked at before either grows: a pool that no query can bind would refuse every geometry after. The
   // pools are read as texels and written by copies alone.
   const gpu::DeviceLimits& limits = device.limits();
@@ -85,36 +89,64 @@ Result<void> GeometryPool::reserve(gpu::Device& device, std::uint32_t nodes, std
               triangle_bytes, false);
 }
 
-Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit) {
+Result<void> GeometryPool::check_room(std::uint32_t triangles) const {
   if (count_ == max_geometries_) {
     return Error{ErrorCode::capacity,
                  "the database was opened for " + std::to_string(max_geometries_) + " geometries"};
   }
-  const std::size_t triangles = mesh.triangles.size();
-  if (triangle_count_ + triangles > max_triangles_total) {
+  if (std::size_t{triangle_count_} + triangles > max_triangles_total) {
     return Error{ErrorCode::capacity, "a geometry of " + std::to_string(triangles) + " triangles on top of " +
                                           std::to_string(triangle_count_) + " passes the limit of " +
                                           std::to_string(max_triangles_total)};
   }
-  const auto count = static_cast<std::uint32_t>(triangles);
+  return {};
+}
+
+Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit,
+                                        const GeometryOptions& options) {
+  bounds_.reserve(count_ + 1);
+  const std::uint32_t generation = generation_;
+  auto added =
+      options.deforms ? add_deforming(device, mesh, options, submit) : add_still(device, mesh, submit);
+  builder_.release(device);
+  // Also after a refusal: a pool may have grown before it.
+  if (generation != generation_) {
+    if (auto bound = bind_deforming(device); !bound) added = bound.error();
+  }
+  if (!added) {
+    bounds_.resize(count_);
+    std::erase_if(deforming_,
+                  [&](const DeformingGeometry& geometry) { return geometry.id().index == count_; });
+    return added.error();
+  }
+  node_count_ = added.value().node_end;
+  triangle_count_ = added.value().triangle_end;
+  return count_++;
+}
+
+Result<GeometryPool::Part> GeometryPool::add_still(gpu::Device& device, const TriangleMesh& mesh,
+                                                   Submit& submit) {
+  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+  if (auto room = check_room(count); !room) return room.error();
   const auto node_count = builder_.build(device, mesh, submit);
   if (!node_count) return node_count.error();
-  if (auto reserved = reserve(device, node_count_ + node_count.value(), triangle_count_ + count, submit);
-      !reserved) {
-    return reserved.error();
-  }
-  if (!builder_.write({.node_base = node_count_, .leaf_base = triangle_count_}, nodes_, triangles_, submit))
+  const Part part{node_count_, node_count_ + node_count.value(), triangle_count_, triangle_count_ + count};
+  if (auto reserved = reserve(device, part, submit); !reserved) return reserved.error();
+  if (!builder_.write({part.node_base, part.triangle_base}, nodes_, triangles_, submit))
     return Error{ErrorCode::device_lost, "the GPU stopped answering while a geometry was written"};
-  const Bounds bounds = bounds_of(mesh);
-  geometries_.host_as<shared::GeometryRecord>()[count_] = {
+  bounds_.push_back({});
+  write_record(count_, bounds_of(mesh), part.node_base, is_closed(mesh));
+  return part;
+}
+
+void GeometryPool::write_record(std::uint32_t geometry, const Bounds& bounds, std::uint32_t root,
+                                bool closed) {
+  geometries_.host_as<shared::GeometryRecord>()[geometry] = {
       .box_center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m),
-      .root = node_count_,
+      .root = root,
       .box_half_m = 0.5f * (bounds.maximum_m - bounds.minimum_m),
-      .closed = is_closed(mesh) ? 1u : 0u};
-  bounds_.push_back(bounds);
-  node_count_ += node_count.value();
-  triangle_count_ += count;
-  return count_++;
+      .closed = closed ? 1u : 0u};
+  bounds_[geometry] = bounds;
 }
 
 }  // namespace rtstdb::accel

@@ -1,12 +1,19 @@
 #pragma once
-// All geometry on the device: one pool of wide nodes (one BLAS after the other), one of triangles in leaf order, one table of geometries. Setup only; a pool that grows is made anew, and
+// All geometry on the device: one pool of wide nodes (one BLAS after the other), one of triangles in leaf order, one table of geometries. A pool that grows is made anew, and
 // whoever bound it binds again (generation).
+//
+// The table says of geometry that deforms what it is in the version that was shown last.
+//
+// Threads: one. show is the tick's and does not allocate; the rest is setup.
 
 #include <cstdint>
+#include <vector>
 
 #include <rtstdb/geometry.hpp>
 
 #include "rtstdb/accel/blas_builder.hpp"
+#include "rtstdb/accel/deforming_geometry.hpp"
+#include "rtstdb/query/executor.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
@@ -17,7 +24,20 @@ class GeometryPool {
 
   /// Builds the BLAS. The mesh has passed validate. Errors: capacity, out_of_memory, device_lost; the pool is
   /// unchanged.
-  Result<std::uint32_t> add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
+  Result<std::uint32_t> add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit,
+                            const GeometryOptions& options = {});
+
+  /// Brings geometry that deforms to its shapes in that version: those that are not on the device yet are refitted
+  /// there, and built where that has become too dear. `submit` is not begun. False: the device is lost.
+  bool show(gpu::Device& device, const query::RowSource& rows, Submit& submit);
+  /// Differs from what it was when another version was shown, or the same one, and any shape has come to another
+  /// place since; what was made of the table then is stale. Otherwise the same for the same version.
+  std::uint64_t shown() const noexcept { return shown_; }
+  /// How shapes came to the device since the pool was made.
+  struct Counts {
+    std::uint64_t refits = 0, builds = 0;  ///< a build comes after a refit of the same shape
+  };
+  Counts counts() const noexcept { return counts_; }
 
   const gpu::Buffer& nodes() const noexcept { return nodes_; }
   const gpu::Buffer& triangles() const noexcept { return triangles_; }
@@ -28,7 +48,23 @@ class GeometryPool {
   std::uint32_t generation() const noexcept { return generation_; }
 
  private:
-  Result<void> reserve(gpu::Device& device, std::uint32_t nodes, std::uint32_t triangles, Submit& submit);
+  struct Part {
+    std::uint32_t node_base = 0, node_end = 0;
+    std::uint32_t triangle_base = 0, triangle_end = 0;
+  };
+  Result<void> reserve(gpu::Device& device, const Part& part, Submit& submit);
+  Result<void> check_room(std::uint32_t triangles) const;
+  Result<Part> add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
+  Result<Part> add_deforming(gpu::Device& device, const TriangleMesh& mesh, const GeometryOptions& options,
+                             Submit& submit);
+  Result<void> bind_deforming(gpu::Device& device);
+  struct Placing {
+    std::size_t geometry = 0, place = 0;
+    Version shape = 0;
+  };
+  bool build(gpu::Device& device, DeformingGeometry& geometry, const Placing& placing,
+             const query::RowSource& rows, Submit& submit);
+  void write_record(std::uint32_t geometry, const Bounds& bounds, std::uint32_t root, bool closed);
 
   BlasBuilder builder_;
   gpu::Buffer nodes_, triangles_, geometries_;
@@ -37,6 +73,11 @@ class GeometryPool {
   std::uint32_t max_geometries_ = 0, count_ = 0;
   std::uint32_t generation_ = 0;
   std::vector<Bounds> bounds_;
+  RefitPasses refit_passes_;
+  std::vector<DeformingGeometry> deforming_;
+  std::vector<Placing> placings_;  // of one call of show
+  std::uint64_t placing_count_ = 0, shown_ = 0;
+  Counts counts_;
 };
 
 }  // namespace rtstdb::accel

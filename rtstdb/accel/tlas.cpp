@@ -203,10 +203,11 @@ void Tlas::record_warm_up(gpu::Recorder& recorder) {
   if (max_entities_ > shared::small_build_max) large_build_.record_warm_up(slot.large_build, recorder);
 }
 
-Tlas::Slot* Tlas::find(const query::RowSource& rows, const query::TimeSpan& times) noexcept {
+Tlas::Slot* Tlas::find(const query::RowSource& rows, const query::TimeSpan& times,
+                       std::uint64_t shapes) noexcept {
   for (Slot& slot : slots_) {
-    if (slot.filled && slot.version == rows.version() && slot.window_begin <= times.first &&
-        times.last <= slot.window_end) {
+    if (slot.filled && slot.version == rows.version() && slot.shapes == shapes &&
+        slot.window_begin <= times.first && times.last <= slot.window_end) {
       return &slot;
     }
   }
@@ -340,14 +341,15 @@ bool Tlas::make_tree(Slot& slot, Submit& submit) {
 }
 
 std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query::TimeSpan& times,
-                                      Submit& submit) {
-  Slot* slot = find(rows, times);
+                                      Submit& submit, std::uint64_t shapes) {
+  Slot* slot = find(rows, times, shapes);
   if (slot == nullptr) {
     slot = &*std::min_element(slots_.begin(), slots_.end(),
                               [](const Slot& a, const Slot& b) { return a.last_used < b.last_used; });
     if (!slot->filled || slot->version != rows.version()) upload_changes(*slot, rows, submit.recorder());
     slot->filled = true;
     slot->version = rows.version();
+    slot->shapes = shapes;
     slot->window_begin = times.first;
     slot->window_end = times.last;
     slot->epoch = epoch_of(rows.time(), times.first);

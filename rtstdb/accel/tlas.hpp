@@ -87,8 +87,10 @@ class Tlas {
   }
 
   /// Records what brings a slot to `rows` over `times` into the begun recorder of `submit`; nothing when a
-  /// slot is there already. Scenes above small_build_max submit in between. Empty: the device is lost.
-  std::optional<TlasView> prepare(const query::RowSource& rows, const query::TimeSpan& times, Submit& submit);
+  /// slot is there already. Scenes above small_build_max submit in between. `shapes`: GeometryPool::shown of that
+  /// version; another one than a slot was made with makes it stale. Empty: the device is lost.
+  std::optional<TlasView> prepare(const query::RowSource& rows, const query::TimeSpan& times, Submit& submit,
+                                  std::uint64_t shapes = 0);
 
   /// How trees came about so far.
   struct Counts {
@@ -115,6 +117,7 @@ class Tlas {
     std::uint32_t live_count = 0, visible_count = 0;
     bool filled = false;
     Version version = 0;
+    std::uint64_t shapes = 0;
     WorldTime window_begin{}, window_end{}, epoch{};
     std::uint64_t last_used = 0;
     Tree tree = Tree::none;
@@ -123,7 +126,7 @@ class Tlas {
     std::uint32_t root() const noexcept;
   };
 
-  Slot* find(const query::RowSource& rows, const query::TimeSpan& times) noexcept;
+  Slot* find(const query::RowSource& rows, const query::TimeSpan& times, std::uint64_t shapes) noexcept;
   void upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
   void list_live(Slot& slot, std::uint32_t index_limit);
   void make_instances(Slot& slot, gpu::Recorder& recorder);

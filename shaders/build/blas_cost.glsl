@@ -3,10 +3,7 @@
 #ifndef RTSTDB_BUILD_BLAS_COST_GLSL
 #define RTSTDB_BUILD_BLAS_COST_GLSL
 #include "build/blas_choice.glsl"
-
-// What a ray pays, per area of a box: for the children of a node, and for a triangle.
-const float node_cost = 1.0;
-const float triangle_cost = 0.3;
+#include "build/ray_price.glsl"
 
 // A node with all that its parent wants to know of it.
 struct Subtree {

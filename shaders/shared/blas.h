@@ -34,4 +34,11 @@ RTSTDB_CONSTANT(blas_state_words, 8 + 8 * 13)
   F(uint, end)
 RTSTDB_STRUCT(BlasArgs)
 
+// A refit: the nodes of one level, or the triangles.
+#define RTSTDB_FIELDS_BlasRefitArgs(F)                              \
+  F(uint, first)     /* counted from the geometry's first */        \
+  F(uint, count)                                                    \
+  F(uint, node_base) /* where its root stands in the node pool */
+RTSTDB_STRUCT(BlasRefitArgs)
+
 #endif

@@ -1,6 +1,6 @@
 #pragma once
-// Triangle geometry: from files, from procedural shapes, or from the caller. A geometry is static; entities
-// move.
+// Triangle geometry: from files, from procedural shapes, or from the caller. Entities move; a geometry stays as
+// it is, unless it was added as one that deforms: then its corners move by Transaction::update_geometry.
 
 #include <glm/ext/vector_double3.hpp>
 #include <glm/ext/vector_float3.hpp>
@@ -23,6 +23,18 @@ struct TriangleMesh {
 struct Bounds {
   glm::vec3 minimum_m{0.0f};
   glm::vec3 maximum_m{0.0f};
+};
+
+struct GeometryOptions {
+  /// Its corners may move, its triangles stay. It takes twice the room on the device and more (README.md).
+  bool deforms = false;
+  /// How many shapes are kept, the newest among them, for queries that read older versions; one is 12 bytes a
+  /// position on the host. 1 to max_kept_shapes. For deforming ones, as all below.
+  std::uint32_t kept_shapes = 2;
+  /// The tree over its triangles stays while boxes are made anew. Where what it costs a ray, by the surface area
+  /// heuristic and beside what its triangles cost by themselves, has grown by more than this factor since it was
+  /// built, another one is built at once, which takes about ten times as long. At least 1; infinity: never.
+  float rebuild_growth = 1.5f;
 };
 
 /// Refuses: no triangle, an index past the positions, NaN or infinite coordinates, coordinates beyond

@@ -1,0 +1,24 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/prelude.glsl"
+// Refit of a geometry that deforms, 1: its triangles in the pool, each where it stands, with corners in their new places.
+#include "shared/blas.h"
+#include "shared/node.h"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { BlasRefitArgs args; };
+layout(set = 0, binding = 0) uniform usamplerBuffer corners;  // and the triangle's own number, in the order of the leaves
+layout(set = 0, binding = 1) uniform samplerBuffer positions;
+layout(set = 0, binding = 2, scalar) writeonly buffer TrianglesBuffer { vec4 triangles[]; };
+
+void main() {
+  const uint begin = gl_WorkGroupID.x * blas_tile;
+  const uint end = min(begin + blas_tile, args.count);
+  for (uint i = begin + gl_LocalInvocationID.x; i < end; i += 64u) {
+    const uvec4 triangle = texelFetch(corners, int(i));
+    const uint base = i * triangle_texels;
+    triangles[base] = vec4(texelFetch(positions, int(triangle.x)).xyz, uintBitsToFloat(triangle.w));
+    triangles[base + 1u] = vec4(texelFetch(positions, int(triangle.y)).xyz, 0.0);
+    triangles[base + 2u] = vec4(texelFetch(positions, int(triangle.z)).xyz, 0.0);
+  }
+}
