@@ -52,6 +52,19 @@ Result<void> check_options(const DatabaseOptions& options) {
   return {};
 }
 
+Result<void> check_options(const GeometryOptions& options) {
+  if (!options.deforms) return {};
+  if (options.kept_shapes == 0 || options.kept_shapes > max_kept_shapes) {
+    return Error{ErrorCode::bad_input, "kept_shapes is " + std::to_string(options.kept_shapes) + "; 1 to " +
+                                           std::to_string(max_kept_shapes) + " are possible"};
+  }
+  if (!(options.rebuild_growth >= 1.0f)) {
+    return Error{ErrorCode::bad_input,
+                 "rebuild_growth is " + std::to_string(options.rebuild_growth) + "; 1 and more are possible"};
+  }
+  return {};
+}
+
 /// The driver makes its threads while the device opens, and threads inherit scheduling: a software device
 /// then computes with real-time priority, below the database's own thread. Where that is refused the engine
 /// says so.
@@ -88,17 +101,21 @@ class DatabaseImpl final : public Database {
         executor_(std::move(executor)),
         engine_({.store = {.max_entities = options.max_entities,
                            .retained_changes = options.retained_changes,
-                           .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); }},
+                           .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); },
+                           .max_geometries = options.max_geometries},
                  .queue_capacity = options.queue_capacity,
                  .thread_priority = options.thread_priority},
                 *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_) {}
 
   const DeviceInfo& device() const noexcept override { return device_->info(); }
 
-  Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) override {
+  Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name,
+                                  const GeometryOptions& options) override {
     if (auto valid = validate(mesh); !valid) return named(name, valid.error());
-    return unless_out_of_memory<GeometryId>("geometry '" + std::string(name) + "'",
-                                            [&]() -> Result<GeometryId> { return add_valid(mesh, name); });
+    if (auto valid = check_options(options); !valid) return named(name, valid.error());
+    return unless_out_of_memory<GeometryId>(
+        "geometry '" + std::string(name) + "'",
+        [&]() -> Result<GeometryId> { return add_valid(mesh, name, options); });
   }
 
   Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) override {
@@ -127,12 +144,29 @@ class DatabaseImpl final : public Database {
   }
 
   std::optional<TriangleMesh> geometry(GeometryId id) const override {
-    const std::lock_guard lock(meshes_mutex_);
-    if (id.index >= meshes_.size()) return std::nullopt;
-    return meshes_[id.index];
+    auto mesh = geometry(id, ReadAt::latest());
+    if (!mesh) return std::nullopt;
+    return std::move(mesh).value();
+  }
+  Result<TriangleMesh> geometry(GeometryId id, const ReadAt& read_at) const override {
+    TriangleMesh mesh;
+    bool deforms = false;
+    {
+      const std::lock_guard lock(meshes_mutex_);
+      if (id.index >= meshes_.size())
+        return Error{ErrorCode::bad_input, "geometry " + std::to_string(id.index) + " does not exist"};
+      mesh = meshes_[id.index].mesh;
+      deforms = meshes_[id.index].deforms;
+    }
+    if (!deforms) return mesh;
+    auto positions = engine_.shape(id, mesh.positions_m.size(), read_at);
+    if (!positions) return positions.error();
+    mesh.positions_m = std::move(positions).value();
+    return mesh;
   }
 
   TransactionCounts counts() const noexcept override { return engine_.counts(); }
+  ShapeCounts shape_counts() const noexcept override { return executor_->shape_counts(); }
 
   Health health() const override {
     return {.degraded = engine_.degraded(),
@@ -145,17 +179,22 @@ class DatabaseImpl final : public Database {
     return {error.code, "geometry '" + std::string(name) + "': " + error.message};
   }
 
-  Result<GeometryId> add_valid(const TriangleMesh& mesh, std::string_view name) {
+  Result<GeometryId> add_valid(const TriangleMesh& mesh, std::string_view name,
+                               const GeometryOptions& options) {
     // Held over both, so that meshes stand in the order of their ids.
     const std::lock_guard lock(adding_mutex_);
-    TriangleMesh copy = mesh;
+    Added copy{mesh, options.deforms};
     {
       const std::lock_guard reading_lock(meshes_mutex_);
       meshes_.reserve(meshes_.size() + 1);
     }
+    std::unique_ptr<store::ShapeHistory::Kept> shapes;
+    if (options.deforms) shapes = store::ShapeHistory::make(mesh.positions_m, options.kept_shapes);
     std::optional<Result<GeometryId>> added;
     engine_.call([&] {
-      added.emplace(unless_out_of_memory<GeometryId>("it", [&] { return executor_->add_geometry(mesh); }));
+      added.emplace(
+          unless_out_of_memory<GeometryId>("it", [&] { return executor_->add_geometry(mesh, options); }));
+      if (*added && shapes != nullptr) engine_.keep_shapes(added->value(), std::move(shapes));
     });
     if (!*added) return named(name, added->error());
     const std::lock_guard reading_lock(meshes_mutex_);
@@ -182,7 +221,11 @@ class DatabaseImpl final : public Database {
   std::unique_ptr<query::GpuExecutor> executor_;
   std::mutex adding_mutex_;
   mutable std::mutex meshes_mutex_;
-  std::vector<TriangleMesh> meshes_;  // by geometry index
+  struct Added {
+    TriangleMesh mesh;  // as it was added
+    bool deforms = false;
+  };
+  std::vector<Added> meshes_;  // by geometry index
   mutable transaction::Engine engine_;
 };
 

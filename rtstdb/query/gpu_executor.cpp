@@ -38,8 +38,8 @@ Result<void> GpuExecutor::rebind_structures() {
   return tlas_.bind(device_, pool_);
 }
 
-Result<GeometryId> GpuExecutor::add_geometry(const TriangleMesh& mesh) {
-  auto index = pool_.add(device_, mesh, submit_);
+Result<GeometryId> GpuExecutor::add_geometry(const TriangleMesh& mesh, const GeometryOptions& options) {
+  auto index = pool_.add(device_, mesh, submit_, options);
   // Also after a refusal: the pool may have grown before it.
   if (tlas_generation_ != pool_.generation()) {
     if (auto bound = rebind_structures(); !bound) return bound.error();
@@ -83,8 +83,9 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
 RunReport GpuExecutor::run_bound(const RowSource& rows, std::span<const Request> requests,
                                  const TimeSpan& times) noexcept {
   const auto gpu_query = [](const Request& request) { return static_cast<GpuQuery*>(request.query); };
+  if (!show_shapes(rows)) return lost;
   submit_.begin();
-  const auto view = tlas_.prepare(rows, times, submit_);
+  const auto view = tlas_.prepare(rows, times, submit_, pool_.shown());
   if (!view) return lost;
   for (const Request& request : requests) {
     if (request.count > 0) gpu_query(request)->record(request.count, rows, tlas_, *view, submit_.recorder());
@@ -99,6 +100,13 @@ RunReport GpuExecutor::run_bound(const RowSource& rows, std::span<const Request>
   const bool truncated =
       std::ranges::any_of(requests, [&](const Request& request) { return gpu_query(request)->truncated(); });
   return {.status = truncated ? RunStatus::truncated : RunStatus::done, .gpu_ns = submit_.take_gpu_ns()};
+}
+
+bool GpuExecutor::show_shapes(const RowSource& rows) noexcept {
+  if (!pool_.show(device_, rows, submit_)) return false;
+  refits_.store(pool_.counts().refits, std::memory_order_relaxed);
+  builds_.store(pool_.counts().builds, std::memory_order_relaxed);
+  return true;
 }
 
 bool GpuExecutor::run_again(std::span<const Request> requests, const accel::TlasView& view) noexcept {

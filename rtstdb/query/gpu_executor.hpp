@@ -5,6 +5,8 @@
 // Threads: after create, the database's thread alone; setup calls are brought there by whoever owns the
 // engine.
 
+#include <atomic>
+
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas.hpp"
 #include "rtstdb/query/gpu_query.hpp"
@@ -15,13 +17,17 @@ class GpuExecutor final : public Executor {
  public:
   static Result<std::unique_ptr<GpuExecutor>> create(gpu::Device& device, const DatabaseOptions& options);
 
-  Result<GeometryId> add_geometry(const TriangleMesh& mesh);
+  Result<GeometryId> add_geometry(const TriangleMesh& mesh, const GeometryOptions& options);
   bool knows_geometry(GeometryId id) const noexcept;
   /// Connects a query to the pool and the slots, and has its shader compiled. After a geometry was added, the
   /// query's next run connects it again.
   Result<void> bind(GpuQuery& query);
   RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
                 Meanwhile* meanwhile) noexcept override;
+  /// Any thread.
+  ShapeCounts shape_counts() const noexcept {
+    return {refits_.load(std::memory_order_relaxed), builds_.load(std::memory_order_relaxed)};
+  }
 
  private:
   explicit GpuExecutor(gpu::Device& device) : device_(device) {}
@@ -29,6 +35,7 @@ class GpuExecutor final : public Executor {
   /// What GpuQuery::record_again is for. False: the device is lost.
   RunReport run_bound(const RowSource& rows, std::span<const Request> requests,
                       const TimeSpan& times) noexcept;
+  bool show_shapes(const RowSource& rows) noexcept;
   bool run_again(std::span<const Request> requests, const accel::TlasView& view) noexcept;
 
   gpu::Device& device_;
@@ -36,6 +43,7 @@ class GpuExecutor final : public Executor {
   accel::Tlas tlas_;
   accel::Submit submit_;
   std::uint32_t tlas_generation_ = 0;
+  std::atomic<std::uint64_t> refits_{0}, builds_{0};
 };
 
 }  // namespace rtstdb::query

@@ -213,5 +213,64 @@ TEST_F(TransactionAllocation, NoneByNearest) {
   EXPECT_GT(allocations_everywhere, 0u) << "the counter counts on any thread";
 }
 
+/// Nor does a shape that is refitted, nor one for which a tree is built anew.
+TEST(Allocation, NoneInAGeometryUpdate) {
+  auto opened = Database::open({.gpu = test_device_options(false).select, .validation = Validation::off});
+  ASSERT_TRUE(opened.ok()) << opened.error().message;
+  Database& database = *opened.value();
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < 900; ++i) {
+    const glm::vec3 corner(static_cast<float>(i % 30), static_cast<float>(i / 30), 0.0f);
+    mesh.positions_m.insert(mesh.positions_m.end(),
+                            {corner, corner + glm::vec3(1, 0, 0), corner + glm::vec3(0, 1, 0)});
+    mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+  }
+  const auto geometry = database.add_geometry(mesh, "sheet", {.deforms = true});
+  // What a large build takes and gives back does not take what is kept for the tick.
+  const auto large = database.add_geometry(make_sphere(1.0, 7), "large");
+  auto query = database.prepare(RayQueryOptions{.name = "rays", .capacity = 10});
+  ASSERT_TRUE(geometry.ok() && large.ok() && query.ok());
+  const auto transaction = database.make_transaction(
+      {.max_writes = 1, .max_queries = 1, .max_geometry_updates = 1, .max_positions = 2700});
+  std::vector<glm::vec3> positions = mesh.positions_m;
+  bool has_body = false;
+  std::uint32_t tick_number = 0;
+  const auto tick = [&] {
+    // Every triangle to the place of another one: a new permutation that leaves no neighbours together.
+    constexpr std::uint32_t factors[] = {1, 7, 227, 467};
+    const std::uint32_t factor = factors[++tick_number / 2 % 4];
+    for (std::uint32_t i = 0; i < 900; ++i) {
+      for (std::uint32_t corner = 0; corner < 3; ++corner)
+        positions[3 * i + corner] = mesh.positions_m[3 * (i * factor % 900) + corner];
+    }
+    transaction->begin({});
+    EntityRow row;
+    row.geometry = geometry.value();
+    if (!has_body) transaction->create(row);
+    has_body = true;
+    transaction->update_geometry(geometry.value(), positions);
+    for (Ray& ray : query.value()->rays()) {
+      ray.origin_m = {10.2f, 10.2f, 5.0f};
+      ray.direction = {0.0f, 0.0f, -1.0f};
+    }
+    transaction->ask(*query.value(), 10);
+    const Status status = database.execute(*transaction).status;
+    return status == Status::committed && query.value()->hits()[9].status == HitStatus::hit;
+  };
+  for (int i = 0; i < 10; ++i)
+    ASSERT_TRUE(tick());
+  const ShapeCounts before = database.shape_counts();
+  std::size_t right = 0;
+  allocations_everywhere = 0;
+  counting_everywhere = true;
+  for (int i = 0; i < 50; ++i)
+    right += tick() ? 1 : 0;
+  counting_everywhere = false;
+  EXPECT_EQ(right, 50u);
+  EXPECT_EQ(allocations_everywhere, 0u);
+  EXPECT_EQ(database.shape_counts().refits, before.refits + 50);
+  EXPECT_GT(database.shape_counts().rebuilds, before.rebuilds + 10);
+}
+
 }  // namespace
 }  // namespace rtstdb::gpu::test

@@ -144,6 +144,8 @@ constexpr Expected expected_figures[] = {
     {"tlas_refit_10k", "ms", "Embree 3"},
     {"tlas_refit_10k_device", "ms", ""},
     {"blas_build_bunny", "ms", "Embree 3"},
+    {"blas_refit_bunny", "ms", "Embree 3"},
+    {"blas_refit_bunny_device", "ms", ""},
     {"latency_small_query_p50", "us", ""},
     {"latency_small_query_p99", "us", ""},
     {"latency_small_update_query_p50", "us", ""},

@@ -198,9 +198,9 @@ oracle::World DatabaseTest::world(const ReadAt& read_at) {
   version_time = outcome.version_time;
   std::vector<TriangleMesh> meshes;
   for (std::uint32_t i = 0;; ++i) {
-    auto mesh = database_->geometry({i});
+    auto mesh = database_->geometry({i}, read_at);
     if (!mesh) break;
-    meshes.push_back(std::move(*mesh));
+    meshes.push_back(std::move(mesh).value());
   }
   std::vector<const TriangleMesh*> pointers;
   pointers.reserve(meshes.size());

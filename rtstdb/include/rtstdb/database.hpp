@@ -72,6 +72,12 @@ struct TransactionCounts {
   std::uint64_t hard_misses = 0;  ///< of those late: of class hard
 };
 
+/// How the shapes of geometry that deforms came to the device so far.
+struct ShapeCounts {
+  std::uint64_t refits = 0;    ///< boxes made anew over the tree as it was
+  std::uint64_t rebuilds = 0;  ///< of them followed by another tree (GeometryOptions::rebuild_growth)
+};
+
 struct Health {
   std::vector<std::string> degraded;             ///< what the machine did not permit, in words
   std::vector<std::string> validation_messages;  ///< of the validation layer, when it is on
@@ -90,8 +96,13 @@ class Database {
   virtual const DeviceInfo& device() const noexcept = 0;
 
   // ---- setup ----
-  /// Copies the mesh to the device and builds its structure there. Errors: what validate says; capacity.
-  virtual Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) = 0;
+  /// Copies the mesh to the device and builds its structure there. Errors: what validate says; capacity; bad_input
+  /// for options that are out of their range.
+  virtual Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name,
+                                          const GeometryOptions& options) = 0;
+  Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) {
+    return add_geometry(mesh, name, {});
+  }
   /// Allocates the query's buffers and runs its pipeline once, since drivers compile at the first dispatch.
   /// Errors: capacity, out_of_memory, device_lost; bad_input for options that contradict one another.
   virtual Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) = 0;
@@ -115,8 +126,13 @@ class Database {
   /// All entities of a version, by ascending index. Errors: bad_input when the version is unknown or no
   /// longer kept.
   virtual Result<std::vector<EntityState>> snapshot(const ReadAt& read_at) const = 0;
+  /// As it stands in the latest version; empty: there is no such geometry.
   virtual std::optional<TriangleMesh> geometry(GeometryId id) const = 0;
+  /// As it stands in a version. Errors: bad_input when there is no such geometry, when the version is unknown, or
+  /// when a shape of geometry that deforms is no longer kept for it.
+  virtual Result<TriangleMesh> geometry(GeometryId id, const ReadAt& read_at) const = 0;
   virtual TransactionCounts counts() const noexcept = 0;
+  virtual ShapeCounts shape_counts() const noexcept = 0;
   virtual Health health() const = 0;
 };
 

@@ -20,7 +20,8 @@ class VersionOnly final : public rtstdb::Database {
 
   const rtstdb::DeviceInfo& device() const noexcept override { return device_; }
   rtstdb::Result<rtstdb::GeometryId> add_geometry(const rtstdb::TriangleMesh& /*mesh*/,
-                                                  std::string_view /*name*/) override {
+                                                  std::string_view /*name*/,
+                                                  const rtstdb::GeometryOptions& /*options*/) override {
     return refused();
   }
   rtstdb::Result<std::unique_ptr<rtstdb::RayQuery>> prepare(
@@ -53,7 +54,12 @@ class VersionOnly final : public rtstdb::Database {
   std::optional<rtstdb::TriangleMesh> geometry(rtstdb::GeometryId /*id*/) const override {
     return std::nullopt;
   }
+  rtstdb::Result<rtstdb::TriangleMesh> geometry(rtstdb::GeometryId /*id*/,
+                                                const rtstdb::ReadAt& /*read_at*/) const override {
+    return refused();
+  }
   rtstdb::TransactionCounts counts() const noexcept override { return {}; }
+  rtstdb::ShapeCounts shape_counts() const noexcept override { return {}; }
   rtstdb::Health health() const override { return {}; }
 
  private:

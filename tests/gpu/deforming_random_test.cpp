@@ -1,0 +1,134 @@
+// Random shapes over many versions: every query at every kept version against the oracle.
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/gpu/deforming_test.hpp"
+#include "tests/gpu/random_scene.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+/// A body whose surface moves in waves, or, once in a while, something wild.
+Positions deformed(const TriangleMesh& mesh, Random& random) {
+  Positions positions = mesh.positions_m;
+  const std::size_t kind = random.below(8);
+  const glm::vec3 wave(random.vector());
+  const glm::vec3 aside(0.5 * random.vector());
+  for (glm::vec3& p : positions) {
+    if (kind < 4) p += 0.4f * std::sin(3.0f * glm::dot(p, wave)) * glm::normalize(wave);
+    if (kind == 4) p = glm::vec3(0.7 * random.vector());
+    if (kind == 5) p = aside + 0.3f * p;
+    if (kind == 6) p += 0.05f * glm::vec3(random.vector());
+    if (kind == 7) p *= glm::vec3(4.0f, 0.05f, 1.0f);
+  }
+  return positions;
+}
+
+class DeformingSoups : public Deforming {
+ protected:
+  /// Rows that show still and deforming geometry.
+  void fill(WorldTime time, std::uint32_t kept_shapes) {
+    options_ = {.radius_m = 4.0, .version_time = time};
+    std::vector<GeometryId> geometries;
+    std::vector<TriangleMesh> meshes = mixed_meshes(random_);
+    meshes.push_back(make_sphere(1.0, 4));
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+      const bool deforms = i % 2 == 0 || i + 1 == meshes.size();
+      const GeometryId id = deforms ? add_deforming(meshes[i], {.kept_shapes = kept_shapes}) : add(meshes[i]);
+      geometries.push_back(id);
+      if (deforms) deforming_.push_back({id, meshes[i]});
+    }
+    std::vector<EntityRow> rows;
+    for (std::uint32_t i = 0; i < 40; ++i)
+      rows.push_back(random_row(random_, geometries, options_, rows));
+    ids_ = create(rows, time);
+    rows_ = rows;
+  }
+  /// New shapes of some geometries, and some rows, in one version.
+  Version change(WorldTime time) {
+    const auto transaction =
+        database().make_transaction({.max_writes = 8, .max_geometry_updates = 32, .max_positions = 200'000});
+    transaction->begin(terms_at(time));
+    for (const auto& [id, mesh] : deforming_)
+      if (random_.one_in(2)) transaction->update_geometry(id, deformed(mesh, random_));
+    transaction->update_geometry(deforming_.back().first, deformed(deforming_.back().second, random_));
+    for (int i = 0; i < 4; ++i) {
+      const std::size_t body = random_.below(ids_.size());
+      transaction->update(ids_[body], rows_[random_.below(rows_.size())]);
+    }
+    const Outcome& outcome = database().execute(*transaction);
+    EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
+    return outcome.version;
+  }
+  /// Questions of every kind at a version against the oracle's copy of it.
+  Tally ask_everything(Version version, WorldTime time, std::size_t count) {
+    const ReadAt at = ReadAt::pinned(version);
+    const oracle::World there = world(at);
+    std::vector<Ray> rays(count);
+    for (Ray& ray : rays)
+      ray = random_ray(random_, there.entities(), options_, time, 0.2);
+    Tally tally = judge(there, rays, trace(rays, at));
+    const auto regions =
+        database().prepare(RegionQueryOptions{.name = "region", .capacity = 64, .ids_per_region = 64});
+    for (Region& region : regions.value()->regions())
+      region = random_region(random_, there.entities(), options_, time, 0.2);
+    run(*regions.value(), 64, at);
+    judge(there, regions.value()->regions(), regions.value()->answers());
+    for (const NearestTarget target :
+         {NearestTarget::triangle, NearestTarget::surface, NearestTarget::bounds}) {
+      const NearestQueryOptions wanted{.name = "nearest",
+                                       .capacity = 64,
+                                       .target = target,
+                                       .k = 2,
+                                       .is_signed = target != NearestTarget::bounds};
+      const auto nearest = database().prepare(wanted);
+      for (Nearest& point : nearest.value()->points())
+        point = random_point(random_, there.entities(), options_, time, 0.2);
+      run(*nearest.value(), 64, at);
+      judge(there, nearest.value()->points(), nearest.value()->answers(), wanted);
+    }
+    const auto overlaps =
+        database().prepare(OverlapQueryOptions{.name = "overlap", .capacity = 16, .ids_per_entity = 64});
+    for (Overlap& overlap : overlaps.value()->overlaps())
+      overlap = {.entity = there.entities()[random_.below(there.entities().size())].id, .t = time};
+    run(*overlaps.value(), 16, at);
+    judge(there, overlaps.value()->overlaps(), overlaps.value()->answers());
+    return tally;
+  }
+  template <class Query>
+  void run(Query& query, std::uint32_t count, const ReadAt& read_at) {
+    const Outcome outcome = execute([&](Transaction& t) { t.ask(query, count); }, {}, read_at);
+    EXPECT_TRUE(outcome.done()) << describe(outcome);
+  }
+
+  Random random_{20};
+  SceneOptions options_;
+  std::vector<std::pair<GeometryId, TriangleMesh>> deforming_;
+  std::vector<EntityId> ids_;
+  std::vector<EntityRow> rows_;
+};
+
+TEST_F(DeformingSoups, AgreeWithTheOracleAtEveryKeptVersion) {
+  const WorldTime time = at_s(5.0);
+  fill(time, 4);
+  std::vector<Version> versions{database().latest().version};
+  Tally tally = ask_everything(versions.back(), time, 200);
+  for (int round = 0; round < 40; ++round) {
+    versions.push_back(change(time));
+    // Of the geometry that changes every time four shapes are kept.
+    const std::size_t age = random_.below(std::min<std::size_t>(4, versions.size()));
+    tally += ask_everything(versions[versions.size() - 1 - age], time, 400);
+    if (HasFailure()) FAIL() << "round " << round << ", " << age << " versions back";
+  }
+  EXPECT_GT(tally.hits, tally.asked / 5);
+  EXPECT_LT(tally.hits, tally.asked * 4 / 5);
+  const ShapeCounts counts = database().shape_counts();
+  EXPECT_GT(counts.refits, 60u);
+  EXPECT_GT(counts.rebuilds, 5u);
+}
+
+}  // namespace
+}  // namespace rtstdb::test
