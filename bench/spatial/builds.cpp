@@ -3,6 +3,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include <cmath>
+#include <stdexcept>
 
 #include "bench/spatial/embree_builds.hpp"
 #include "bench/spatial/embree_hit.hpp"
@@ -79,6 +80,36 @@ Figure measure_blas(const SpatialOptions& options) {
   return time_figure("blas_build_bunny", times, embree_version());
 }
 
+/// Waves that run over the body, as a tenth of its size.
+void wave(std::span<const glm::vec3> rest_m, float phase, std::span<glm::vec3> positions_m) {
+  for (std::size_t i = 0; i < rest_m.size(); ++i) {
+    const glm::vec3 p = rest_m[i];
+    positions_m[i] = p * (1.0f + 0.1f * std::sin(phase + 5.0f * (p.x + p.y + p.z)));
+  }
+}
+
+std::vector<Figure> measure_blas_refit(const SpatialOptions& options) {
+  const int rounds = options.tiny ? 1 : 31;
+  const rtstdb::TriangleMesh mesh = bunny(options.tiny);
+  OurDeforming ours(mesh);
+  EmbreeDeforming theirs(mesh);
+  std::vector<glm::vec3> positions_m = mesh.positions_m;
+  std::vector<double> our_s, device_s, their_s;
+  for (int round = -1; round < rounds; ++round) {
+    wave(mesh.positions_m, 0.3f * static_cast<float>(round), positions_m);
+    double busy_s = 0.0;
+    const RoundTimes times = once_each(
+        round % 2 == 0, [&] { busy_s = ours.update(positions_m); }, [&] { theirs.update(positions_m); });
+    if (round < 0) continue;  // warms up
+    our_s.push_back(times.ours_s.front());
+    their_s.push_back(times.theirs_s.front());
+    device_s.push_back(busy_s);
+  }
+  if (ours.builds() != 0) throw std::runtime_error("blas_refit_bunny: a tree was built anew");
+  return {time_figure("blas_refit_bunny", {our_s, their_s}, embree_version()),
+          time_figure("blas_refit_bunny_device", {device_s, {}}, "")};
+}
+
 }  // namespace
 
 std::vector<Figure> measure_builds(const SpatialOptions& options) {
@@ -97,6 +128,8 @@ std::vector<Figure> measure_builds(const SpatialOptions& options) {
       figures.push_back(std::move(figure));
   }
   figures.push_back(measure_blas(options));
+  for (Figure& figure : measure_blas_refit(options))
+    figures.push_back(std::move(figure));
   return figures;
 }
 

@@ -13,7 +13,8 @@ namespace hil::bench {
 /// moved a little. Each with a figure `_device`. From rows and matrices in memory to a structure that can be
 /// asked.
 /// blas_build_bunny: Database::add_geometry of HIL_TEST_DATA's meshes/stanford-bunny.obj, or of another body
-/// of its size.
+/// of its size. blas_refit_bunny: the same as geometry that deforms, from positions in memory to a structure that
+/// can be asked; with a figure `_device`.
 std::vector<Figure> measure_builds(const SpatialOptions& options);
 
 }  // namespace hil::bench

@@ -3,6 +3,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat4x3.hpp>
 
+#include <cstring>
 #include <vector>
 
 #include "bench/spatial/embree_handles.hpp"
@@ -81,6 +82,37 @@ EmbreeBlas::~EmbreeBlas() = default;
 
 void EmbreeBlas::build(const rtstdb::TriangleMesh& mesh) {
   impl_->scene = embree_mesh_scene(impl_->device.get(), mesh, RTC_BUILD_QUALITY_MEDIUM);
+}
+
+struct EmbreeDeforming::Impl {
+  EmbreeDevice device = open_embree();
+  EmbreeSceneHandle scene;
+  EmbreeGeometry mesh;
+};
+
+EmbreeDeforming::EmbreeDeforming(const rtstdb::TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+  RTCDevice const device = impl_->device.get();
+  impl_->scene.reset(rtcNewScene(device));
+  // The quality of a geometry counts in scenes of low quality alone.
+  rtcSetSceneBuildQuality(impl_->scene.get(), RTC_BUILD_QUALITY_LOW);
+  rtcSetSceneFlags(impl_->scene.get(), RTC_SCENE_FLAG_DYNAMIC);
+  impl_->mesh = embree_triangles(device, mesh);
+  rtcSetGeometryBuildQuality(impl_->mesh.get(), RTC_BUILD_QUALITY_REFIT);
+  rtcCommitGeometry(impl_->mesh.get());
+  rtcAttachGeometry(impl_->scene.get(), impl_->mesh.get());
+  rtcCommitScene(impl_->scene.get());
+  check_embree(device);
+}
+
+EmbreeDeforming::~EmbreeDeforming() = default;
+
+void EmbreeDeforming::update(std::span<const glm::vec3> positions_m) {
+  RTCGeometry const mesh = impl_->mesh.get();
+  std::memcpy(rtcGetGeometryBufferData(mesh, RTC_BUFFER_TYPE_VERTEX, 0), positions_m.data(),
+              positions_m.size_bytes());
+  rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
+  rtcCommitGeometry(mesh);
+  rtcCommitScene(impl_->scene.get());
 }
 
 }  // namespace hil::bench

@@ -48,4 +48,20 @@ class EmbreeBlas {
   std::unique_ptr<Impl> impl_;
 };
 
+/// One mesh whose corners move, refitted.
+class EmbreeDeforming {
+ public:
+  explicit EmbreeDeforming(const rtstdb::TriangleMesh& mesh);
+  ~EmbreeDeforming();
+  EmbreeDeforming(const EmbreeDeforming&) = delete;
+  EmbreeDeforming& operator=(const EmbreeDeforming&) = delete;
+
+  /// Copies the positions and commits.
+  void update(std::span<const glm::vec3> positions_m);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 }  // namespace hil::bench

@@ -106,6 +106,43 @@ double OurTlas::update() {
   return static_cast<double>(impl_->submit.take_gpu_ns()) * 1e-9;
 }
 
+struct OurDeforming::Impl {
+  /// No entities; one shape a version.
+  struct OneShape final : query::RowSource {
+    query::Shape newest;
+    Version version() const noexcept override { return newest.version; }
+    WorldTime time() const noexcept override { return {}; }
+    std::uint32_t index_limit() const noexcept override { return 0; }
+    const EntityState* row(std::uint32_t /*index*/) const noexcept override { return nullptr; }
+    bool changed_between(Version, std::vector<std::uint32_t>& /*indices*/) const noexcept override {
+      return true;
+    }
+    query::Shape shape(GeometryId /*geometry*/) const noexcept override { return newest; }
+  };
+
+  std::unique_ptr<gpu::Device> device = must(gpu::Device::open({}));
+  accel::Submit submit = must(accel::Submit::create(*device));
+  accel::GeometryPool pool = must(accel::GeometryPool::create(*device, 1, submit));
+  OneShape shape;
+};
+
+OurDeforming::OurDeforming(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+  must(impl_->pool.add(*impl_->device, mesh, impl_->submit, {.deforms = true}));
+}
+
+OurDeforming::~OurDeforming() = default;
+
+double OurDeforming::update(std::span<const glm::vec3> positions_m) {
+  impl_->submit.take_gpu_ns();
+  impl_->shape.newest = {impl_->shape.newest.version + 1, positions_m};
+  demand_alive(impl_->pool.show(*impl_->device, impl_->shape, impl_->submit));
+  return static_cast<double>(impl_->submit.take_gpu_ns()) * 1e-9;
+}
+
+std::uint64_t OurDeforming::builds() const {
+  return impl_->pool.counts().builds;
+}
+
 std::size_t our_mesh_bytes(const TriangleMesh& mesh) {
   const auto device = must(gpu::Device::open({}));
   auto submit = must(accel::Submit::create(*device));

@@ -32,6 +32,25 @@ class OurTlas {
   std::unique_ptr<Impl> impl_;
 };
 
+/// One mesh whose corners move.
+class OurDeforming {
+ public:
+  explicit OurDeforming(const rtstdb::TriangleMesh& mesh);
+  ~OurDeforming();
+  OurDeforming(const OurDeforming&) = delete;
+  OurDeforming& operator=(const OurDeforming&) = delete;
+
+  /// Brings the structure to these positions in whatever way the room chooses. Returns the seconds that the device
+  /// itself was busy.
+  double update(std::span<const glm::vec3> positions_m);
+  /// Trees that were built anew for it.
+  std::uint64_t builds() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 /// Nodes and triangles on the device.
 std::size_t our_mesh_bytes(const rtstdb::TriangleMesh& mesh);
 /// Rows, instances and nodes on the device, of one version with so many entities.
