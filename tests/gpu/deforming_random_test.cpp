@@ -71,12 +71,30 @@ class DeformingSoups : public Deforming {
     for (Ray& ray : rays)
       ray = random_ray(random_, there.entities(), options_, time, 0.2);
     Tally tally = judge(there, rays, trace(rays, at));
-    const auto regions =
-        database().prepare(RegionQueryOptions{.name = "region", .capacity = 64, .ids_per_region = 64});
-    for (Region& region : regions.value()->regions())
-      region = random_region(random_, there.entities(), options_, time, 0.2);
-    run(*regions.value(), 64, at);
-    judge(there, regions.value()->regions(), regions.value()->answers());
+    for (const auto& [level, query] : regions_) {
+      for (Region& region : query->regions())
+        region = random_region(random_, there.entities(), options_, time, 0.2);
+      run(*query, 64, at);
+      judge(there, query->regions(), query->answers(), level);
+    }
+    for (const auto& [wanted, query] : nearest_) {
+      for (Nearest& point : query->points())
+        point = random_point(random_, there.entities(), options_, time, 0.2);
+      run(*query, 64, at);
+      judge(there, query->points(), query->answers(), wanted);
+    }
+    for (Overlap& overlap : overlaps_->overlaps())
+      overlap = {.entity = there.entities()[random_.below(there.entities().size())].id, .t = time};
+    run(*overlaps_, 16, at);
+    judge(there, overlaps_->overlaps(), overlaps_->answers());
+    return tally;
+  }
+  void prepare_all() {
+    for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::surface, RegionLevel::triangle}) {
+      auto query = database().prepare(
+          RegionQueryOptions{.name = "region", .capacity = 64, .level = level, .ids_per_region = 64});
+      regions_.emplace_back(level, std::move(query).value());
+    }
     for (const NearestTarget target :
          {NearestTarget::triangle, NearestTarget::surface, NearestTarget::bounds}) {
       const NearestQueryOptions wanted{.name = "nearest",
@@ -84,19 +102,11 @@ class DeformingSoups : public Deforming {
                                        .target = target,
                                        .k = 2,
                                        .is_signed = target != NearestTarget::bounds};
-      const auto nearest = database().prepare(wanted);
-      for (Nearest& point : nearest.value()->points())
-        point = random_point(random_, there.entities(), options_, time, 0.2);
-      run(*nearest.value(), 64, at);
-      judge(there, nearest.value()->points(), nearest.value()->answers(), wanted);
+      nearest_.emplace_back(wanted, database().prepare(wanted).value());
     }
-    const auto overlaps =
-        database().prepare(OverlapQueryOptions{.name = "overlap", .capacity = 16, .ids_per_entity = 64});
-    for (Overlap& overlap : overlaps.value()->overlaps())
-      overlap = {.entity = there.entities()[random_.below(there.entities().size())].id, .t = time};
-    run(*overlaps.value(), 16, at);
-    judge(there, overlaps.value()->overlaps(), overlaps.value()->answers());
-    return tally;
+    overlaps_ = database()
+                    .prepare(OverlapQueryOptions{.name = "overlap", .capacity = 16, .ids_per_entity = 64})
+                    .value();
   }
   template <class Query>
   void run(Query& query, std::uint32_t count, const ReadAt& read_at) {
@@ -109,11 +119,15 @@ class DeformingSoups : public Deforming {
   std::vector<std::pair<GeometryId, TriangleMesh>> deforming_;
   std::vector<EntityId> ids_;
   std::vector<EntityRow> rows_;
+  std::vector<std::pair<RegionLevel, std::unique_ptr<RegionQuery>>> regions_;
+  std::vector<std::pair<NearestQueryOptions, std::unique_ptr<NearestQuery>>> nearest_;
+  std::unique_ptr<OverlapQuery> overlaps_;
 };
 
 TEST_F(DeformingSoups, AgreeWithTheOracleAtEveryKeptVersion) {
   const WorldTime time = at_s(5.0);
   fill(time, 4);
+  prepare_all();
   std::vector<Version> versions{database().latest().version};
   Tally tally = ask_everything(versions.back(), time, 200);
   for (int round = 0; round < 40; ++round) {

@@ -172,7 +172,7 @@ class Transaction {
   /// A write: moves the corners of a geometry that was added as one that deforms, wherever entities show it, from
   /// the version on that the transaction makes. As many positions as the mesh has, in its order, entity frame; they
   /// are copied. A later update of the same geometry in one transaction takes the place of an earlier one. All
-  /// triangles may lose their area: then nothing hits them. Versions before it keep the shapes that they had, as
+  /// triangles may lose their area: then no ray hits them. Versions before it keep the shapes that they had, as
   /// far as GeometryOptions::kept_shapes goes; a transaction that asks queries at an older one is refused
   /// (snapshot_too_old), one that reads rows alone is not.
   /// The structure follows on the device when the first query asks for a version with that shape. Where triangles run
