@@ -1,7 +1,7 @@
 #pragma once
 // Builds the structure of one geometry: a binary tree over Morton codes, rotated where that makes boxes
 // smaller, then nodes of up to 8 children and leaves of up to 4 triangles as the surface area says.
-// shaders/build/blas_scratch.glsl tells what each buffer holds.
+// shaders/build/tree_scratch.glsl tells what each buffer holds.
 //
 // Threads: one. Setup, but for building again what it was told to keep room for. The same bits from run to run on one device.
 
@@ -32,7 +32,7 @@ class BlasScratch {
   std::uint32_t triangles_at_once() const noexcept { return triangles_at_once_; }
 
   void upload(const MeshView& mesh) const;
-  /// In the order of blas_scratch.glsl.
+  /// In the order of tree_scratch.glsl.
   std::array<const gpu::Buffer*, 16> bindings() const noexcept;
   Result<RadixSort::Bound> bind_sort(gpu::Device& device, const RadixSort& sort) const {
     return sort.bind(device, keys_, values_, offsets_);

@@ -91,12 +91,14 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
     if (!made) return made.error();
     *pipeline = std::move(made).value();
   }
-  auto scratch = BuildScratch::create(device, options.max_entities, "TLAS");
+  auto scratch = BuildScratch::create(device);
   if (!scratch) return scratch.error();
-  tlas.scratch_ = std::move(scratch).value();
-  auto large = LargeBuild::create(device);
-  if (!large) return large.error();
-  tlas.large_build_ = std::move(large).value();
+  tlas.small_scratch_ = std::move(scratch).value();
+  if (options.max_entities > shared::small_build_max) {
+    auto large = TlasBuilder::create(device, options.max_entities);
+    if (!large) return large.error();
+    tlas.large_build_ = std::move(large).value();
+  }
   const std::size_t n = options.max_entities;
   const std::size_t nodes = wide_node_bound(options.max_entities, instances_per_leaf);
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
@@ -104,6 +106,7 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
        {.name = "changed rows",
         .size_bytes = sizeof(shared::EntityRecord) * n,
         .memory = gpu::Memory::upload}},
+      {&tlas.bounds_, {.name = "TLAS bounds", .size_bytes = 24 * n}},
       {&tlas.motion_boxes_, {.name = "TLAS motion boxes", .size_bytes = 48 * n}},
       {&tlas.node_boxes_, {.name = "TLAS node boxes", .size_bytes = 48 * nodes}},
   };
@@ -125,7 +128,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   slot.presence.assign(n, Presence::absent);
   slot.place.assign(n, shared::no_entity);
   slot.identities.resize(n);
-  slot.levels.reserve(shared::max_tlas_levels + 1);
+  slot.levels.reserve(2 * shared::max_tlas_levels);  // large trees are rotated
   gpu::BufferOptions instances{.name = name + " instances", .size_bytes = 2 * instance_bytes * late_base_};
   instances.texel_float4 = true;
   gpu::BufferOptions identities{
@@ -158,8 +161,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
 
 Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
   for (Slot& slot : slots_) {
-    const auto common = scratch_.bindings(slot.nodes);
-    const gpu::Buffer& bounds = *common.front();
+    const auto common = small_scratch_.bindings(bounds_, slot.nodes);
     const gpu::Buffer* rows[] = {&changed_rows_, &slot.rows};
     const std::size_t half_bytes = instance_bytes * late_base_;
     const gpu::BufferPart instances[] = {{&slot.rows},
@@ -167,7 +169,7 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
                                          {&slot.live},
                                          {&slot.instances, 0, half_bytes},
                                          {&slot.instances, half_bytes, half_bytes},
-                                         {&bounds},
+                                         {&bounds_},
                                          {&motion_boxes_}};
     auto instances_bindings = device.create_bindings(instances_pass_, instances);
     if (!instances_bindings) return instances_bindings.error();
@@ -186,7 +188,8 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
       if (!made) return made.error();
       *bindings = std::move(made).value();
     }
-    auto large = large_build_.bind(device, scratch_, slot.nodes);
+    if (!large_build_) continue;
+    auto large = large_build_->bind(device, bounds_, slot.nodes);
     if (!large) return large.error();
     slot.large_build = std::move(large).value();
   }
@@ -200,7 +203,7 @@ void Tlas::record_warm_up(gpu::Recorder& recorder) {
   recorder.dispatch(small_build_, slot.small_build, shared::SmallBuildArgs{}, 1);
   recorder.dispatch(refit_, slot.refit, shared::RefitArgs{}, 1);
   recorder.dispatch(cost_, slot.cost, shared::RefitArgs{}, 1);
-  if (max_entities_ > shared::small_build_max) large_build_.record_warm_up(slot.large_build, recorder);
+  if (large_build_) large_build_->record_warm_up(slot.large_build, recorder);
 }
 
 Tlas::Slot* Tlas::find(const query::RowSource& rows, const query::TimeSpan& times,
@@ -299,13 +302,13 @@ void Tlas::refit(const Slot& slot, gpu::Recorder& recorder) const {
 bool Tlas::build(Slot& slot, Submit& submit) {
   slot.built_cost = 0.0f;
   if (slot.visible_count <= shared::small_build_max) {
-    const shared::SmallBuildArgs args{.count = slot.visible_count, .half_size = scratch_.half_size()};
+    const shared::SmallBuildArgs args{.count = slot.visible_count, .half_size = BuildScratch::half_size};
     submit.recorder().dispatch(small_build_, slot.small_build, args, 1);
     submit.recorder().barrier();
     slot.tree = Tree::unknown;
     return true;
   }
-  const bool built = large_build_.run(slot.visible_count, slot.large_build, scratch_, submit, slot.levels);
+  const bool built = large_build_->run(slot.visible_count, slot.large_build, submit, slot.levels);
   if (!built) return false;
   slot.tree = Tree::known;
   submit.begin();

@@ -16,6 +16,7 @@
 
 #include "rtstdb/accel/build_scratch.hpp"
 #include "rtstdb/accel/geometry_pool.hpp"
+#include "rtstdb/accel/tlas_builder.hpp"
 #include "rtstdb/query/executor.hpp"
 #include "shaders/shared/entity.h"
 
@@ -87,7 +88,8 @@ class Tlas {
   }
 
   /// Records what brings a slot to `rows` over `times` into the begun recorder of `submit`; nothing when a
-  /// slot is there already. Scenes above small_build_max submit in between. `shapes`: GeometryPool::shown of that
+  /// slot is there already. Scenes above small_build_max submit in between when their tree is
+  /// built. `shapes`: GeometryPool::shown of that
   /// version; another one than a slot was made with makes it stale. Empty: the device is lost.
   std::optional<TlasView> prepare(const query::RowSource& rows, const query::TimeSpan& times, Submit& submit,
                                   std::uint64_t shapes = 0);
@@ -110,7 +112,7 @@ class Tlas {
   struct Slot {
     gpu::Buffer rows, instances, live, identity_texels, places, nodes, levels_readback, cost_readback;
     gpu::Bindings apply_rows, instances_pass, small_build, refit, cost;
-    LargeBuild::Bound large_build;
+    TlasBuilder::Bound large_build;
     std::vector<Presence> presence;    // by entity index
     std::vector<std::uint32_t> place;  // by entity index
     std::vector<Identity> identities;  // by entity index: a row of an older version takes long to find
@@ -144,9 +146,9 @@ class Tlas {
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> changed_;
   gpu::Buffer changed_rows_;
-  BuildScratch scratch_;
-  LargeBuild large_build_;
-  gpu::Buffer motion_boxes_, node_boxes_;  // of the tree being made
+  BuildScratch small_scratch_;
+  std::optional<TlasBuilder> large_build_;          // none where no world is large
+  gpu::Buffer bounds_, motion_boxes_, node_boxes_;  // of the tree being made
   gpu::Pipeline apply_rows_, instances_pass_, small_build_, refit_, cost_;
   Counts counts_;
 };

@@ -1,7 +1,7 @@
 // One wide node as queries read it (shaders/shared/node.h).
 #ifndef RTSTDB_BUILD_BLAS_NODE_GLSL
 #define RTSTDB_BUILD_BLAS_NODE_GLSL
-#include "build/blas_scratch.glsl"
+#include "build/tree_scratch.glsl"
 #include "build/quantum.glsl"
 #include "build/slots.glsl"
 

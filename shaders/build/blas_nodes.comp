@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // Geometry builder: writes the wide nodes from args.first to args.end, and the order of the triangles in their leaves.
-#include "build/blas_choice.glsl"
+#include "build/tree_choice.glsl"
 #include "build/blas_node.glsl"
 
 layout(local_size_x = 64) in;
@@ -40,7 +40,7 @@ void main() {
     // Slots that are not used repeat the first child, which changes no box.
     const uint here = used ? child[k] : child[0];
     const bool inner = (entry.z >> k & 1u) != 0u;
-    const uint count = triangles_below(here);
+    const uint count = primitives_below(here);
     node.box[k] = box_of(here);
     node.reference[k] =
         inner ? next : ref_leaf_bit | (count - 1u) << ref_triangle_count_shift | (args.leaf_base + first);

@@ -3,7 +3,7 @@
 #include "common/prelude.glsl"
 // Geometry builder, for a geometry that deforms: which corners each triangle has in the order of the leaves, and its own number.
 // They go where wide nodes do, on their way to a buffer of the geometry's own.
-#include "build/blas_scratch.glsl"
+#include "build/tree_scratch.glsl"
 
 layout(local_size_x = 64) in;
 

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // Geometry builder, last: triangles in the order of the leaves, three corners each, with their own number.
-#include "build/blas_scratch.glsl"
+#include "build/tree_scratch.glsl"
 
 layout(local_size_x = 64) in;
 

@@ -4,7 +4,7 @@
 #ifndef RTSTDB_BUILD_PHASE_COLLAPSE_GLSL
 #define RTSTDB_BUILD_PHASE_COLLAPSE_GLSL
 #include "build/phase_fit.glsl"
-#include "build/slots.glsl"
+#include "build/tlas_node.glsl"
 
 struct WideChildren {
   uint child[8];  // binary children
@@ -55,26 +55,17 @@ uint inner_children(WideChildren children) {
 
 // Writes the slots and references of wide node `index`. The first inner child becomes wide node `next_first`, and so on.
 void write_tree_node(uint index, WideChildren children, uint next_first) {
-  Box all = box_of_child(children.child[0]);
-  for (uint k = 1u; k < children.count; ++k) all = box_union(all, box_of_child(children.child[k]));
-  vec3 away[8];
-  for (uint k = 0u; k < children.count; ++k) away[k] = center_of(box_of_child(children.child[k])) - center_of(all);
-  const uint slots = choose_slots(away, children.count);
-  uint refs[8] = uint[8](ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none);
-  uint used = 0u;
+  Box box[8];
+  uint reference[8];
   uint next = next_first;
-  for (uint k = 0u; k < children.count; ++k) {
-    const uint child = children.child[k];
+  for (uint k = 0u; k < 8u; ++k) {
+    const uint child = children.child[k < children.count ? k : 0u];
     const bool inner = is_inner(child);
-    const uint slot = slots >> 3u * k & 7u;
-    refs[slot] = inner ? next : ref_leaf_bit | ref_instance_bit | values[child & ~leaf_child_bit];
+    box[k] = box_of_child(child);
+    reference[k] = inner ? next : ref_leaf_bit | ref_instance_bit | values[child & ~leaf_child_bit];
     next += inner ? 1u : 0u;
-    used |= 1u << slot;
   }
-  const uint base = index * tlas_node_texels;
-  wide[base] = uvec4(0u, 0u, 0u, used << 24);
-  wide[base + 4u] = uvec4(refs[0], refs[1], refs[2], refs[3]);
-  wide[base + 5u] = uvec4(refs[4], refs[5], refs[6], refs[7]);
+  write_tlas_node(index, box, reference, children.count);
 }
 
 // A tree of one leaf has no binary node: its root holds that leaf alone.

@@ -1,4 +1,4 @@
-// The builder's buffers, the same bindings 0-10 in every pass, and what each holds.
+// The buffers of the builder of small trees of entities, and what each holds.
 //
 // A build of n primitives, worked example with n = 4 and centres a < b < c < d on a line:
 //   bounds        n boxes                                                     boxes of primitives 0..3
@@ -9,7 +9,7 @@
 //   node_bounds   boxes of the inner nodes
 //   arrivals      per inner node: how many of its children are ready
 //   queue         collapse: (binary node, wide node) of this level and the next
-//   offsets       counts of the sort; collapse: where each wide node's inner children stand in the next level
+//   offsets       collapse: where each wide node's inner children stand in the next level
 //   wide          the slot's nodes, which queries read, as words of uvec4
 #ifndef RTSTDB_BUILD_SCRATCH_GLSL
 #define RTSTDB_BUILD_SCRATCH_GLSL
@@ -26,8 +26,7 @@ layout(set = 0, binding = 5, scalar) coherent buffer NodeBoundsBuffer { Box node
 layout(set = 0, binding = 6, scalar) coherent buffer ArrivalsBuffer { uint arrivals[]; };
 layout(set = 0, binding = 7, scalar) buffer QueueBuffer { uvec2 queue[]; };
 layout(set = 0, binding = 8, scalar) buffer OffsetsBuffer { uint offsets[]; };
-layout(set = 0, binding = 9, scalar) buffer StateBuffer { uint state[]; };
-layout(set = 0, binding = 10, scalar) buffer WideBuffer { uvec4 wide[]; };
+layout(set = 0, binding = 9, scalar) buffer WideBuffer { uvec4 wide[]; };
 
 const uint leaf_child_bit = 0x80000000u;
 

@@ -5,15 +5,15 @@
 // costs as much as hundreds of instances. The same phases as the passes of a large build, with a bitonic sort; the refit too.
 #include "build/phase_collapse.glsl"
 #include "build/phase_hierarchy.glsl"
-#include "build/phase_morton.glsl"
+#include "common/morton.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { SmallBuildArgs args; };
 
-layout(set = 0, binding = 11, scalar) readonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
-layout(set = 0, binding = 12, scalar) buffer NodeBoxesBuffer { MotionBox node_boxes[]; };
+layout(set = 0, binding = 10, scalar) readonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
+layout(set = 0, binding = 11, scalar) buffer NodeBoxesBuffer { MotionBox node_boxes[]; };
 // How many levels there are, then the first node of each, then the number of nodes.
-layout(set = 0, binding = 13, scalar) writeonly buffer LevelsBuffer { uint levels[]; };
+layout(set = 0, binding = 12, scalar) writeonly buffer LevelsBuffer { uint levels[]; };
 #include "build/phase_refit.glsl"
 
 const uint lanes = 64u;

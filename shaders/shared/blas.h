@@ -1,9 +1,10 @@
-// Arguments and state of the passes that build the structure of one geometry (shaders/build/blas_*.comp).
+// Arguments and state of the passes that build the structure of one geometry (shaders/build/blas_*.comp) or the tree of a large
+// TLAS (tlas_*.comp).
 #ifndef RTSTDB_SHARED_BLAS_H
 #define RTSTDB_SHARED_BLAS_H
 #include "shared/interop.h"
 
-// Triangles of one workgroup in the passes that visit each.
+// Primitives of one workgroup in the passes that visit each.
 RTSTDB_CONSTANT(blas_tile, 1024)
 RTSTDB_CONSTANT(blas_run, 16)
 
@@ -25,7 +26,7 @@ RTSTDB_CONSTANT(blas_levels_recorded, 12)
 RTSTDB_CONSTANT(blas_state_words, 8 + 8 * 13)
 
 #define RTSTDB_FIELDS_BlasArgs(F)                                                       \
-  F(uint, count)     /* triangles */                                                    \
+  F(uint, count)     /* primitives */                                                   \
   F(uint, half_size) /* elements in one half of the ping-pong buffers of the sort */    \
   F(uint, leaf_base) /* first triangle of this geometry in the pool */                  \
   F(uint, node_base) /* where its root will stand in the node pool */                   \

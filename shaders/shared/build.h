@@ -7,19 +7,13 @@
 RTSTDB_CONSTANT(radix_bits, 8)
 RTSTDB_CONSTANT(radix_digits, 256)
 
-// No tree of entities has more levels: each level of the binary tree tells a bit of the code (63) or of the place (20) apart.
+// No small tree of entities has more levels: each level of the binary tree tells a bit of the code (63) or of the place (11) apart.
 RTSTDB_CONSTANT(max_tlas_levels, 96)
 // Nodes that a TLAS's cost is judged by.
 RTSTDB_CONSTANT(max_cost_nodes, 1024)
 
 // Largest number of instances that one workgroup builds alone.
 RTSTDB_CONSTANT(small_build_max, 2048)
-
-// Words of the builder's state buffer: bounds of the primitives' centres as ordered integers, then a count.
-RTSTDB_CONSTANT(state_center_min, 0)
-RTSTDB_CONSTANT(state_center_max, 3)
-RTSTDB_CONSTANT(state_level_count, 6)
-RTSTDB_CONSTANT(state_words, 16)
 
 #define RTSTDB_FIELDS_SortArgs(F)                                          \
   F(uint, count)                                                           \
@@ -28,15 +22,6 @@ RTSTDB_CONSTANT(state_words, 16)
   F(uint, source)    /* which half is read */                              \
   F(uint, run)       /* keys of one invocation */
 RTSTDB_STRUCT(SortArgs)
-
-#define RTSTDB_FIELDS_BuildArgs(F)                                                             \
-  F(uint, count)         /* primitives */                                                      \
-  F(uint, queue_half)    /* collapse: which half of the queue is read */                       \
-  F(uint, level_count)   /* collapse: wide nodes of this level */                              \
-  F(uint, level_first)   /* collapse: index of the level's first wide node in its structure */ \
-  F(uint, scan_count)    /* scan: words */                                                     \
-  F(uint, half_size)     /* elements in one half of the ping-pong buffers */
-RTSTDB_STRUCT(BuildArgs)
 
 #define RTSTDB_FIELDS_SmallBuildArgs(F) \
   F(uint, count) /* instances with a geometry */ \

@@ -1,28 +1,38 @@
-// The buffers of the geometry builder, the same bindings in every pass, and what each holds for n triangles.
+// The buffers of the tree builder, the same bindings in every pass, and what each holds for n primitives: the triangles of a
+// geometry, or, with BUILD_TLAS defined, instances.
 //
-//   keys, values  Morton codes and triangle numbers, sorted together, in two halves; afterwards the second half of the values
-//                 is the order of the triangles in the leaves, and costs_low lies where the keys were
+//   keys, values  Morton codes and the primitives' numbers, sorted together, in two halves; afterwards the second half of the values
+//                 of a geometry is the order of the triangles in the leaves; costs_low lies where the keys were
 //   offsets       counts of the sort; then, per gap between neighbours in sorted order, how early their codes part; then the
 //                 inner children of each workgroup of a level
 //   box_lo, _hi   boxes of the n inner nodes, of which one is not used, then of the n leaves in sorted order. Inner node g
 //                 parts the leaves in sorted order between g and g + 1 (Apetrei 2014); nodes are named by their place here
-//   binary        inner nodes: left, right, triangles below, how the cost is had (see blas_choice.glsl)
+//   binary        inner nodes: left, right, primitives below, how the cost is had (see tree_choice.glsl)
 //   arrivals      per inner node: where the range of the child ends that came first
-//   costs         per inner node: what it costs as 1..4 and as 5..7 children of a wide node; triangles below, as bits
-//   queue         per wide node: its binary node, its first triangle in the order of the leaves, which of its children are
+//   costs         per inner node: what it costs as 1..4 and as 5..7 children of a wide node; primitives below, as bits
+//   queue         per wide node: its binary node, its first primitive in the order of the leaves, which of its children are
 //                 inner (bits 0-7) and how many it has (from bit 8 on), and where the first inner child stands
 //   children      per wide node: 8 binary nodes
-//   wide          a part of the wide nodes, on its way to the pool
+//   wide          a part of the wide nodes, on its way to the pool; of a TLAS, the nodes themselves
 //   triangles     a part of the triangles in the order of the leaves, on its way to the pool
-#ifndef RTSTDB_BUILD_BLAS_SCRATCH_GLSL
-#define RTSTDB_BUILD_BLAS_SCRATCH_GLSL
+#ifndef RTSTDB_BUILD_TREE_SCRATCH_GLSL
+#define RTSTDB_BUILD_TREE_SCRATCH_GLSL
 #include "common/bounds.glsl"
 #include "common/fence.glsl"
 #include "shared/blas.h"
 #include "shared/node.h"
 
+#ifdef BUILD_TLAS
+layout(set = 0, binding = 0, scalar) readonly buffer BoundsBuffer { Box bounds[]; };
+layout(set = 0, binding = 1, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
+layout(set = 0, binding = 13, scalar) buffer ChildrenBuffer { uvec4 children[]; };
+#else
 layout(set = 0, binding = 0, scalar) readonly buffer PositionsBuffer { vec3 positions[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer CornersBuffer { uvec3 corners[]; };
+layout(set = 0, binding = 13, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
+layout(set = 0, binding = 14, scalar) writeonly buffer TrianglesBuffer { vec4 triangles[]; };
+layout(set = 0, binding = 15, scalar) buffer ChildrenBuffer { uvec4 children[]; };
+#endif
 layout(set = 0, binding = 2, scalar) buffer KeysBuffer { uvec2 keys[]; };
 layout(set = 0, binding = 3, scalar) buffer ValuesBuffer { uint values[]; };
 layout(set = 0, binding = 4, scalar) buffer OffsetsBuffer { uint offsets[]; };
@@ -33,10 +43,7 @@ layout(set = 0, binding = 8, scalar) coherent buffer ArrivalsBuffer { uint arriv
 layout(set = 0, binding = 9, scalar) coherent buffer CostsLowBuffer { vec4 costs_low[]; };
 layout(set = 0, binding = 10, scalar) coherent buffer CostsHighBuffer { vec4 costs_high[]; };
 layout(set = 0, binding = 11, scalar) buffer QueueBuffer { uvec4 queue[]; };
-layout(set = 0, binding = 15, scalar) buffer ChildrenBuffer { uvec4 children[]; };
 layout(set = 0, binding = 12, scalar) buffer StateBuffer { uint state[]; };
-layout(set = 0, binding = 13, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
-layout(set = 0, binding = 14, scalar) writeonly buffer TrianglesBuffer { vec4 triangles[]; };
 
 layout(push_constant, scalar) uniform Push { BlasArgs args; };
 
@@ -46,15 +53,19 @@ bool is_leaf(uint node) { return node >= args.count; }
 
 Box box_of(uint node) { return Box(box_lo[node], box_hi[node]); }
 
-Box box_of_triangle(uint triangle) {
-  const uvec3 c = corners[triangle];
+#ifdef BUILD_TLAS
+Box box_of_primitive(uint primitive) { return Box(bounds[primitive].lo, bounds[primitive].hi); }
+#else
+Box box_of_primitive(uint primitive) {
+  const uvec3 c = corners[primitive];
   const vec3 p = positions[c.x];
   const vec3 q = positions[c.y];
   const vec3 r = positions[c.z];
   return Box(min(p, min(q, r)), max(p, max(q, r)));
 }
+#endif
 
-// The triangles that this workgroup visits.
+// The primitives that this workgroup visits.
 uint tile_begin() { return gl_WorkGroupID.x * blas_tile + gl_LocalInvocationID.x; }
 uint tile_end() { return min((gl_WorkGroupID.x + 1u) * blas_tile, args.count); }
 

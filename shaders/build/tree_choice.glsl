@@ -1,17 +1,17 @@
-// The children of a wide node, as blas_cost.glsl has chosen them. How a node's cost is had, per number of children i: how many of
+// The children of a wide node, as tree_cost.glsl has chosen them. How a node's cost is had, per number of children i: how many of
 // them its left child gives, 0 when i - 1 children cost no more.
 //   bits 0-17   three each for i = 2..7
 //   bits 18-20  of the 8 children of a wide node
 //   bit 21      as one child it is a leaf
-#ifndef RTSTDB_BUILD_BLAS_CHOICE_GLSL
-#define RTSTDB_BUILD_BLAS_CHOICE_GLSL
-#include "build/blas_scratch.glsl"
+#ifndef RTSTDB_BUILD_TREE_CHOICE_GLSL
+#define RTSTDB_BUILD_TREE_CHOICE_GLSL
+#include "build/tree_scratch.glsl"
 
 const uint choice_wide_shift = 18u;
 const uint choice_leaf_bit = 1u << 21;
 uint choice_shift(uint children) { return 3u * (children - 2u); }
 
-uint triangles_below(uint child) { return is_leaf(child) ? 1u : binary[child].z; }
+uint primitives_below(uint child) { return is_leaf(child) ? 1u : binary[child].z; }
 
 struct Choice {
   uint child[8];

@@ -1,0 +1,5 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/prelude.glsl"
+#define BUILD_TLAS
+#include "build/tree_merge.glsl"
