@@ -61,7 +61,7 @@ void GpuOverlapQuery::record(std::uint32_t count, const RowSource& rows, const a
                   .share = moment.share,
                   .near_m = 0.0f};
   }
-  runner_.record(std::span(order_).first(count), count, view, recorder);
+  runner_.record(std::span(order_).first(count), {count, count, count}, view, recorder);
 }
 
 }  // namespace rtstdb::query

@@ -59,23 +59,23 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
   return std::nullopt;
 }
 
-std::uint32_t GpuRegionQuery::arrange(std::uint32_t count) noexcept {
+RegionKindEnds GpuRegionQuery::arrange(std::uint32_t count) noexcept {
   const auto beside = point_order_.of(std::span(regions_).first(count));
+  RegionKindEnds ends{};
   std::uint32_t next = 0;
-  std::uint32_t first_frustum = 0;
-  for (const bool frusta : {false, true}) {
-    first_frustum = next;
+  for (std::size_t kind = 0; kind < region_kinds; ++kind) {
     for (const std::uint32_t i : beside) {
-      if ((regions_[i].shape == RegionShape::frustum) == frusta) order_[next++] = i;
+      if (region_kind(level_, regions_[i].shape) == kind) order_[next++] = i;
     }
+    ends[kind] = next;
   }
-  return first_frustum;
+  return ends;
 }
 
 void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, const accel::Tlas& tlas,
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto records = runner_.records();
-  const std::uint32_t first_frustum = arrange(count);
+  const RegionKindEnds ends = arrange(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const Region& region = regions_[order_[i]];
     const accel::Moment moment = view.moment(region.t);
@@ -94,7 +94,7 @@ void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, cons
                   .share = moment.share,
                   .near_m = region.near_m};
   }
-  runner_.record(std::span(order_).first(count), first_frustum, view, recorder);
+  runner_.record(std::span(order_).first(count), ends, view, recorder);
 }
 
 }  // namespace rtstdb::query

@@ -37,13 +37,13 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
   bool truncated() const noexcept override { return runner_.truncated(); }
 
  private:
-  /// Fills order_ with the first `count` regions; says where its frusta begin.
-  std::uint32_t arrange(std::uint32_t count) noexcept;
+  /// Fills order_ with the first `count` regions, kind after kind.
+  RegionKindEnds arrange(std::uint32_t count) noexcept;
 
   RegionLevel level_ = RegionLevel::bounds;
   std::vector<Region> regions_;
   PointOrder point_order_;
-  std::vector<std::uint32_t> order_;  // in which the device has the regions: frusta last
+  std::vector<std::uint32_t> order_;  // in which the device has the regions
   RegionRunner runner_;
 };
 

@@ -15,33 +15,37 @@ struct ShadersOfKind {
   std::optional<gpu::ShaderId> still, moving, lowest;
 };
 
-ShadersOfKind shaders_of_solids(RegionLevel level, bool lists) noexcept {
+using Shaders = std::array<ShadersOfKind, region_kinds>;
+
+Shaders shaders_that_list(RegionLevel level) noexcept {
   switch (level) {
     case RegionLevel::surface:
-      return lists ? ShadersOfKind{{}, region_surfaces, region_surfaces_lowest}
-                   : ShadersOfKind{{}, region_surfaces_count, {}};
+      return {{{{}, box_surfaces, box_surfaces_lowest},
+               {{}, sphere_surfaces, sphere_surfaces_lowest},
+               {{}, frustum_surfaces, frustum_surfaces_lowest}}};
     case RegionLevel::triangle:
-      return lists ? ShadersOfKind{{}, region_triangles, region_triangles_lowest}
-                   : ShadersOfKind{{}, region_triangles_count, {}};
+      return {{{{}, box_triangles, box_triangles_lowest},
+               {{}, sphere_triangles, sphere_triangles_lowest},
+               {{}, frustum_triangles, frustum_triangles_lowest}}};
     case RegionLevel::bounds:
       break;
   }
-  return lists ? ShadersOfKind{region, region_moving, region_lowest}
-               : ShadersOfKind{region_count, region_count_moving, {}};
+  return {{{region, region_moving, region_lowest}, {}, {{}, frustum, frustum_lowest}}};
 }
 
-ShadersOfKind shaders_of_frusta(RegionLevel level, bool lists) noexcept {
+Shaders shaders_that_count(RegionLevel level) noexcept {
   switch (level) {
     case RegionLevel::surface:
-      return lists ? ShadersOfKind{{}, frustum_surfaces, frustum_surfaces_lowest}
-                   : ShadersOfKind{{}, frustum_surfaces_count, {}};
+      return {
+          {{{}, box_surfaces_count, {}}, {{}, sphere_surfaces_count, {}}, {{}, frustum_surfaces_count, {}}}};
     case RegionLevel::triangle:
-      return lists ? ShadersOfKind{{}, frustum_triangles, frustum_triangles_lowest}
-                   : ShadersOfKind{{}, frustum_triangles_count, {}};
+      return {{{{}, box_triangles_count, {}},
+               {{}, sphere_triangles_count, {}},
+               {{}, frustum_triangles_count, {}}}};
     case RegionLevel::bounds:
       break;
   }
-  return lists ? ShadersOfKind{{}, frustum, frustum_lowest} : ShadersOfKind{{}, frustum_count, {}};
+  return {{{region_count, region_count_moving, {}}, {}, {{}, frustum_count, {}}}};
 }
 
 std::uint64_t in_order(const glm::uvec2& entity_and_triangle) noexcept {
@@ -75,21 +79,21 @@ Result<void> RegionRunner::create_kernels(gpu::Device& device, bool frusta) {
     kernel = {std::move(made).value(), {}};
     return Result<void>{};
   };
-  const auto make_all = [&](const ShadersOfKind& shaders, Kernels& kernels) {
-    auto made = make(shaders.still, kernels.still);
-    if (made) made = make(shaders.moving, kernels.moving);
-    if (made) made = make(shaders.lowest, kernels.lowest);
-    return made;
-  };
-  auto made = make_all(shaders_of_solids(level_, ids_per_region_ > 0), solids_);
-  if (made && frusta) made = make_all(shaders_of_frusta(level_, ids_per_region_ > 0), frusta_);
-  return made;
+  const Shaders shaders = ids_per_region_ > 0 ? shaders_that_list(level_) : shaders_that_count(level_);
+  for (std::size_t kind = 0; kind < region_kinds; ++kind) {
+    if (kind == region_kind(level_, RegionShape::frustum) && !frusta) continue;
+    auto made = make(shaders[kind].still, kernels_[kind].still);
+    if (made) made = make(shaders[kind].moving, kernels_[kind].moving);
+    if (made) made = make(shaders[kind].lowest, kernels_[kind].lowest);
+    if (!made) return made;
+  }
+  return {};
 }
 
 template <class Each>
 void RegionRunner::each_kernel(Each each) {
-  for (Kernels* kernels : {&solids_, &frusta_}) {
-    for (std::optional<Kernel>* kernel : {&kernels->still, &kernels->moving, &kernels->lowest}) {
+  for (Kernels& kernels : kernels_) {
+    for (std::optional<Kernel>* kernel : {&kernels.still, &kernels.moving, &kernels.lowest}) {
       if (*kernel) each(**kernel);
     }
   }
@@ -163,15 +167,15 @@ void RegionRunner::record_warm_up(gpu::Recorder& recorder) noexcept {
   });
 }
 
-void RegionRunner::record(std::span<const std::uint32_t> order, std::uint32_t first_frustum,
+void RegionRunner::record(std::span<const std::uint32_t> order, const RegionKindEnds& ends,
                           const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   order_ = order;
-  first_frustum_ = first_frustum;
-  dispatch(static_cast<std::uint32_t>(order.size()), first_frustum, false, view, recorder);
+  ends_ = ends;
+  dispatch(ends, false, view, recorder);
 }
 
-void RegionRunner::dispatch(std::uint32_t count, std::uint32_t first_frustum, bool alone,
-                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+void RegionRunner::dispatch(const RegionKindEnds& ends, bool alone, const accel::TlasView& view,
+                            gpu::Recorder& recorder) noexcept {
   const auto run = [&](const std::optional<Kernel>& kernel, std::uint32_t first, std::uint32_t end) {
     if (!kernel || first == end) return;
     const shared::RegionArgs args{.root = view.root,
@@ -183,13 +187,16 @@ void RegionRunner::dispatch(std::uint32_t count, std::uint32_t first_frustum, bo
     recorder.dispatch(kernel->pipeline, kernel->bindings[view.slot], args,
                       alone ? end - first : (end - first + 63) / 64);
   };
-  const bool still = view.window_begin == view.window_end && solids_.still;
-  run(still ? solids_.still : solids_.moving, 0, first_frustum);
-  run(frusta_.moving, first_frustum, count);
+  const auto begin_of = [&](std::size_t kind) { return kind == 0 ? 0 : ends[kind - 1]; };
+  for (std::size_t kind = 0; kind < region_kinds; ++kind) {
+    const Kernels& kernels = kernels_[kind];
+    const bool still = view.window_begin == view.window_end && kernels.still;
+    run(still ? kernels.still : kernels.moving, begin_of(kind), ends[kind]);
+  }
   if (ids_per_region_ == 0) return;
   recorder.barrier();
-  run(solids_.lowest, 0, first_frustum);
-  run(frusta_.lowest, first_frustum, count);
+  for (std::size_t kind = 0; kind < region_kinds; ++kind)
+    run(kernels_[kind].lowest, begin_of(kind), ends[kind]);
 }
 
 void RegionRunner::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
@@ -205,10 +212,12 @@ void RegionRunner::record_again(const accel::TlasView& view, gpu::Recorder& reco
   const auto all = records();
   for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
     all[i] = all[incomplete_[i]];
-  // Their places ascend, so the frusta are still the last.
-  const auto first_frustum = std::ranges::lower_bound(incomplete_, first_frustum_) - incomplete_.begin();
-  dispatch(static_cast<std::uint32_t>(incomplete_.size()), static_cast<std::uint32_t>(first_frustum), true,
-           view, recorder);
+  // Their places ascend, so each kind still ends before the next begins.
+  RegionKindEnds ends;
+  std::ranges::transform(ends_, ends.begin(), [&](std::uint32_t end) {
+    return static_cast<std::uint32_t>(std::ranges::lower_bound(incomplete_, end) - incomplete_.begin());
+  });
+  dispatch(ends, true, view, recorder);
 }
 
 void RegionRunner::unpack_again(const accel::TlasView& view) noexcept {

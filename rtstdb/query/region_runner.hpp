@@ -2,6 +2,7 @@
 // The region shaders with their buffers, used by the region and the overlap query: both ask what meets a region
 // at one instant.
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,6 +13,15 @@
 #include "shaders/shared/query.h"
 
 namespace rtstdb::query {
+
+/// Regions that one shader answers are a kind: those of one shape, but that boxes and spheres share theirs at
+/// RegionLevel::bounds.
+inline constexpr std::size_t region_kinds = 3;
+constexpr std::size_t region_kind(RegionLevel level, RegionShape shape) noexcept {
+  return level == RegionLevel::bounds && shape == RegionShape::sphere ? 0 : static_cast<std::size_t>(shape);
+}
+/// Where each kind ends in a batch that has one after the other.
+using RegionKindEnds = std::array<std::uint32_t, region_kinds>;
 
 struct RegionRunnerOptions {
   std::string name;
@@ -30,9 +40,9 @@ class RegionRunner {
     return records_.host_as<shared::RegionRecord>();
   }
   void record_warm_up(gpu::Recorder& recorder) noexcept;
-  /// Answers what stands in records(), frusta behind all others, from `first_frustum` on. `order`: whose record
-  /// stands at each place; it has to stay until the answers are unpacked.
-  void record(std::span<const std::uint32_t> order, std::uint32_t first_frustum, const accel::TlasView& view,
+  /// Answers what stands in records(), kind after kind. `order`: whose record stands at each place; it has to stay
+  /// until the answers are unpacked.
+  void record(std::span<const std::uint32_t> order, const RegionKindEnds& ends, const accel::TlasView& view,
               gpu::Recorder& recorder) noexcept;
   void unpack(std::uint32_t count, const accel::TlasView& view) noexcept;
   bool has_incomplete() const noexcept { return !incomplete_.empty(); }
@@ -46,7 +56,7 @@ class RegionRunner {
     gpu::Pipeline pipeline;
     std::vector<gpu::Bindings> bindings;  // one per slot
   };
-  /// What asks one kind of region.
+  /// What asks one kind.
   struct Kernels {
     std::optional<Kernel> still;   // where all ask at one instant; regions by triangle have none
     std::optional<Kernel> moving;  // everywhere
@@ -56,7 +66,7 @@ class RegionRunner {
   template <class Each>
   void each_kernel(Each each);
   Result<void> create_buffers(gpu::Device& device, const std::string& name, std::size_t capacity);
-  void dispatch(std::uint32_t count, std::uint32_t first_frustum, bool alone, const accel::TlasView& view,
+  void dispatch(const RegionKindEnds& ends, bool alone, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;
   /// The answer to the caller's region from what the device left at `place`.
   void unpack_answer(std::uint32_t region, std::uint32_t place, const accel::TlasView& view) noexcept;
@@ -68,10 +78,10 @@ class RegionRunner {
   RegionLevel level_ = RegionLevel::bounds;
   std::uint32_t ids_per_region_ = 0;
   std::uint32_t answered_ = 0;
-  Kernels solids_, frusta_;
+  std::array<Kernels, region_kinds> kernels_;
   gpu::Buffer records_, counts_, ids_;
   std::span<const std::uint32_t> order_;  // the caller's region of each record
-  std::uint32_t first_frustum_ = 0;
+  RegionKindEnds ends_{};
   IdOrder id_order_;
   std::vector<EntityId> entities_;         // ids_per_region for each, or
   std::vector<EntityTriangle> triangles_;  // these

@@ -2,8 +2,8 @@
 // not stretched, by upright boxes; then the exact test, for those triangles alone that lie across the region's border. What a
 // node's leaves are is written down and looked at later, as in region.glsl.
 //
-// Include with REGION_FRUSTUM for frusta instead of boxes and spheres, REGION_SURFACE for the entities to which the triangles
-// belong instead of the triangles, and one of these, or none to list what is found:
+// Include with REGION_BOX, REGION_SPHERE or REGION_FRUSTUM, with REGION_SURFACE for the entities to which the triangles belong
+// instead of the triangles, and one of these, or none to list what is found:
 //   REGION_LOWEST   for regions that found more than they have room for: only the lowest, by a heap
 //   REGION_COUNT    only how many
 #define REGION_MOVING
@@ -11,10 +11,12 @@
 #include "common/loops.glsl"
 #include "common/packed_edges.glsl"
 #include "query/child_group.glsl"
-#ifdef REGION_FRUSTUM
+#if defined(REGION_FRUSTUM)
 #include "query/triangle_in_frustum.glsl"
+#elif defined(REGION_SPHERE)
+#include "query/triangle_in_sphere.glsl"
 #else
-#include "query/triangle_in_solid.glsl"
+#include "query/triangle_in_box.glsl"
 #endif
 
 #ifdef REGION_SURFACE
@@ -112,7 +114,7 @@ bool settled;
 // Writes down the leaves of a node that lie across the border; returns the next node.
 uint visit(uint node, Shape shape, Entity entity, uint bottom) {
   const PackedNode packed = fetch_packed_geometry(nodes, node, entity.scale);
-  const ChildMasks children = children_of(packed, shape);
+  const ChildMasks children = children_near(packed, shape, entity.axes);
   settled = settled || (shape.wants_inside ? packed.used & ~children.meeting : children.within) != 0u;
   const uint border = children.meeting & ~children.within;
   const uint leaves = leaf_mask(fetch_references(nodes, node_texels, node));
@@ -169,7 +171,7 @@ uint triangles_of(References references, uint mask) {
 // Writes down the leaves of a node that meet the region; returns the next node.
 uint visit(uint node, Shape shape, Entity entity, uint bottom) {
   const PackedNode packed = fetch_packed_geometry(nodes, node, entity.scale);
-  const ChildMasks children = children_of(packed, shape);
+  const ChildMasks children = children_near(packed, shape, entity.axes);
   const References references = fetch_references(nodes, node_texels, node);
   const uint leaves = leaf_mask(references);
   const uint border_leaves = children.meeting & leaves & ~children.within;

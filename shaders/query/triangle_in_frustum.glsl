@@ -50,6 +50,8 @@ double exact_plane_gap(Shape shape, vec3 a, vec3 b, vec3 c) {
   return max(at - max(near.y, far.y), min(near.x, far.x) - at);
 }
 
+ChildMasks children_near(PackedNode node, Shape shape, mat3 axes) { return children_of(node, shape); }
+
 bool holds_triangle(Shape shape, vec3 a, vec3 b, vec3 c) {
   const vec4 a_sides = before_sides(shape, a);
   const vec4 b_sides = before_sides(shape, b);

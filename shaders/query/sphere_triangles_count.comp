@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// What boxes and spheres hold: entities, by their triangles.
-#define REGION_SURFACE
+// How many triangles spheres hold.
+#define REGION_COUNT
+#define REGION_SPHERE
 #include "query/region_triangles.glsl"

@@ -1,7 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// How many entities boxes and spheres hold, by their triangles.
-#define REGION_SURFACE
-#define REGION_COUNT
+// What spheres hold: triangles.
+#define REGION_SPHERE
 #include "query/region_triangles.glsl"
