@@ -111,6 +111,7 @@ TEST_F(RegionLevelLimits, ABatchOfLongSearchesIsAnsweredAsEachAlone) {
     ask(*query, 64);
     std::vector<RegionAnswer> together(query->answers().begin(), query->answers().end());
     std::vector<std::vector<EntityTriangle>> triangles;
+    triangles.reserve(together.size());
     for (const RegionAnswer& answer : together)
       triangles.emplace_back(answer.triangles.begin(), answer.triangles.end());
     std::size_t whole = 0;

@@ -226,11 +226,13 @@ TEST_F(RegionBorders, TheSameAnswersInAnyOrderAndAnySplit) {
   for (const TriangleMesh& mesh : mixed_meshes(random))
     geometries.push_back(add(mesh));
   std::vector<EntityRow> rows;
+  rows.reserve(50);
   for (int i = 0; i < 50; ++i)
     rows.push_back(random_row(random, geometries, options, rows));
   create(rows, options.version_time);
   const oracle::World everything = world();
   std::vector<Region> regions;
+  regions.reserve(300);
   for (int i = 0; i < 300; ++i)
     regions.push_back(random_region(random, everything.entities(), options, options.version_time, 0.9));
   for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::surface, RegionLevel::triangle}) {
