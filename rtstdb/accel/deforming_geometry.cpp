@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "rtstdb/accel/build_scratch.hpp"
-#include "rtstdb/geometry/closed_mesh.hpp"
 #include "shaders/shared/node.h"
 
 namespace rtstdb::accel {
@@ -55,7 +54,7 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
   geometry.id_ = id;
   geometry.triangles_ = mesh.triangles;
   geometry.position_count_ = mesh.positions_m.size();
-  geometry.closed_anywhere_ = is_closed_anywhere(mesh.triangles);
+  geometry.closed_shapes_ = ClosedShapes(mesh);
   geometry.rebuild_growth_ = options.rebuild_growth;
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   const std::size_t largest = device.limits().max_storage_range_bytes / triangle_bytes;
@@ -140,7 +139,7 @@ void DeformingGeometry::upload(std::span<const glm::vec3> positions_m) {
   const auto texels = positions_.host_as<glm::vec4>();
   for (std::size_t i = 0; i < positions_m.size(); ++i)
     texels[i] = glm::vec4(positions_m[i], 0.0f);
-  uploaded_closed_ = closed_anywhere_ || is_closed({positions_m, triangles_});
+  uploaded_closed_ = closed_shapes_.is_closed({positions_m, triangles_});
 }
 
 void DeformingGeometry::record_refit(std::size_t place, const RefitPasses& passes,

@@ -20,6 +20,7 @@
 #include <rtstdb/database.hpp>
 
 #include "rtstdb/accel/blas_builder.hpp"
+#include "rtstdb/geometry/closed_mesh.hpp"
 #include "rtstdb/gpu/device.hpp"
 
 namespace rtstdb::accel {
@@ -99,7 +100,8 @@ class DeformingGeometry {
   GeometryId id_;
   std::vector<glm::uvec3> triangles_;
   std::size_t position_count_ = 0;
-  bool closed_anywhere_ = false, uploaded_closed_ = false;
+  ClosedShapes closed_shapes_;
+  bool uploaded_closed_ = false;
   float rebuild_growth_ = 0.0f;
   std::array<Held, places> places_;
   std::size_t shown_place_ = 0;

@@ -1,8 +1,13 @@
 #include "rtstdb/geometry/closed_mesh.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <cstdlib>
+#include <numeric>
+#include <span>
+#include <utility>
 
 namespace rtstdb {
 namespace {
@@ -29,31 +34,92 @@ std::uint64_t hash_of(const Place& a, const Place& b) noexcept {
   return mixed(hash ^ (std::uint64_t{b[1]} << 32 | b[2]));
 }
 
-/// `place_of(corner)`: what tells the corner from others.
-template <class PlaceOf>
-bool is_balanced(std::span<const glm::uvec3> triangles, const PlaceOf& place_of) noexcept {
-  std::uint64_t balance = 0;
+/// Zero when edges run as often in one direction as in the other.
+class Balance {
+ public:
+  void add(const Place& from, const Place& to) noexcept {
+    if (from < to) sum_ += hash_of(from, to);
+    if (to < from) sum_ -= hash_of(to, from);
+  }
+  bool is_even() const noexcept { return sum_ == 0; }
+
+ private:
+  std::uint64_t sum_ = 0;
+};
+
+/// Of each position the first that is at its place.
+std::vector<std::uint32_t> first_at_place(std::span<const glm::vec3> positions_m) {
+  std::vector<std::uint32_t> order(positions_m.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
+    return std::pair(place_of(positions_m[a]), a) < std::pair(place_of(positions_m[b]), b);
+  });
+  std::vector<std::uint32_t> first(positions_m.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_first = i == 0 || place_of(positions_m[order[i - 1]]) != place_of(positions_m[order[i]]);
+    first[order[i]] = is_first ? order[i] : first[order[i - 1]];
+  }
+  return first;
+}
+
+/// An edge from its lower end to its higher one, or back.
+struct Edge {
+  std::uint32_t low = 0, high = 0;
+  bool back = false;
+  bool same_ends(const Edge& other) const noexcept { return low == other.low && high == other.high; }
+};
+
+std::vector<Edge> edges_of(std::span<const glm::uvec3> triangles, std::span<const std::uint32_t> first) {
+  std::vector<Edge> edges;
+  edges.reserve(3 * triangles.size());
   for (const glm::uvec3& triangle : triangles) {
-    const Place corners[] = {place_of(triangle.x), place_of(triangle.y), place_of(triangle.z)};
     for (int i = 0; i < 3; ++i) {
-      const Place& from = corners[i];
-      const Place& to = corners[(i + 1) % 3];
-      if (from < to) balance += hash_of(from, to);
-      if (to < from) balance -= hash_of(to, from);
+      const std::uint32_t from = first[triangle[i]];
+      const std::uint32_t to = first[triangle[(i + 1) % 3]];
+      if (from != to) edges.push_back({std::min(from, to), std::max(from, to), to < from});
     }
   }
-  return balance == 0;
+  std::ranges::sort(edges, {}, [](const Edge& edge) { return std::pair(edge.low, edge.high); });
+  return edges;
 }
 
 }  // namespace
 
 bool is_closed(const MeshView& mesh) noexcept {
-  return is_balanced(mesh.triangles,
-                     [&](std::uint32_t corner) { return place_of(mesh.positions_m[corner]); });
+  Balance balance;
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    const Place corners[] = {place_of(mesh.positions_m[triangle.x]), place_of(mesh.positions_m[triangle.y]),
+                             place_of(mesh.positions_m[triangle.z])};
+    for (int i = 0; i < 3; ++i)
+      balance.add(corners[i], corners[(i + 1) % 3]);
+  }
+  return balance.is_even();
 }
 
-bool is_closed_anywhere(std::span<const glm::uvec3> triangles) noexcept {
-  return is_balanced(triangles, [](std::uint32_t corner) { return Place{corner, 0, 0}; });
+ClosedShapes::ClosedShapes(const MeshView& mesh) {
+  const std::vector<std::uint32_t> first = first_at_place(mesh.positions_m);
+  for (std::uint32_t i = 0; i < first.size(); ++i) {
+    if (first[i] != i) together_.emplace_back(first[i], i);
+  }
+  const std::vector<Edge> edges = edges_of(mesh.triangles, first);
+  for (std::size_t i = 0; i < edges.size();) {
+    const Edge& edge = edges[i];
+    int forth = 0;
+    for (; i < edges.size() && edges[i].same_ends(edge); ++i)
+      forth += edges[i].back ? -1 : 1;
+    for (int k = 0; k < std::abs(forth); ++k)
+      unpaired_.push_back(forth > 0 ? glm::uvec2(edge.low, edge.high) : glm::uvec2(edge.high, edge.low));
+  }
+}
+
+bool ClosedShapes::is_closed(const MeshView& mesh) const noexcept {
+  const std::span p = mesh.positions_m;
+  for (const glm::uvec2& corners : together_)
+    if (p[corners.x] != p[corners.y]) return rtstdb::is_closed(mesh);
+  Balance balance;
+  for (const glm::uvec2& edge : unpaired_)
+    balance.add(place_of(p[edge.x]), place_of(p[edge.y]));
+  return balance.is_even();
 }
 
 }  // namespace rtstdb

@@ -1,7 +1,9 @@
 #pragma once
 // Whether a mesh bounds a body, so that a point lies inside or outside of it.
 
-#include <span>
+#include <glm/ext/vector_uint2.hpp>
+
+#include <vector>
 
 #include "rtstdb/geometry/mesh_view.hpp"
 
@@ -12,7 +14,20 @@ namespace rtstdb {
 /// direction, and an open mesh passes for closed with a chance of one in 2^60. Any thread.
 bool is_closed(const MeshView& mesh) noexcept;
 
-/// The same with edges told apart by the numbers of their ends: then the mesh is closed wherever its corners are.
-bool is_closed_anywhere(std::span<const glm::uvec3> triangles) noexcept;
+/// Whether a mesh is closed in each of its shapes: triangles stay, corners move. As long as corners that stood at one
+/// place do so again, what its paired edges have to each other stays, and only those are looked at that had no partner.
+class ClosedShapes {
+ public:
+  ClosedShapes() = default;
+  /// Takes memory, and the time of a sort of all edges.
+  explicit ClosedShapes(const MeshView& mesh);
+
+  /// The same as rtstdb::is_closed; the mesh has the triangles that this was made with. Any thread.
+  bool is_closed(const MeshView& mesh) const noexcept;
+
+ private:
+  std::vector<glm::uvec2> together_;  // corners at one place
+  std::vector<glm::uvec2> unpaired_;  // edges from x to y, as often as they are there too often
+};
 
 }  // namespace rtstdb

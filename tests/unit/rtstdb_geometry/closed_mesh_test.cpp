@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
 #include <utility>
 
 namespace rtstdb {
@@ -28,9 +30,6 @@ TEST(ClosedMesh, ShapesAreAndARectangleIsNot) {
 
 TEST(ClosedMesh, GoesByThePlacesOfCorners) {
   EXPECT_TRUE(is_closed(unshared(make_sphere(2.0, 3))));
-  EXPECT_TRUE(is_closed_anywhere(make_sphere(2.0, 3).triangles));
-  EXPECT_FALSE(is_closed_anywhere(unshared(make_sphere(2.0, 3)).triangles)) << "corners may part";
-  EXPECT_FALSE(is_closed_anywhere(make_rectangle(1.0, 2.0).triangles));
   TriangleMesh at_zero = unshared(make_box({2.0, 2.0, 2.0}));
   for (std::size_t i = 0; i < at_zero.positions_m.size(); ++i) {
     float& x = at_zero.positions_m[i].x;
@@ -64,6 +63,59 @@ TEST(ClosedMesh, SeveralShellsAndTrianglesWithoutAreaMayBeThere) {
   mesh.triangles.emplace_back(0, 1, 0);
   mesh.triangles.emplace_back(3, 3, 3);
   EXPECT_TRUE(is_closed(mesh));
+}
+
+/// However corners move: apart, together, or not at all.
+TEST(ClosedShapes, SayTheSameOfEveryShape) {
+  std::mt19937 random(3);
+  TriangleMesh holed = make_sphere(1.0, 2);
+  holed.triangles.erase(holed.triangles.begin() + 20, holed.triangles.begin() + 23);
+  TriangleMesh doubled = make_box({1.0, 1.0, 1.0});
+  doubled.triangles.insert(doubled.triangles.end(), doubled.triangles.begin(), doubled.triangles.begin() + 2);
+  int closed = 0, open = 0;
+  for (const TriangleMesh& mesh : {make_sphere(1.0, 2), unshared(make_sphere(1.0, 2)), holed, unshared(holed),
+                                   doubled, unshared(doubled), make_rectangle(1.0, 2.0)}) {
+    const ClosedShapes shapes(mesh);
+    const auto agree = [&](const TriangleMesh& now) {
+      ASSERT_EQ(shapes.is_closed(now), is_closed(now));
+      (is_closed(now) ? closed : open) += 1;
+    };
+    agree(mesh);
+    for (int round = 0; round < 100; ++round) {
+      TriangleMesh now = mesh;
+      const std::size_t count = now.positions_m.size();
+      // Places move as a whole.
+      for (glm::vec3& p : now.positions_m)
+        p = {p.y * 2.0f, p.x + p.z, p.z};
+      agree(now);
+      // One corner parts, or meets another one, or all of a few do.
+      now.positions_m[random() % count] = now.positions_m[random() % count];
+      agree(now);
+      for (glm::vec3& p : now.positions_m)
+        if (random() % 3 == 0) p = now.positions_m.front();
+      agree(now);
+      for (glm::vec3& p : now.positions_m)
+        p.x = 0.0f * p.x;
+      agree(now);
+    }
+    TriangleMesh point = mesh;
+    std::ranges::fill(point.positions_m, glm::vec3(3.0f));
+    agree(point);
+  }
+  EXPECT_GT(closed, 100);
+  EXPECT_GT(open, 100);
+}
+
+/// The hole of an open body closes when its rim meets.
+TEST(ClosedShapes, AHoleMayClose) {
+  TriangleMesh body = make_sphere(1.0, 2);
+  const glm::uvec3 hole = body.triangles.back();
+  body.triangles.pop_back();
+  const ClosedShapes shapes(body);
+  EXPECT_FALSE(shapes.is_closed(body));
+  for (int i = 1; i < 3; ++i)
+    body.positions_m[hole[i]] = body.positions_m[hole.x];
+  EXPECT_TRUE(shapes.is_closed(body));
 }
 
 }  // namespace
