@@ -26,7 +26,8 @@ struct Bounds {
 };
 
 struct GeometryOptions {
-  /// Its corners may move, its triangles stay. It takes twice the room on the device and more (README.md).
+  /// Its corners may move, its triangles stay. It takes about 200 bytes a triangle on the device, where one that stays
+  /// takes 56.
   bool deforms = false;
   /// How many shapes are kept, the newest among them, for queries that read older versions; one is 12 bytes a
   /// position on the host. 1 to max_kept_shapes. For deforming ones, as all below.
