@@ -66,12 +66,12 @@ Result<void> GeometryPool::bind_deforming(gpu::Device& device) {
 }
 
 bool GeometryPool::show(gpu::Device& device, const query::RowSource& rows, Submit& submit) {
+  if (!std::ranges::all_of(deforming_, &DeformingGeometry::is_bound)) return false;
   placings_.clear();
   for (std::size_t i = 0; i < deforming_.size(); ++i) {
     DeformingGeometry& geometry = deforming_[i];
     const query::Shape shape = rows.shape(geometry.id());
     if (geometry.find(shape.version) != DeformingGeometry::places) continue;
-    if (!geometry.is_bound()) return false;
     if (placings_.empty()) submit.begin();
     placings_.push_back({i, geometry.take_place(), shape.version});
     geometry.upload(shape.positions_m);

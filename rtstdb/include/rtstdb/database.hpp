@@ -36,7 +36,8 @@ struct DatabaseOptions {
   Validation validation = Validation::build_default;
   std::uint32_t max_entities = 4096;
   std::uint32_t max_geometries = 1024;
-  /// How many row changes are kept for readers of older versions; one change is one written row.
+  /// How many row changes are kept for readers of older versions; one change is one written row. As many versions
+  /// before the latest are kept at the most, also of those that changed shapes alone.
   std::uint32_t retained_changes = 1u << 16;
   /// Transactions waiting at once; one more is cancelled (best effort first).
   std::uint32_t queue_capacity = 256;
