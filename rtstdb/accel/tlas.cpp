@@ -131,6 +131,8 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   slot.levels.reserve(2 * shared::max_tlas_levels);  // large trees are rotated
   gpu::BufferOptions instances{.name = name + " instances", .size_bytes = 2 * instance_bytes * late_base_};
   instances.texel_float4 = true;
+  gpu::BufferOptions centers{.name = name + " centers", .size_bytes = 16 * n};
+  centers.texel_float4 = true;
   gpu::BufferOptions identities{
       .name = name + " identities", .size_bytes = sizeof(Identity) * n, .memory = gpu::Memory::upload};
   identities.texel_uint4 = true;
@@ -141,6 +143,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
       {&slot.rows, {.name = name + " rows", .size_bytes = sizeof(shared::EntityRecord) * n}},
       {&slot.instances, instances},
+      {&slot.centers, centers},
       {&slot.live, {.name = name + " live", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
       {&slot.identity_texels, identities},
       {&slot.places, {.name = name + " places", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
@@ -170,7 +173,8 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
                                          {&slot.instances, 0, half_bytes},
                                          {&slot.instances, half_bytes, half_bytes},
                                          {&bounds_},
-                                         {&motion_boxes_}};
+                                         {&motion_boxes_},
+                                         {&slot.centers}};
     auto instances_bindings = device.create_bindings(instances_pass_, instances);
     if (!instances_bindings) return instances_bindings.error();
     slot.instances_pass = std::move(instances_bindings).value();

@@ -79,6 +79,8 @@ class Tlas {
   const gpu::Buffer& identity_texels(std::uint32_t slot) const noexcept {
     return slots_[slot].identity_texels;
   }
+  /// Centres of the bounds at the window's begin, with the mask, in the order of the instances.
+  const gpu::Buffer& centers(std::uint32_t slot) const noexcept { return slots_[slot].centers; }
   /// By entity index: place_of.
   const gpu::Buffer& places(std::uint32_t slot) const noexcept { return slots_[slot].places; }
   /// Where the entity's instance stands in its slot: those with a geometry by ascending index, which nearest
@@ -110,7 +112,8 @@ class Tlas {
   };
 
   struct Slot {
-    gpu::Buffer rows, instances, live, identity_texels, places, nodes, levels_readback, cost_readback;
+    gpu::Buffer rows, instances, centers, live, identity_texels, places, nodes, levels_readback,
+        cost_readback;
     gpu::Bindings apply_rows, instances_pass, small_build, refit, cost;
     TlasBuilder::Bound large_build;
     std::vector<Presence> presence;    // by entity index

@@ -37,10 +37,14 @@ Result<void> check_options(const NearestQueryOptions& options) {
   return {};
 }
 
-/// The shader with the shortest list that holds k.
+/// Which of the shaders of a target has the shortest list that holds k.
+std::size_t list_of(const NearestQueryOptions& options) noexcept {
+  return options.k == 1 ? 0 : options.k <= 8 ? 1 : 2;
+}
+
 gpu::ShaderId shader_of(const NearestQueryOptions& options) noexcept {
   using enum gpu::ShaderId;
-  const std::size_t list = options.k == 1 ? 0 : options.k <= 8 ? 1 : 2;
+  const std::size_t list = list_of(options);
   switch (options.target) {
     case NearestTarget::center:
       return std::array{nearest_center_1, nearest_center_8, nearest_center_32}[list];
@@ -69,6 +73,13 @@ Result<std::unique_ptr<GpuNearestQuery>> GpuNearestQuery::create(gpu::Device& de
   auto search = device.create_pipeline(shader_of(options));
   if (!search) return search.error();
   query->search_ = std::move(search).value();
+  if (options.target == NearestTarget::center) {
+    using enum gpu::ShaderId;
+    constexpr std::array shaders{nearest_center_still_1, nearest_center_still_8, nearest_center_still_32};
+    auto still = device.create_pipeline(shaders[list_of(options)]);
+    if (!still) return still.error();
+    query->still_ = std::move(still).value();
+  }
   if (options.is_signed) {
     auto sign = device.create_pipeline(gpu::ShaderId::nearest_sign);
     if (!sign) return sign.error();
@@ -125,6 +136,7 @@ std::optional<BadInput> GpuNearestQuery::check(std::uint32_t count, const RowSou
 Result<void> GpuNearestQuery::bind(gpu::Device& device, const accel::GeometryPool& pool,
                                    const accel::Tlas& tlas) {
   search_bindings_.clear();
+  still_bindings_.clear();
   sign_bindings_.clear();
   for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
     const gpu::Buffer* const searched[] = {&tlas.nodes(slot), &tlas.instances(slot), &point_records_,
@@ -134,6 +146,13 @@ Result<void> GpuNearestQuery::bind(gpu::Device& device, const accel::GeometryPoo
     auto search = device.create_bindings(search_, looks_at_triangles(options_.target) ? all : all.first(5));
     if (!search) return search.error();
     search_bindings_.push_back(std::move(search).value());
+    if (still_) {
+      const gpu::Buffer* const looked_at[] = {&tlas.nodes(slot), &tlas.instances(slot), &point_records_,
+                                              &counts_,          &neighbor_records_,    &tlas.centers(slot)};
+      auto still = device.create_bindings(still_, looked_at);
+      if (!still) return still.error();
+      still_bindings_.push_back(std::move(still).value());
+    }
     if (!sign_) continue;
     const gpu::Buffer* const signs[] = {&pool.nodes(), &tlas.instances(slot), &point_records_,
                                         &counts_,      &neighbor_records_,    &pool.triangles()};
@@ -148,6 +167,7 @@ void GpuNearestQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
   shared::NearestArgs nothing{};
   nothing.k = 1;
   recorder.dispatch(search_, search_bindings_.front(), nothing, 1);
+  if (still_) recorder.dispatch(still_, still_bindings_.front(), nothing, 1);
   if (sign_) recorder.dispatch(sign_, sign_bindings_.front(), nothing, 1);
 }
 
@@ -163,7 +183,7 @@ void GpuNearestQuery::record(std::uint32_t count, const RowSource& /*rows*/, con
                   .t_s = moment.t_s,
                   .mask = point.mask,
                   .carrier = place_of(point.carrier, tlas, view),
-                  .excluded = point.excluded.index,
+                  .excluded = place_of(point.excluded, tlas, view),
                   .instance_base = moment.instance_base,
                   .share = moment.share};
   }
@@ -185,7 +205,11 @@ void GpuNearestQuery::dispatch(std::uint32_t count, bool alone, const accel::Tla
       recorder.dispatch(pipeline, bindings, args, std::min(groups - first, most_groups));
     }
   };
-  in_pieces(search_, search_bindings_[view.slot], count);
+  const bool still = still_ && view.window_begin == view.window_end;
+  if (still)
+    in_pieces(still_, still_bindings_[view.slot], count);
+  else
+    in_pieces(search_, search_bindings_[view.slot], count);
   if (!sign_) return;
   recorder.barrier();
   in_pieces(sign_, sign_bindings_[view.slot], count * options_.k);

@@ -45,9 +45,9 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   std::uint32_t answered_ = 0;
   PointOrder order_;                       // in which the device has the points
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
-  gpu::Pipeline search_, sign_;            // sign_: of signed queries alone
+  gpu::Pipeline search_, still_, sign_;    // still_: of centres alone; sign_: of signed queries alone
   gpu::Buffer point_records_, counts_, neighbor_records_;
-  std::vector<gpu::Bindings> search_bindings_, sign_bindings_;  // one per slot
+  std::vector<gpu::Bindings> search_bindings_, still_bindings_, sign_bindings_;  // one per slot
 };
 
 }  // namespace rtstdb::query

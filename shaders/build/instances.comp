@@ -15,6 +15,8 @@ layout(set = 0, binding = 3, scalar) writeonly buffer InstancesBuffer { vec4 ins
 layout(set = 0, binding = 4, scalar) writeonly buffer LateInstancesBuffer { vec4 late_instances[]; };
 layout(set = 0, binding = 5, scalar) writeonly buffer BoundsBuffer { Box bounds[]; };
 layout(set = 0, binding = 6, scalar) writeonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
+// Of the bounds, at the window's begin, with the mask: for queries that ask at one instant.
+layout(set = 0, binding = 7, scalar) writeonly buffer CentersBuffer { vec4 centers[]; };
 
 const uint no_geometry = 0xFFFFFFFFu;
 
@@ -45,6 +47,9 @@ void main() {
     WRITE_INSTANCE(late_instances, late)
   }
   if (place >= args.visible_count) return;
+  // From the epoch's instance, as queries that ask at several instants do it.
+  const float begin_s = float(seconds_between(args.epoch, args.window_begin));
+  centers[place] = vec4(center_at(early, begin_s), uintBitsToFloat(early.mask));
   const MotionBox box = bounds_of(instance_of(row, geometry, args.window_begin), args.window_s);
   motion_boxes[place] = box;
   bounds[place] = swept(box);

@@ -76,6 +76,11 @@ MotionBox bounds_of(Instance i, float window_s) {
   return motion_bounds(i.p, i.q, i.v, i.w, i.box_center * i.scale, i.box_half * i.scale, window_s);
 }
 
+// The centre of the instance's bounds.
+vec3 center_at(Instance i, float t_s) {
+  return i.p + i.v * t_s + rotate(orientation_at(i.q, i.w, t_s), i.box_center * i.scale);
+}
+
 // What a query needs first; the box is read only where it is used.
 Instance fetch_instance(samplerBuffer instances, uint index) {
   const int base = int(index * instance_texels);

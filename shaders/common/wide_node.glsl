@@ -43,6 +43,7 @@ struct MotionNode {
   WideNode begin;
   uvec4 end_edges[3];
   float share;  // of the window that has passed
+  uint used;    // one bit a child
 };
 
 MotionNode fetch_motion_node(usamplerBuffer tlas, uint node, float share) {
@@ -54,18 +55,25 @@ MotionNode fetch_motion_node(usamplerBuffer tlas, uint node, float share) {
                             uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
   [[unroll]] for (int axis = 0; axis < 3; ++axis) {
     wide.begin.edges[axis] = texelFetch(tlas, base + 1 + axis);
+#ifndef NEAREST_STILL
     wide.end_edges[axis] = texelFetch(tlas, base + 6 + axis);
+#endif
   }
   wide.begin.references[0] = texelFetch(tlas, base + 4);
   wide.begin.references[1] = texelFetch(tlas, base + 5);
   wide.share = share;
+  wide.used = head.w >> 24;
   return wide;
 }
 
 float edge_at(MotionNode wide, uint axis, uint word, uint k) {
   const float begin = float(int(edge_of(wide.begin, axis, word, k)));
+#ifdef NEAREST_STILL
+  return begin;
+#else
   const float end = float(int(wide.end_edges[axis][word + (k >> 2)] >> 8u * (k & 3u) & 0xFFu));
   return begin + wide.share * (end - begin);
+#endif
 }
 
 vec3 child_lo(MotionNode wide, uint k) {

@@ -1,13 +1,14 @@
 // The search of every nearest query: down the nearest box first, passing over what lies beyond the k-th best so far. At the
 // leaves of the TLAS stands the entity at the query's own instant. See rtstdb/query.hpp for what the fields mean.
 //
-// A round of each loop looks at one node at most and at one leaf at most: lanes that wait for others to come to a leaf are
-// most of the cost of a loop over nodes alone, since here they come by leaves at very different times.
+// Where triangles are looked for, a round of each loop looks at one node at most and at one leaf at most: lanes that wait for
+// others to come to a leaf are most of the cost of a loop over nodes alone, since they come by leaves at very different times.
 //
 // Include with LIST_SIZE defined, the largest k, and one of these:
 //   NEAREST_CENTER, NEAREST_BOUNDS   entities by the centre of their bounds, or by the bounds; only the TLAS is searched
 //   NEAREST_SURFACE                  entities by their nearest triangle
 //   NEAREST_TRIANGLE                 triangles
+// NEAREST_STILL, with NEAREST_CENTER: all ask at one instant, to which the slot's window has shrunk.
 #include "common/interleave.glsl"
 #include "common/loops.glsl"
 #include "common/wide_node.glsl"
@@ -24,6 +25,9 @@ layout(set = 0, binding = 1) uniform samplerBuffer instances;
 layout(set = 0, binding = 2, scalar) readonly buffer PointsBuffer { NearestRecord points[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer CountsBuffer { NearestCount counts[]; };
 layout(set = 0, binding = 4, scalar) writeonly buffer NeighborsBuffer { NeighborRecord neighbors[]; };
+#ifdef NEAREST_STILL
+layout(set = 0, binding = 5) uniform samplerBuffer centers;
+#endif
 #ifndef NEAREST_ENTITY
 layout(set = 0, binding = 5) uniform samplerBuffer triangles;
 layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
@@ -31,11 +35,13 @@ layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
 
 const float nowhere = 3.4e38;  // farther than anything
 
+#ifndef NEAREST_ENTITY
 const uint stack_size = 128u;
 // Every inner node pushes at most 7 references.
 const uint stack_limit = stack_size - 8u;
 uint stack_ref[stack_size];
 float stack_square[stack_size];
+#endif
 uint depth = 0u;
 
 uint rounds = 0u;
@@ -105,6 +111,7 @@ float box_square(vec3 lo, vec3 hi, vec3 point) {
   return dot(gap, gap);
 }
 
+#ifndef NEAREST_ENTITY
 // Before the child that is offered next stands the nearest so far; the one that gives way waits on the stack.
 void offer_child(uint ref, vec3 lo, vec3 hi, vec3 point, inout uint nearest, inout float nearest_square) {
   const float square = box_square(lo, hi, point);
@@ -137,7 +144,6 @@ uint nearest_entity_child(uint node, float share, vec3 point) {
   return unless_full(nearest);
 }
 
-#ifndef NEAREST_ENTITY
 // The same for the boxes of a geometry, stretched by `scale`.
 uint nearest_triangle_child(uint node, vec3 scale, vec3 point) {
   const WideNode wide = fetch_wide_node(nodes, node);
@@ -150,7 +156,6 @@ uint nearest_triangle_child(uint node, vec3 scale, vec3 point) {
   }
   return unless_full(nearest);
 }
-#endif
 
 // What waits above `bottom` and is still in reach, or none.
 uint next_waiting(uint bottom) {
@@ -162,20 +167,23 @@ uint next_waiting(uint bottom) {
   } while (next == ref_none && depth > bottom);
   return next;
 }
+#endif
 
 bool is_inner(uint reference) { return (reference & ref_leaf_bit) == 0u; }
 
 // ---- leaves
 
 #ifdef NEAREST_ENTITY
-// From the point to the target, in the entity's frame.
-vec3 offset_to(Instance i, vec3 point) {
-  const vec3 from_center = point - i.box_center * i.scale;
+// From the point to the target, in the world.
+vec3 offset_to(Instance i, float t_s, vec3 point) {
 #ifdef NEAREST_CENTER
-  return -from_center;
+  precise vec3 offset = center_at(i, t_s) - point;
+  return offset;
 #else
+  const vec4 q = orientation_at(i.q, i.w, t_s);
+  const vec3 from_center = into_frame(i, q, t_s, point) - i.box_center * i.scale;
   const vec3 half_extent = i.box_half * i.scale;
-  return clamp(from_center, -half_extent, half_extent) - from_center;
+  return rotate(q, clamp(from_center, -half_extent, half_extent) - from_center);
 #endif
 }
 #else
@@ -234,8 +242,6 @@ void search_triangles(Instance i, uint root, uint place, vec3 point) {
 
 NeighborRecord described(uint place, uint slot, float distance, NearestRecord record, Asked asked) {
   Instance i = fetch_instance(instances, place);
-  const vec4 q = orientation_at(i.q, i.w, record.t_s);
-  const vec3 point = into_frame(i, q, record.t_s, asked.point);
   NeighborRecord neighbor;
   neighbor.entity = i.entity;
   neighbor.instance = place;
@@ -243,20 +249,25 @@ NeighborRecord described(uint place, uint slot, float distance, NearestRecord re
   neighbor.distance_m = distance;
 #ifdef NEAREST_ENTITY
   fetch_instance_box(instances, place, i);
-  const vec3 offset = offset_to(i, point);
+  const vec3 offset = offset_to(i, record.t_s, asked.point);
   neighbor.triangle = 0u;
   neighbor.u = neighbor.v = 0.0;
 #else
+  const vec4 q = orientation_at(i.q, i.w, record.t_s);
+  const vec3 point = into_frame(i, q, record.t_s, asked.point);
   const TrianglePoint nearest = nearest_on_slot(slot, i.scale, point, neighbor.triangle);
-  const vec3 offset = nearest.offset;
+  const vec3 offset = rotate(q, nearest.offset);
   neighbor.u = nearest.u;
   neighbor.v = nearest.v;
 #endif
-  neighbor.p_world_m = asked.point + rotate(q, offset);
+  neighbor.p_world_m = asked.point + offset;
   neighbor.v_relative_mps = velocity_at(i, record.t_s, neighbor.p_world_m) - asked.v;
   return neighbor;
 }
 
+#ifdef NEAREST_ENTITY
+#include "query/nearest_entities.glsl"
+#else
 void search_entities(NearestRecord record, vec3 asked_point) {
   uint current = args.root;
   if (current != ref_none) do {
@@ -265,20 +276,16 @@ void search_entities(NearestRecord record, vec3 asked_point) {
     if (current != ref_none && !is_inner(current)) {
       const uint place = (current & ref_instance_mask) + record.instance_base;
       Instance i = fetch_instance(instances, place);
-      const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
+      const bool wanted = (i.mask & record.mask) != 0u && (current & ref_instance_mask) != record.excluded;
       const vec3 point = into_frame(i, orientation_at(i.q, i.w, record.t_s), record.t_s, asked_point);
-#ifdef NEAREST_ENTITY
-      fetch_instance_box(instances, place, i);
-      if (wanted) offer(Candidate(length(offset_to(i, point)), place, 0u, 0u));
-#else
       search_triangles(i, wanted ? i.blas_root : ref_none, place, point);
-#endif
       current = ref_none;
     }
     if (current == ref_none) current = next_waiting(0u);
     cut_short = cut_short || rounds > max_rounds;
   } while (current != ref_none && !cut_short);
 }
+#endif
 
 void main() {
   // Workgroups are handed to lavapipe's threads in contiguous halves; taking points crosswise gives both the same work.

@@ -12,7 +12,7 @@ RTSTDB_CONSTANT(list_size, 32)
   F(float, t_s) /* since the epoch of the instances that it sees */ \
   F(uint, mask)                        \
   F(uint, carrier)                     \
-  F(uint, excluded)                    \
+  F(uint, excluded) /* place of its instance */ \
   F(uint, instance_base) /* 0 or late_base */ \
   F(float, share) /* of the window that has passed */
 RTSTDB_STRUCT(NearestRecord)

@@ -1,0 +1,85 @@
+// The search for entities by their centres or bounds, which needs the TLAS alone. Part of nearest.glsl.
+//
+// Node by node: its entities at once, then the nearest of its inner children; the others wait as a group, and are measured anew
+// when their turn comes, by a reach that has become shorter.
+#ifndef RTSTDB_QUERY_NEAREST_ENTITIES_GLSL
+#define RTSTDB_QUERY_NEAREST_ENTITIES_GLSL
+
+// A group: children of one node that have not been looked at; the node in the upper 24 bits, below it one bit a child. One at most
+// waits for each level of the tree.
+const uint stack_size = 96u;
+uint groups[stack_size];
+
+uint lowest_bit(uint mask) { return mask & (~mask + 1u); }
+
+// The exponent of a power of two is the place of its bit.
+uint place_of_bit(uint bit) { return (floatBitsToUint(float(int(bit))) >> 23) - 127u; }
+
+uint reference_in(MotionNode wide, uint slot) {
+  const uvec4 refs = (slot & 4u) != 0u ? wide.begin.references[1] : wide.begin.references[0];
+  const uvec2 pair = (slot & 2u) != 0u ? refs.zw : refs.xy;
+  return (slot & 1u) != 0u ? pair.y : pair.x;
+}
+
+// The entities among a node's children.
+void look_at_entities(MotionNode wide, uint leaves, NearestRecord record, vec3 point) {
+  if (leaves != 0u) do {
+    ++rounds;
+    const uint bit = lowest_bit(leaves);
+    leaves ^= bit;
+    const uint visible = reference_in(wide, place_of_bit(bit)) & ref_instance_mask;
+    const uint place = visible + record.instance_base;
+#ifdef NEAREST_STILL
+    const vec4 center = texelFetch(centers, int(visible));
+    const uint mask = floatBitsToUint(center.w);
+    precise vec3 offset = center.xyz - point;
+#else
+    Instance i = fetch_instance(instances, place);
+    fetch_instance_box(instances, place, i);
+    const uint mask = i.mask;
+    const vec3 offset = offset_to(i, record.t_s, point);
+#endif
+    const bool wanted = (mask & record.mask) != 0u && visible != record.excluded;
+    offer(Candidate(wanted ? length(offset) : nowhere, wanted ? place : no_entity, 0u, 0u));
+  } while (leaves != 0u);
+}
+
+void search_entities(NearestRecord record, vec3 point) {
+  uint group = args.root << 8 | 0xFFu;
+  bool done = args.root == ref_none;
+  if (!done) do {
+    rounds += 2u;  // this loop's, and one for that inside
+    const MotionNode wide = fetch_motion_node(tlas, group >> 8, record.share);
+    uint leaves = 0u;
+    uint inner = 0u;
+    uint nearest = 0u;
+    float nearest_square = nowhere;
+    [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+      precise vec3 lo = child_lo(wide, k);
+      precise vec3 hi = child_hi(wide, k);
+      const float square = box_square(lo, hi, point);
+      const uint bit = square <= box_limit ? group & 1u << k : 0u;
+      const bool leaf = !is_inner(child_reference(wide, k));
+      const bool nearer = !leaf && bit != 0u && square < nearest_square;
+      leaves |= leaf ? bit : 0u;
+      inner |= leaf ? 0u : bit;
+      nearest = nearer ? bit : nearest;
+      nearest_square = nearer ? square : nearest_square;
+    }
+    leaves &= wide.used;
+    inner &= wide.used;
+    look_at_entities(wide, leaves, record, point);
+    nearest = nearest == 0u ? lowest_bit(inner) : nearest;
+    const uint rest = (group & ~0xFFu) | (inner ^ nearest);
+    groups[depth] = rest;
+    depth += (rest & 0xFFu) != 0u ? 1u : 0u;
+    const uint waiting = groups[max(depth, 1u) - 1u];
+    const bool pop = inner == 0u;
+    done = pop && depth == 0u;
+    depth -= pop && !done ? 1u : 0u;
+    group = pop ? waiting : reference_in(wide, place_of_bit(max(nearest, 1u))) << 8 | 0xFFu;
+    cut_short = cut_short || depth == stack_size || rounds > max_rounds;
+  } while (!done && !cut_short);
+}
+
+#endif
