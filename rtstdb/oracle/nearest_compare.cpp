@@ -6,23 +6,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <tuple>
 
+#include "rtstdb/oracle/judged.hpp"
 #include "rtstdb/oracle/nearest_point.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 #include "rtstdb/oracle/posed_point.hpp"
 
 namespace rtstdb::oracle {
 namespace {
-
-template <class... Values>
-Judgement judged(Verdict verdict, const char* format, Values... values) {
-  char text[320];
-  std::snprintf(text, sizeof text, format, values...);
-  return {verdict, text};
-}
 
 bool has_triangle(NearestTarget target) {
   return target == NearestTarget::surface || target == NearestTarget::triangle;

@@ -174,8 +174,8 @@ inline constexpr double velocity_relative_tolerance = 1e-4;
 Judgement compare(const World& world, const Ray& ray, RayMode mode, bool ignore_motion, const RayTruth& truth,
                   const RayHit& answer);
 
-/// The answer to one ray of RayMode::first; `truth`: trace_all. Hits come first, ascending by lambda, then
-/// misses. Each hit is judged as above within the noise of its lambda; every hit of the truth that lies in front
+/// The answer to one ray of RayMode::first; `truth`: trace_all. Hits come first, ascending by lambda and no triangle
+/// twice, then misses. Each hit is judged as above within the noise of its lambda; every hit of the truth that lies in front
 /// of the last answered one (or anywhere, when there was room left) and not within its noise of an edge is
 /// there.
 Judgement compare_first(const World& world, const Ray& ray, bool ignore_motion,

@@ -5,23 +5,16 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 
+#include "rtstdb/oracle/judged.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 #include "rtstdb/oracle/posed_ray.hpp"
 #include "rtstdb/oracle/watertight.hpp"
 
 namespace rtstdb::oracle {
 namespace {
-
-template <class... Values>
-Judgement judged(Verdict verdict, const char* format, Values... values) {
-  char text[320];
-  std::snprintf(text, sizeof text, format, values...);
-  return {verdict, text};
-}
 
 /// A stretch of lambda.
 struct Stretch {

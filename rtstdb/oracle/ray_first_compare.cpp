@@ -3,19 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rtstdb/oracle/judged.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 
 namespace rtstdb::oracle {
 namespace {
-
-Judgement wrong(std::string reason) {
-  return {Verdict::differs, std::move(reason)};
-}
-
-std::string named(const char* what, std::uint32_t entity, std::uint32_t triangle, double lambda) {
-  return std::string(what) + " of entity " + std::to_string(entity) + ", triangle " +
-         std::to_string(triangle) + " at lambda " + std::to_string(lambda);
-}
 
 /// What lambda may be off by: how far noise_m reaches along a ray that meets the surface at this angle.
 double lambda_slack(const Ray& ray, const RayTruth& hit) {
@@ -54,12 +46,19 @@ Judgement compare_first(const World& world, const Ray& ray, bool ignore_motion,
       std::ranges::find_if(answers, [](const RayHit& hit) { return hit.status != HitStatus::hit; });
   const auto hits = answers.first(static_cast<std::size_t>(end - answers.begin()));
   for (const RayHit& rest : answers.subspan(hits.size())) {
-    if (rest.status != HitStatus::miss) return wrong("a hit behind a miss, or an incomplete answer");
+    if (rest.status != HitStatus::miss)
+      return {Verdict::differs, "a hit behind a miss, or an incomplete answer"};
   }
   Judgement judgement;
   for (std::size_t k = 0; k < hits.size(); ++k) {
-    if (k > 0 && hits[k].lambda < hits[k - 1].lambda) return wrong("hits are not in order");
-    const Judgement one = judge_alone(world, ray, ignore_motion, hits[k]);
+    if (k > 0 && hits[k].lambda < hits[k - 1].lambda) return {Verdict::differs, "hits are not in order"};
+    const bool twice = std::ranges::any_of(hits.first(k), [&](const RayHit& before) {
+      return before.entity == hits[k].entity && before.triangle == hits[k].triangle;
+    });
+    if (twice)
+      return judged(Verdict::differs, "entity %u, triangle %u is hit twice", hits[k].entity.index,
+                    hits[k].triangle);
+    Judgement one = judge_alone(world, ray, ignore_motion, hits[k]);
     if (one.verdict == Verdict::differs) return one;
     if (one.verdict == Verdict::too_close) judgement = one;
   }
@@ -70,9 +69,10 @@ Judgement compare_first(const World& world, const Ray& ray, bool ignore_motion,
       return answer.entity == hit.entity && answer.triangle == hit.triangle;
     });
     if (answered || hit.lambda >= limit - lambda_slack(ray, hit)) continue;
-    const std::string missing = named("no hit", hit.entity.index, hit.triangle, hit.lambda);
-    if (is_clear(ray, hit)) return wrong(missing);
-    judgement = {Verdict::too_close, missing};
+    judgement =
+        judged(is_clear(ray, hit) ? Verdict::differs : Verdict::too_close,
+               "no hit of entity %u, triangle %u at lambda %.9g", hit.entity.index, hit.triangle, hit.lambda);
+    if (judgement.verdict == Verdict::differs) return judgement;
   }
   return judgement;
 }

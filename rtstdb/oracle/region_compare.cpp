@@ -1,18 +1,12 @@
 // Judges the answers to regions and overlaps by the gaps of what could be in them.
 
 #include <cmath>
-#include <cstdio>
 
+#include "rtstdb/oracle/judged.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 
 namespace rtstdb::oracle {
 namespace {
-
-Judgement wrong(const char* format, unsigned long long first, unsigned long long second) {
-  char text[160];
-  std::snprintf(text, sizeof text, format, first, second);
-  return {Verdict::differs, text};
-}
 
 EntityId id_of(const EntityGap& gap) {
   return gap.entity;
@@ -44,7 +38,7 @@ Judgement judge(std::span<const Gap> truth, std::span<const Id> listed, const Re
   if (answer.entities.size() + answer.triangles.size() != listed.size())
     return {Verdict::differs, "entities and triangles are listed"};
   if (answer.overflow ? listed.size() >= answer.found : listed.size() != answer.found)
-    return wrong("%llu listed and %llu found", listed.size(), answer.found);
+    return judged(Verdict::differs, "%zu listed and %u found", listed.size(), answer.found);
   std::size_t next = 0;
   std::uint32_t exact = 0;
   std::uint32_t certain = 0;
@@ -64,16 +58,14 @@ Judgement judge(std::span<const Gap> truth, std::span<const Id> listed, const Re
       close = true;
       continue;
     }
-    char text[160];
-    std::snprintf(text, sizeof text, "%s is %s, where its gap is %.9g m", in_words(id_of(gap)).c_str(),
+    return judged(Verdict::differs, "%s is %s, where its gap is %.9g m", in_words(id_of(gap)).c_str(),
                   is_listed ? "listed" : "missing", gap.gap_m);
-    return {Verdict::differs, text};
   }
   if (next != listed.size())
     return {Verdict::differs, "place " + std::to_string(next) + " lists " + in_words(listed[next]) +
                                   ", which is unknown, masked out, far away, or out of order"};
   if (answer.found < certain || answer.found > possible)
-    return wrong("%llu found, where at least %llu are", answer.found, certain);
+    return judged(Verdict::differs, "%u found, where at least %u are", answer.found, certain);
   if (close || answer.found != exact)
     return {Verdict::too_close, "something at the border is counted otherwise"};
   return {};
