@@ -71,9 +71,26 @@ Tally judge_regions(std::span<const RegionAnswer> answers, Gaps gaps) {
   Tally tally = judge_all(
       answers.size(), [&](std::size_t i) { return oracle::compare(gaps(i), answers[i]); },
       [](std::size_t) { return std::string("region"); });
-  for (const RegionAnswer& answer : answers)
+  for (const RegionAnswer& answer : answers) {
     tally.hits += answer.found > 0 ? 1 : 0;
+    tally.full += answer.overflow ? 1 : 0;
+  }
   return tally;
+}
+
+/// One ray's hits against all that the oracle has and the options let through.
+oracle::Judgement judge_hits(const oracle::World& world, const Ray& ray, std::span<const RayHit> hits,
+                             const RayQueryOptions& options) {
+  auto truth = oracle::trace_all(world, ray, options.ignore_motion);
+  if (options.faces != Faces::both) {
+    const bool front = options.faces == Faces::front;
+    std::erase_if(truth, [&](const oracle::RayTruth& hit) { return hit.front_face != front; });
+    const auto other = std::ranges::find_if(
+        hits, [&](const RayHit& hit) { return hit.status == HitStatus::hit && hit.front_face != front; });
+    if (other != hits.end())
+      return {oracle::Verdict::differs, "the side of a triangle that was not asked for"};
+  }
+  return oracle::compare_first(world, ray, options.ignore_motion, truth, hits);
 }
 
 }  // namespace
@@ -82,6 +99,8 @@ Tally& Tally::operator+=(const Tally& other) {
   asked += other.asked;
   hits += other.hits;
   too_close += other.too_close;
+  full += other.full;
+  inside += other.inside;
   return *this;
 }
 
@@ -224,6 +243,24 @@ Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<con
   return tally;
 }
 
+Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits,
+            const RayQueryOptions& options) {
+  if (options.mode != RayMode::first && options.faces == Faces::both)
+    return judge(world, rays, hits, options.mode, options.ignore_motion);
+  EXPECT_NE(options.mode, RayMode::any) << "the side of what is hit is not told";
+  const std::size_t each = options.hits_per_ray;
+  EXPECT_EQ(rays.size() * each, hits.size());
+  const auto of_ray = [&](std::size_t i) { return hits.subspan(i * each, each); };
+  Tally tally = judge_all(
+      rays.size(), [&](std::size_t i) { return judge_hits(world, rays[i], of_ray(i), options); },
+      [&](std::size_t i) { return in_words(rays[i]); });
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    tally.hits += of_ray(i).front().status == HitStatus::hit ? 1 : 0;
+    tally.full += of_ray(i).back().status == HitStatus::hit ? 1 : 0;
+  }
+  return tally;
+}
+
 Tally judge(const oracle::World& world, std::span<const Region> regions,
             std::span<const RegionAnswer> answers, RegionLevel level) {
   EXPECT_EQ(regions.size(), answers.size());
@@ -254,8 +291,10 @@ Tally judge(const oracle::World& world, std::span<const Nearest> points,
         return oracle::compare(world, points[i], options, truth, answers[i]);
       },
       [&](std::size_t i) { return in_words(points[i]); });
-  for (const NearestAnswer& answer : answers)
+  for (const NearestAnswer& answer : answers) {
     tally.hits += answer.neighbors.size() == options.k ? 1 : 0;
+    tally.inside += !answer.neighbors.empty() && answer.neighbors[0].distance_m < 0.0f ? 1 : 0;
+  }
   return tally;
 }
 

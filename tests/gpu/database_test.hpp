@@ -25,6 +25,8 @@ struct Tally {
   std::size_t asked = 0;
   std::size_t hits = 0;  ///< rays that hit; regions that are not empty
   std::size_t too_close = 0;
+  std::size_t full = 0;    ///< as much was answered as was asked for; regions that overflowed
+  std::size_t inside = 0;  ///< points inside of what is nearest to them, by its sign
   Tally& operator+=(const Tally& other);
 };
 
@@ -66,6 +68,9 @@ class DatabaseTest : public testing::Test {
 /// Holds every answer against the oracle, on all processors; fails the test on each that differs.
 Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits,
             RayMode mode = RayMode::closest, bool ignore_motion = false);
+/// As the query was prepared: RayMode::first, and rays that see one side of triangles alone, too.
+Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits,
+            const RayQueryOptions& options);
 Tally judge(const oracle::World& world, std::span<const Region> regions,
             std::span<const RegionAnswer> answers, RegionLevel level = RegionLevel::bounds);
 Tally judge(const oracle::World& world, std::span<const Overlap> overlaps,

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-#include "tests/gpu/database_test.hpp"
-#include "tests/gpu/random_scene.hpp"
+#include "tests/gpu/random_questions.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -93,41 +92,24 @@ TEST_F(FirstHits, AsManyAsMakeSenseMayBeAsked) {
   EXPECT_FALSE(refused(RayMode::first, max_hits_per_ray, 4));
 }
 
-TEST_F(FirstHits, OfRandomWorldsAgreeWithTheOracle) {
-  Random random(12);
-  SceneOptions options{.radius_m = 6.0, .version_time = at_s(5.0)};
-  std::vector<GeometryId> geometries;
-  for (const TriangleMesh& mesh : mixed_meshes(random))
-    geometries.push_back(add(mesh));
-  std::vector<EntityRow> rows;
-  for (int i = 0; i < 120; ++i)
-    rows.push_back(random_row(random, geometries, options, rows));
-  create(rows, options.version_time);
-  const oracle::World everything = world();
-  std::size_t asked = 0, with_hits = 0, full = 0, too_close = 0;
+class RandomFirstHits : public RandomQuestions {};
+
+TEST_F(RandomFirstHits, AgreeWithTheOracle) {
+  fill({.seed = 12, .entities = 120, .radius_m = 6.0});
+  Tally tally;
   for (const std::uint32_t hits_per_ray : {1u, 3u, 4u, 9u, 16u}) {
     for (const bool ignore_motion : {false, true}) {
-      const auto query = prepare_first(hits_per_ray, 500, ignore_motion);
-      std::vector<Ray> rays(500);
-      for (Ray& ray : rays)
-        ray = random_ray(random, everything.entities(), options, options.version_time, 0.7);
-      const auto hits = ask(*query, rays);
-      for (std::size_t i = 0; i < rays.size(); ++i) {
-        const auto answers = std::span(hits).subspan(i * hits_per_ray, hits_per_ray);
-        const auto truth = oracle::trace_all(everything, rays[i], ignore_motion);
-        const auto judged = oracle::compare_first(everything, rays[i], ignore_motion, truth, answers);
-        ASSERT_NE(judged.verdict, oracle::Verdict::differs) << "ray " << i << ": " << judged.reason;
-        ++asked;
-        with_hits += truth.empty() ? 0 : 1;
-        full += answers.back().status == HitStatus::hit ? 1 : 0;
-        too_close += judged.verdict == oracle::Verdict::too_close ? 1 : 0;
-      }
+      const RayQueryOptions wanted{.name = "first",
+                                   .mode = RayMode::first,
+                                   .hits_per_ray = hits_per_ray,
+                                   .ignore_motion = ignore_motion};
+      tally += ask(wanted, 500);
     }
   }
-  EXPECT_GT(with_hits, asked / 5);
-  EXPECT_LT(with_hits, asked * 4 / 5);
-  EXPECT_GT(full, asked / 20);
-  EXPECT_LT(too_close, asked / 50);
+  tally += ask(
+      RayQueryOptions{.name = "first", .mode = RayMode::first, .hits_per_ray = 3, .faces = Faces::back}, 500);
+  expect_telling(tally, 0.02);
+  EXPECT_GT(tally.full, tally.asked / 20);
 }
 
 }  // namespace

@@ -8,17 +8,14 @@
 #include <string>
 #include <tuple>
 
-#include "tests/gpu/database_test.hpp"
-#include "tests/gpu/random_scene.hpp"
+#include "tests/gpu/random_questions.hpp"
 
 namespace rtstdb::test {
 namespace {
 
 struct Case {
   const char* name;
-  std::uint64_t seed;
-  std::uint32_t entities;
-  double radius_m;
+  RandomWorld world;
   std::size_t rays;
 };
 
@@ -28,87 +25,35 @@ std::ostream& operator<<(std::ostream& out, const Case& one) {
 
 /// 2048 is the last size that one workgroup builds alone, 2049 the first that goes the long way.
 constexpr Case cases[] = {
-    {"one_entity", 1, 1, 0.3, 60'000},
-    {"two", 2, 2, 0.5, 60'000},
-    {"nine", 3, 9, 2.0, 70'000},
-    {"sixty", 4, 60, 5.0, 60'000},
-    {"four_hundred", 5, 400, 14.0, 24'000},
-    {"last_small_build", 6, 2048, 30.0, 8'000},
-    {"first_large_build", 7, 2049, 30.0, 8'000},
-    {"three_thousand", 8, 3000, 36.0, 8'000},
+    {"one_entity", {10, 1, 0.3}, 60'000},
+    {"two", {6, 2, 0.5}, 60'000},
+    {"nine", {3, 9, 2.0}, 70'000},
+    {"sixty", {4, 60, 5.0}, 60'000},
+    {"four_hundred", {5, 400, 14.0}, 24'000},
+    {"last_small_build", {6, 2048, 30.0}, 8'000},
+    {"first_large_build", {7, 2049, 30.0}, 8'000},
+    {"three_thousand", {8, 3000, 36.0}, 8'000},
 };
 
-class RandomRays : public DatabaseTest, public testing::WithParamInterface<Case> {
- protected:
-  static constexpr std::size_t batch = 1000;
-  SceneOptions options_{.radius_m = GetParam().radius_m, .version_time = at_s(86'400.0)};
-  Random random_{GetParam().seed};
-
-  /// In three versions, with entities deleted, changed and made anew in between.
-  void fill() {
-    std::vector<GeometryId> geometries;
-    for (const TriangleMesh& mesh : mixed_meshes(random_))
-      geometries.push_back(add(mesh));
-    const std::uint32_t count = GetParam().entities;
-    std::vector<EntityRow> rows;
-    for (std::uint32_t i = 0; i < count; ++i)
-      rows.push_back(random_row(random_, geometries, options_, rows));
-    const auto ids = create(rows, at_s(1.0));
-    const auto change = [&](const std::function<void(Transaction&, std::uint32_t)>& one_in_five,
-                            double time_s) {
-      const Outcome outcome = execute(
-          [&](Transaction& transaction) {
-            for (std::uint32_t i = 0; i < count; i += 5)
-              one_in_five(transaction, i);
-          },
-          at_s(time_s));
-      ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
-    };
-    change([&](Transaction& transaction, std::uint32_t i) { transaction.remove(ids[i]); }, 2.0);
-    ask_one_ray();
-    change(
-        [&](Transaction& transaction, std::uint32_t i) {
-          transaction.create(random_row(random_, geometries, options_, rows));
-          if (i + 1 < count) transaction.update(ids[i + 1], random_row(random_, geometries, options_, rows));
-        },
-        86'400.0);
-  }
-  /// So that the device has built what the next version changes.
-  void ask_one_ray() { trace(ray_from({}, {1, 0, 0}, at_s(2.0))); }
-
-  Tally ask(const oracle::World& world, RayMode mode, bool ignore_motion, std::size_t count) {
-    const auto query = prepare_rays(mode, ignore_motion, batch);
-    Tally tally;
-    std::vector<Ray> rays(batch);
-    for (std::size_t done = 0; done < count; done += batch) {
-      // Windows of all lengths, from a single instant to the longest, some beginning after the version.
-      const double window_s = std::min(1.0, random_.uniform(-0.2, 1.2));
-      const WorldTime first = options_.version_time + Nanoseconds(random_.below(3) * 700'000'000);
-      for (Ray& ray : rays)
-        ray = random_ray(random_, world.entities(), options_, first, std::max(0.0, window_s));
-      tally += judge(world, rays, trace(*query, rays), mode, ignore_motion);
-      if (testing::Test::HasFailure()) break;
-    }
-    return tally;
-  }
-};
+class RandomRays : public RandomQuestions, public testing::WithParamInterface<Case> {};
 
 TEST_P(RandomRays, AgreeWithTheOracle) {
-  fill();
-  const oracle::World everything = world();
-  ASSERT_EQ(everything.entities().size(), GetParam().entities);
+  fill(GetParam().world);
   const auto share = [&](double part) {
     return static_cast<std::size_t>(part * static_cast<double>(GetParam().rays));
   };
-  Tally tally = ask(everything, RayMode::closest, false, share(0.6));
-  tally += ask(everything, RayMode::any, false, share(0.25));
-  tally += ask(everything, RayMode::closest, true, share(0.1));
-  tally += ask(everything, RayMode::any, true, share(0.05));
-  EXPECT_GE(tally.asked, GetParam().rays);
-  EXPECT_GT(tally.hits, tally.asked / 5) << "a world that shows little";
-  EXPECT_LT(tally.hits, tally.asked * 4 / 5) << "a world that shows little";
-  EXPECT_LT(tally.too_close, tally.asked / 200);
-  RecordProperty("too_close", std::to_string(tally.too_close));
+  Tally tally = ask(RayQueryOptions{.name = "rays"}, share(0.6));
+  tally += ask(RayQueryOptions{.name = "rays", .mode = RayMode::any}, share(0.25));
+  tally += ask(RayQueryOptions{.name = "rays", .ignore_motion = true}, share(0.1));
+  tally += ask(RayQueryOptions{.name = "rays", .mode = RayMode::any, .ignore_motion = true}, share(0.05));
+  expect_telling(tally, 0.005);
+}
+
+TEST_P(RandomRays, OfOneSideAgreeWithTheOracle) {
+  fill(GetParam().world);
+  Tally tally = ask(RayQueryOptions{.name = "rays", .faces = Faces::front}, GetParam().rays / 20);
+  tally += ask(RayQueryOptions{.name = "rays", .faces = Faces::back}, GetParam().rays / 20);
+  expect_telling(tally, 0.005);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, RandomRays, testing::ValuesIn(cases),

@@ -5,17 +5,14 @@
 #include <ostream>
 #include <string>
 
-#include "tests/gpu/database_test.hpp"
-#include "tests/gpu/random_scene.hpp"
+#include "tests/gpu/random_questions.hpp"
 
 namespace rtstdb::test {
 namespace {
 
 struct Case {
   const char* name;
-  std::uint64_t seed;
-  std::uint32_t entities;
-  double radius_m;
+  RandomWorld world;
   std::size_t questions;
 };
 
@@ -24,75 +21,31 @@ std::ostream& operator<<(std::ostream& out, const Case& one) {
 }
 
 constexpr Case cases[] = {
-    {"one_entity", 11, 1, 0.5, 10'000},
-    {"forty", 12, 40, 4.0, 10'000},
-    {"six_hundred", 13, 600, 12.0, 4'000},
-    {"large_build", 14, 2500, 20.0, 2'000},
+    {"one_entity", {11, 1, 0.5}, 10'000},
+    {"forty", {12, 40, 4.0}, 10'000},
+    {"six_hundred", {13, 600, 12.0}, 4'000},
+    {"large_build", {14, 2500, 20.0}, 2'000},
 };
 
-class RandomRegions : public DatabaseTest, public testing::WithParamInterface<Case> {
+class RandomRegions : public RandomQuestions, public testing::WithParamInterface<Case> {
  protected:
-  static constexpr std::uint32_t batch = 500;
-  SceneOptions options_{.radius_m = GetParam().radius_m, .version_time = at_s(-3.5)};
-  Random random_{GetParam().seed};
-
   void SetUp() override {
     DatabaseTest::SetUp();
-    std::vector<GeometryId> geometries;
-    for (const TriangleMesh& mesh : mixed_meshes(random_))
-      geometries.push_back(add(mesh));
-    std::vector<EntityRow> rows;
-    for (std::uint32_t i = 0; i < GetParam().entities; ++i)
-      rows.push_back(random_row(random_, geometries, options_, rows));
-    create(rows, options_.version_time);
-  }
-
-  /// Asks batch after batch; `fill` makes one batch in the query's own elements.
-  template <class Query, class Fill, class Elements>
-  Tally ask(Query& query, Fill fill, Elements elements) {
-    const oracle::World everything = world();
-    Tally tally;
-    for (std::size_t done = 0; done < GetParam().questions && !HasFailure(); done += batch) {
-      const double window_s = random_.uniform(0.0, 1.0);
-      const WorldTime first = options_.version_time + Nanoseconds(random_.below(2) * 5'300'000'000);
-      const auto batch_elements = elements(query);
-      for (auto& element : batch_elements)
-        element = fill(everything, first, window_s);
-      const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(query, batch); });
-      EXPECT_TRUE(outcome.done()) << describe(outcome);
-      tally += judge(everything, batch_elements, query.answers());
-    }
-    EXPECT_GE(tally.asked, GetParam().questions);
-    EXPECT_TRUE(HasFailure() || (tally.hits > tally.asked / 5 && tally.hits < tally.asked * 19 / 20))
-        << "a world that shows little: " << tally.hits << " of " << tally.asked;
-    EXPECT_LT(tally.too_close, tally.asked / 200);
-    return tally;
+    fill(GetParam().world);
   }
 };
 
 TEST_P(RandomRegions, AgreeWithTheOracle) {
-  auto query =
-      database().prepare(RegionQueryOptions{.name = "regions", .capacity = batch, .ids_per_region = 4096});
-  ASSERT_TRUE(query.ok());
-  const Tally tally = ask(
-      *query.value(),
-      [&](const oracle::World& world, WorldTime first, double window_s) {
-        return random_region(random_, world.entities(), options_, first, window_s);
-      },
-      [](RegionQuery& regions) { return regions.regions(); });
-  EXPECT_LT(tally.hits, tally.asked * 19 / 20) << "a world that shows little";
+  const Tally tally =
+      ask(RegionQueryOptions{.name = "regions", .ids_per_region = 4096}, GetParam().questions);
+  expect_telling(tally, 0.005);
+  EXPECT_EQ(tally.full, 0u);
 }
 
 TEST_P(RandomRegions, WithLittleRoomAgreeWithTheOracle) {
-  auto query =
-      database().prepare(RegionQueryOptions{.name = "regions", .capacity = batch, .ids_per_region = 5});
-  ASSERT_TRUE(query.ok());
-  ask(
-      *query.value(),
-      [&](const oracle::World& world, WorldTime first, double window_s) {
-        return random_region(random_, world.entities(), options_, first, window_s);
-      },
-      [](RegionQuery& regions) { return regions.regions(); });
+  const Tally tally = ask(RegionQueryOptions{.name = "regions", .ids_per_region = 5}, GetParam().questions);
+  expect_telling(tally, 0.005);
+  EXPECT_EQ(tally.full > 0, GetParam().world.entities > 5);
 }
 
 TEST_P(RandomRegions, CountsAreThoseOfTheLists) {
@@ -101,10 +54,9 @@ TEST_P(RandomRegions, CountsAreThoseOfTheLists) {
   auto counting =
       database().prepare(RegionQueryOptions{.name = "counts", .capacity = batch, .ids_per_region = 0});
   ASSERT_TRUE(listing.ok() && counting.ok());
-  const oracle::World everything = world();
   for (const double window_s : {0.0, 0.7}) {
     for (Region& region : listing.value()->regions())
-      region = random_region(random_, everything.entities(), options_, options_.version_time, window_s);
+      region = random_region(random(), everything().entities(), scene(), scene().version_time, window_s);
     std::ranges::copy(listing.value()->regions(), counting.value()->regions().begin());
     const Outcome outcome = execute([&](Transaction& transaction) {
       transaction.ask(*listing.value(), batch);
@@ -123,27 +75,18 @@ TEST_P(RandomRegions, CountsAreThoseOfTheLists) {
 }
 
 TEST_P(RandomRegions, OverlapsAgreeWithTheOracle) {
-  auto query =
-      database().prepare(OverlapQueryOptions{.name = "overlaps", .capacity = batch, .ids_per_entity = 4096});
-  ASSERT_TRUE(query.ok());
-  if (GetParam().entities == 1) {
-    query.value()->overlaps()[0] = {.entity = world().entities()[0].id, .t = at_s(0.0)};
+  if (GetParam().world.entities == 1) {
+    auto query =
+        database().prepare(OverlapQueryOptions{.name = "overlaps", .capacity = 1, .ids_per_entity = 4096});
+    ASSERT_TRUE(query.ok());
+    query.value()->overlaps()[0] = {.entity = everything().entities()[0].id, .t = scene().version_time};
     ASSERT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query.value(), 1); }).status,
               Status::committed);
     EXPECT_EQ(query.value()->answers()[0].found, 0u) << "an entity does not overlap itself";
     return;
   }
-  ask(
-      *query.value(),
-      [&](const oracle::World& world, WorldTime first, double window_s) {
-        const auto entities = world.entities();
-        Overlap overlap;
-        overlap.entity = entities[random_.below(entities.size())].id;
-        overlap.t = first + Nanoseconds(static_cast<std::int64_t>(random_.uniform(0.0, window_s) * 1e9));
-        if (random_.one_in(3)) overlap.mask = static_cast<std::uint32_t>(random_.below(16));
-        return overlap;
-      },
-      [](OverlapQuery& overlaps) { return overlaps.overlaps(); });
+  expect_telling(ask(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 4096}, GetParam().questions),
+                 0.005);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, RandomRegions, testing::ValuesIn(cases),
