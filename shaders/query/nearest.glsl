@@ -162,8 +162,10 @@ uint next_waiting(uint bottom) {
   uint next = ref_none;
   if (depth > bottom) do {
     ++rounds;
-    --depth;
-    next = stack_square[depth] <= box_limit ? stack_ref[depth] : ref_none;
+    if (next == ref_none && depth > bottom) {
+      --depth;
+      next = stack_square[depth] <= box_limit ? stack_ref[depth] : ref_none;
+    }
   } while (next == ref_none && depth > bottom);
   return next;
 }
@@ -214,20 +216,22 @@ void search_triangles(Instance i, uint root, uint place, vec3 point) {
     uint k = 0u;
     if (is_leaf) do {
       ++rounds;
-      uint triangle;
-      const float square = nearest_on_slot(first + k, i.scale, point, triangle).square;
-      const Candidate candidate = Candidate(sqrt(square), place, triangle, first + k);
+      if (k < count) {
+        uint triangle;
+        const float square = nearest_on_slot(first + k, i.scale, point, triangle).square;
+        const Candidate candidate = Candidate(sqrt(square), place, triangle, first + k);
 #ifdef NEAREST_SURFACE
-      const bool better = precedes(candidate, own);
-      own.distance = better ? candidate.distance : own.distance;
-      own.instance = better ? candidate.instance : own.instance;
-      own.triangle = better ? candidate.triangle : own.triangle;
-      own.slot = better ? candidate.slot : own.slot;
-      set_reach(own.distance);
+        const bool better = precedes(candidate, own);
+        own.distance = better ? candidate.distance : own.distance;
+        own.instance = better ? candidate.instance : own.instance;
+        own.triangle = better ? candidate.triangle : own.triangle;
+        own.slot = better ? candidate.slot : own.slot;
+        set_reach(own.distance);
 #else
-      offer(candidate);
+        offer(candidate);
 #endif
-      ++k;
+        ++k;
+      }
     } while (k < count);
     current = is_leaf ? ref_none : current;
     if (current == ref_none) current = next_waiting(bottom);

@@ -25,22 +25,24 @@ uint reference_in(MotionNode wide, uint slot) {
 void look_at_entities(MotionNode wide, uint leaves, NearestRecord record, vec3 point) {
   if (leaves != 0u) do {
     ++rounds;
-    const uint bit = lowest_bit(leaves);
-    leaves ^= bit;
-    const uint visible = reference_in(wide, place_of_bit(bit)) & ref_instance_mask;
-    const uint place = visible + record.instance_base;
+    if (leaves != 0u) {
+      const uint bit = lowest_bit(leaves);
+      leaves ^= bit;
+      const uint visible = reference_in(wide, place_of_bit(bit)) & ref_instance_mask;
+      const uint place = visible + record.instance_base;
 #ifdef NEAREST_STILL
-    const vec4 center = texelFetch(centers, int(visible));
-    const uint mask = floatBitsToUint(center.w);
-    precise vec3 offset = center.xyz - point;
+      const vec4 center = texelFetch(centers, int(visible));
+      const uint mask = floatBitsToUint(center.w);
+      precise vec3 offset = center.xyz - point;
 #else
-    Instance i = fetch_instance(instances, place);
-    fetch_instance_box(instances, place, i);
-    const uint mask = i.mask;
-    const vec3 offset = offset_to(i, record.t_s, point);
+      Instance i = fetch_instance(instances, place);
+      fetch_instance_box(instances, place, i);
+      const uint mask = i.mask;
+      const vec3 offset = offset_to(i, record.t_s, point);
 #endif
-    const bool wanted = (mask & record.mask) != 0u && visible != record.excluded;
-    offer(Candidate(wanted ? length(offset) : nowhere, wanted ? place : no_entity, 0u, 0u));
+      const bool wanted = (mask & record.mask) != 0u && visible != record.excluded;
+      offer(Candidate(wanted ? length(offset) : nowhere, wanted ? place : no_entity, 0u, 0u));
+    }
   } while (leaves != 0u);
 }
 
@@ -49,36 +51,38 @@ void search_entities(NearestRecord record, vec3 point) {
   bool done = args.root == ref_none;
   if (!done) do {
     rounds += 2u;  // this loop's, and one for that inside
-    const MotionNode wide = fetch_motion_node(tlas, group >> 8, record.share);
-    uint leaves = 0u;
-    uint inner = 0u;
-    uint nearest = 0u;
-    float nearest_square = nowhere;
-    [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-      precise vec3 lo = child_lo(wide, k);
-      precise vec3 hi = child_hi(wide, k);
-      const float square = box_square(lo, hi, point);
-      const uint bit = square <= box_limit ? group & 1u << k : 0u;
-      const bool leaf = !is_inner(child_reference(wide, k));
-      const bool nearer = !leaf && bit != 0u && square < nearest_square;
-      leaves |= leaf ? bit : 0u;
-      inner |= leaf ? 0u : bit;
-      nearest = nearer ? bit : nearest;
-      nearest_square = nearer ? square : nearest_square;
+    if (!done) {
+      const MotionNode wide = fetch_motion_node(tlas, group >> 8, record.share);
+      uint leaves = 0u;
+      uint inner = 0u;
+      uint nearest = 0u;
+      float nearest_square = nowhere;
+      [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+        precise vec3 lo = child_lo(wide, k);
+        precise vec3 hi = child_hi(wide, k);
+        const float square = box_square(lo, hi, point);
+        const uint bit = square <= box_limit ? group & 1u << k : 0u;
+        const bool leaf = !is_inner(child_reference(wide, k));
+        const bool nearer = !leaf && bit != 0u && square < nearest_square;
+        leaves |= leaf ? bit : 0u;
+        inner |= leaf ? 0u : bit;
+        nearest = nearer ? bit : nearest;
+        nearest_square = nearer ? square : nearest_square;
+      }
+      leaves &= wide.used;
+      inner &= wide.used;
+      look_at_entities(wide, leaves, record, point);
+      nearest = nearest == 0u ? lowest_bit(inner) : nearest;
+      const uint rest = (group & ~0xFFu) | (inner ^ nearest);
+      groups[depth] = rest;
+      depth += (rest & 0xFFu) != 0u ? 1u : 0u;
+      const uint waiting = groups[max(depth, 1u) - 1u];
+      const bool pop = inner == 0u;
+      done = pop && depth == 0u;
+      depth -= pop && !done ? 1u : 0u;
+      group = pop ? waiting : reference_in(wide, place_of_bit(max(nearest, 1u))) << 8 | 0xFFu;
+      cut_short = cut_short || depth == stack_size || rounds > max_rounds;
     }
-    leaves &= wide.used;
-    inner &= wide.used;
-    look_at_entities(wide, leaves, record, point);
-    nearest = nearest == 0u ? lowest_bit(inner) : nearest;
-    const uint rest = (group & ~0xFFu) | (inner ^ nearest);
-    groups[depth] = rest;
-    depth += (rest & 0xFFu) != 0u ? 1u : 0u;
-    const uint waiting = groups[max(depth, 1u) - 1u];
-    const bool pop = inner == 0u;
-    done = pop && depth == 0u;
-    depth -= pop && !done ? 1u : 0u;
-    group = pop ? waiting : reference_in(wide, place_of_bit(max(nearest, 1u))) << 8 | 0xFFu;
-    cut_short = cut_short || depth == stack_size || rounds > max_rounds;
   } while (!done && !cut_short);
 }
 

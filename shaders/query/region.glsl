@@ -76,14 +76,16 @@ void look_at_border(RegionRecord record, Shape shape, uint base) {
   uint group = 0u;
   if (border_count > 0u) do {
     ++rounds;
-    const bool pop = (group & 0xFFu) == 0u;
-    border_count -= pop ? 1u : 0u;
-    group = pop ? border_list[border_count] : group;
-    const uint place = (take_child(tlas, tlas_node_texels, group) & ref_instance_mask) + record.instance_base;
-    Instance i = fetch_instance(instances, place);
-    fetch_instance_box(instances, place, i);
-    const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
-    keep(base, wanted && holds(shape, bounds_at(i, record.t_s)), i.entity);
+    if (border_count > 0u || (group & 0xFFu) != 0u) {
+      const bool pop = (group & 0xFFu) == 0u;
+      border_count -= pop ? 1u : 0u;
+      group = pop ? border_list[border_count] : group;
+      const uint place = (take_child(tlas, tlas_node_texels, group) & ref_instance_mask) + record.instance_base;
+      Instance i = fetch_instance(instances, place);
+      fetch_instance_box(instances, place, i);
+      const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
+      keep(base, wanted && holds(shape, bounds_at(i, record.t_s)), i.entity);
+    }
   } while (border_count > 0u || (group & 0xFFu) != 0u);
 }
 
@@ -91,13 +93,15 @@ void look_within(RegionRecord record, uint base) {
   uint group = 0u;
   if (within_count > 0u) do {
     ++rounds;
-    const bool pop = (group & 0xFFu) == 0u;
-    within_count -= pop ? 1u : 0u;
-    group = pop ? within_list[within_count] : group;
-    const uint place = (take_child(tlas, tlas_node_texels, group) & ref_instance_mask) + record.instance_base;
-    const uint mask = floatBitsToUint(texelFetch(instances, int(place * instance_texels)).w);
-    const uint entity = floatBitsToUint(texelFetch(instances, int(place * instance_texels) + 3).w);
-    keep(base, (mask & record.mask) != 0u && entity != record.excluded, entity);
+    if (within_count > 0u || (group & 0xFFu) != 0u) {
+      const bool pop = (group & 0xFFu) == 0u;
+      within_count -= pop ? 1u : 0u;
+      group = pop ? within_list[within_count] : group;
+      const uint place = (take_child(tlas, tlas_node_texels, group) & ref_instance_mask) + record.instance_base;
+      const uint mask = floatBitsToUint(texelFetch(instances, int(place * instance_texels)).w);
+      const uint entity = floatBitsToUint(texelFetch(instances, int(place * instance_texels) + 3).w);
+      keep(base, (mask & record.mask) != 0u && entity != record.excluded, entity);
+    }
   } while (within_count > 0u || (group & 0xFFu) != 0u);
 }
 
@@ -119,7 +123,7 @@ void main() {
     rounds += 4u;  // this loop's, and one for each of the three inside
     do {
       ++rounds;
-      node = visit(node, share, shape);
+      if (node != ref_none) node = visit(node, share, shape);
     } while (node != ref_none && border_count < list_size && within_count < list_size);
     look_at_border(record, shape, base);
     look_within(record, base);

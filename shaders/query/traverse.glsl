@@ -319,8 +319,10 @@ uint descend_entities(uint node, inout Search search, float share, Segment world
   uint current = node;
   do {
     ++search.rounds;
-    search.group = enter_entities(current, share, world, lambda_min, limit);
-    current = take_next(tlas, tlas_node_texels, search, 0u, world.octant);
+    if ((current & ref_leaf_bit) == 0u) {
+      search.group = enter_entities(current, share, world, lambda_min, limit);
+      current = take_next(tlas, tlas_node_texels, search, 0u, world.octant);
+    }
   } while ((current & ref_leaf_bit) == 0u);
   return current;
 }
@@ -330,8 +332,10 @@ uint descend_geometry(uint node, inout Search search, uint bottom, Segment ray, 
   uint current = node;
   do {
     ++search.rounds;
-    search.group = enter_geometry(current, ray, lambda_min, limit);
-    current = take_next(nodes, node_texels, search, bottom, ray.octant);
+    if ((current & ref_leaf_bit) == 0u) {
+      search.group = enter_geometry(current, ray, lambda_min, limit);
+      current = take_next(nodes, node_texels, search, bottom, ray.octant);
+    }
   } while ((current & ref_leaf_bit) == 0u);
   return current;
 }
@@ -343,15 +347,17 @@ void test_run(uint run, inout Search search, Segment ray, float lambda_min, floa
   uint slot = first;
   do {
     ++search.rounds;
+    if (slot < end) {
 #ifdef RAY_LIST
-    Found one = nothing_within(best.lambda);
-    test_triangle(ray, slot, lambda_min, faces, instance, entity, one);
-    keep(one);
-    best.lambda = min(best.lambda, list_lambda[last_kept]);
+      Found one = nothing_within(best.lambda);
+      test_triangle(ray, slot, lambda_min, faces, instance, entity, one);
+      keep(one);
+      best.lambda = min(best.lambda, list_lambda[last_kept]);
 #else
-    test_triangle(ray, slot, lambda_min, faces, instance, entity, best);
+      test_triangle(ray, slot, lambda_min, faces, instance, entity, best);
 #endif
-    ++slot;
+      ++slot;
+    }
   } while (slot < end);
 }
 
@@ -368,7 +374,8 @@ uint unless_found(uint current, Found best) {
 //
 // On lavapipe whatever stands in a loop runs in each of its rounds, for nobody if need be, and a round more is made where the
 // condition stands before the body. So conditions stand at the end, and the descent to the first instance stands before the
-// loop over instances: inside, at its begin, the last round would run through both trees for nobody.
+// loop over instances: inside, at its begin, the last round would run through both trees for nobody. Why such loops ask again
+// inside: common/loops.glsl.
 Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float share, uint instance_base, uint mask, uint root,
             float faces, uint last_kept, uint two) {
   Found best = nothing_within(lambda_max);
@@ -389,8 +396,10 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float 
       // Leaves, as long as they follow one another.
       do {
         ++search.rounds;
-        test_run(current, search, ray, lambda_min, faces, last_kept, instance, candidate.entity, best);
-        current = unless_found(take_next(nodes, node_texels, search, bottom, ray.octant), best);
+        if ((current & ref_leaf_bit) != 0u) {
+          test_run(current, search, ray, lambda_min, faces, last_kept, instance, candidate.entity, best);
+          current = unless_found(take_next(nodes, node_texels, search, bottom, ray.octant), best);
+        }
       } while ((current & ref_leaf_bit) != 0u && current != ref_none);
     } while (current != ref_none);
     search.depth = bottom;
