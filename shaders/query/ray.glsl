@@ -20,7 +20,8 @@ float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 
 vec3 velocity_at(Instance i, float t_s, vec3 point) { return i.v + cross(i.w, point - (i.p + i.v * t_s)); }
 
-void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, vec3 v_origin, float t_s) {
+// `unit`: what the caller's lambda is of the one that found and direction are in.
+void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, float unit, vec3 v_origin, float t_s) {
   const int place = int(hit_index * hit_texels);
   const bool hit = found.status == status_hit;
   const Instance i = fetch_instance(instances, hit ? found.instance : 0u);
@@ -35,7 +36,7 @@ void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, vec3 v_
   const uvec4 nothing = uvec4(0u);
   const uvec4 side = uvec4(found.triangle, found.front ? 1u : 0u, floatBitsToUint(n_world.xy));
   const uvec4 motion = uvec4(floatBitsToUint(n_world.z), floatBitsToUint(v_relative_mps));
-  imageStore(hits, place, hit ? uvec4(found.status, floatBitsToUint(vec3(found.lambda, found.u, found.v)))
+  imageStore(hits, place, hit ? uvec4(found.status, floatBitsToUint(vec3(found.lambda * unit, found.u, found.v)))
                               : uvec4(found.status, nothing.xyz));
   imageStore(hits, place + 1, hit ? texelFetch(identities, int(hit ? found.entity : 0u)) : uvec4(no_entity, nothing.xyz));
   imageStore(hits, place + 2, hit ? side : nothing);
@@ -73,26 +74,33 @@ void main() {
     v_origin = velocity_at(i, t_s, origin);
   }
 #endif
+  // By a power of two, which changes no digit: whatever the direction's length, products of the search stay far from the ends of
+  // single precision.
+  const uint exponent = floatBitsToUint(largest(direction)) >> 23;
+  const float unit = uintBitsToFloat(254u - exponent << 23);
+  direction *= unit;
+  const float lambda_min = r1.z * uintBitsToFloat(exponent << 23);
+  const float lambda_max = min(r1.w * uintBitsToFloat(exponent << 23), 3.4e38);
 #ifdef RAY_LIST
   clear_list();
 #endif
-  const Found found = trace(make_segment(-origin, direction), r1.z, r1.w, t_s, share, instance_base, floatBitsToUint(r2.z), args.root,
+  const Found found = trace(make_segment(-origin, direction), lambda_min, lambda_max, t_s, share, instance_base, floatBitsToUint(r2.z), args.root,
                             args.faces, args.hits_per_ray - 1u, args.two);
 #if defined(RAY_LIST)
   for (uint k = 0u; k < args.hits_per_ray; ++k) {
-    Found one = nothing_within(r1.w);
+    Found one = nothing_within(lambda_max);
     if (found.status == status_incomplete) one.status = status_incomplete;
     if (found.status != status_incomplete && list_entity[k] != no_entity) {
       const Segment ray = enter_instance(make_segment(-origin, direction), fetch_instance(instances, list_instance[k]), t_s);
-      test_triangle(ray, list_slot[k], r1.z, args.faces, list_instance[k], list_entity[k], one);
+      test_triangle(ray, list_slot[k], lambda_min, args.faces, list_instance[k], list_entity[k], one);
     }
-    write_hit(index * args.hits_per_ray + k, one, origin, direction, v_origin, t_s);
+    write_hit(index * args.hits_per_ray + k, one, origin, direction, unit, v_origin, t_s);
   }
 #elif defined(RAY_ANY)
   // The rest of the hit stays as it was made.
   imageStore(hits, int(index * hit_texels), uvec4(found.status, 0u, 0u, 0u));
 #else
-  write_hit(index, found, origin, direction, v_origin, t_s);
+  write_hit(index, found, origin, direction, unit, v_origin, t_s);
 #endif
   if (found.status == status_incomplete) some_incomplete = 1u;
 }

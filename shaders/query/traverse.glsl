@@ -31,7 +31,9 @@ struct Segment {
 };
 
 vec3 inverse_direction(vec3 d) {
-  const float tiny = 1e-30;
+  // Beside the largest component so little is nothing, even over the width of a world; and its inverse times the coordinates of any
+  // box, which may lie far beyond the limit of positions when it is large or has moved for long, stays finite.
+  const float tiny = 1e-17 * max(max(abs(d.x), abs(d.y)), abs(d.z));
   const vec3 safe = mix(d, mix(vec3(tiny), vec3(-tiny), lessThan(d, vec3(0.0))), lessThan(abs(d), vec3(tiny)));
   return 1.0 / safe;
 }

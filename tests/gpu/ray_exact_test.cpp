@@ -292,6 +292,29 @@ TEST_F(RayExtremes, TinyMeshesFarFromTheOrigin) {
   expect_agreement(rays, 0.5, 0.01);
 }
 
+TEST_F(RayExtremes, WhatIsFarBeyondTheLimitsHidesNothingNear) {
+  create(row_of(add(make_box({1.0, 1.0, 1.0}))));
+  // Stretched to 1e10 m, and at 2e14 m by moving for 60 years.
+  EntityRow giant = row_of(add(make_box({1e5, 1e5, 1e5})));
+  giant.scale = glm::dvec3(1e5);
+  EntityRow wanderer = row_of({0}, {0.0, 50.0, 0.0});
+  wanderer.motion.v_world_mps = {0.0, 1e5, 0.0};
+  create(giant);
+  create(wanderer);
+  for (const double t_s : {0.0, 2e9}) {
+    const WorldTime t = at_s(t_s);
+    for (const glm::vec3 along :
+         {glm::vec3(1, 0, 0), glm::vec3(1, 1e-10f, 0), glm::vec3(1, 1e-30f, 1e-30f), glm::vec3(1e-10f, 0, 0),
+          glm::vec3(1e-15f, -0.0f, 0), glm::vec3(1e15f, 0, 0)}) {
+      Ray ray = ray_from({-3.0, 0.0, 0.0}, along, t);
+      ray.lambda_max = std::numeric_limits<float>::max();
+      const RayHit hit = trace(ray);
+      ASSERT_EQ(hit.status, HitStatus::hit) << t_s << " s, along " << along.x << ", " << along.y;
+      EXPECT_NEAR(hit.lambda * along.x, 2.5f, 1e-4f);
+    }
+  }
+}
+
 TEST_F(RayExtremes, TinyAndHugeScales) {
   const GeometryId sphere = add(make_sphere(1.0, 3));
   for (const double scale : {1e-5, 1e4}) {

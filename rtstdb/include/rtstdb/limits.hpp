@@ -21,8 +21,9 @@ inline constexpr std::uint32_t max_points_per_query = 1u << 20;
 inline constexpr std::uint32_t max_neighbors = 32;
 inline constexpr std::uint32_t max_queue_capacity = 1u << 16;
 inline constexpr std::uint32_t max_retained_changes = 1u << 26;
-/// Positions, extents and velocities beyond these are refused: single precision keeps better than 8 mm inside
-/// them.
+/// Positions, corners of meshes, extents and velocities beyond these are refused: single precision keeps better than 8 mm
+/// inside them. What lies beyond them all the same, since a scale stretched it or it has moved for long, is found as precisely as
+/// its coordinates are.
 inline constexpr double max_coordinate_m = 1e5;
 inline constexpr double max_speed_mps = 1e5;
 inline constexpr double max_angular_rate_radps = 1e4;
