@@ -43,6 +43,13 @@ Result<GeometryId> GpuExecutor::add_geometry(const TriangleMesh& mesh, const Geo
   // Also after a refusal: the pool may have grown before it.
   if (tlas_generation_ != pool_.generation()) {
     if (auto bound = rebind_structures(); !bound) return bound.error();
+    // Drivers compile again for buffers of another size.
+    Result<void> connected;
+    prepared_->visit([&](GpuQuery& query) {
+      connected = connect(query);
+      return static_cast<bool>(connected);
+    });
+    if (!connected) return connected.error();
   }
   if (!index) return index.error();
   return GeometryId{index.value()};
@@ -53,6 +60,12 @@ bool GpuExecutor::knows_geometry(GeometryId id) const noexcept {
 }
 
 Result<void> GpuExecutor::bind(GpuQuery& query) {
+  if (auto connected = connect(query); !connected) return connected;
+  query.join(prepared_);
+  return {};
+}
+
+Result<void> GpuExecutor::connect(GpuQuery& query) {
   if (auto bound = query.bind(device_, pool_, tlas_); !bound) return bound;
   query.bound = true;
   query.bound_generation = pool_.generation();
@@ -74,6 +87,8 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
     query.bound = true;
     query.bound_generation = pool_.generation();
   }
+  // What setup took is not this transaction's.
+  submit_.take_gpu_ns();
   submit_.while_waiting(meanwhile);
   const RunReport report = run_bound(rows, requests, times);
   submit_.while_waiting(nullptr);

@@ -6,6 +6,7 @@
 // engine.
 
 #include <atomic>
+#include <memory>
 
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas.hpp"
@@ -19,8 +20,8 @@ class GpuExecutor final : public Executor {
 
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, const GeometryOptions& options);
   bool knows_geometry(GeometryId id) const noexcept;
-  /// Connects a query to the pool and the slots, and has its shader compiled. After a geometry was added, the
-  /// query's next run connects it again.
+  /// Connects a query to the pool and the slots, and has its shader compiled; add_geometry does it again for all
+  /// that are prepared where the pool has grown.
   Result<void> bind(GpuQuery& query);
   RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
                 Meanwhile* meanwhile) noexcept override;
@@ -32,12 +33,14 @@ class GpuExecutor final : public Executor {
  private:
   explicit GpuExecutor(gpu::Device& device) : device_(device) {}
   Result<void> rebind_structures();
+  Result<void> connect(GpuQuery& query);
   /// What GpuQuery::record_again is for. False: the device is lost.
   RunReport run_bound(const RowSource& rows, std::span<const Request> requests,
                       const TimeSpan& times) noexcept;
   bool show_shapes(const RowSource& rows) noexcept;
   bool run_again(std::span<const Request> requests, const accel::TlasView& view) noexcept;
 
+  std::shared_ptr<PreparedQueries> prepared_ = std::make_shared<PreparedQueries>();
   gpu::Device& device_;
   accel::GeometryPool pool_;
   accel::Tlas tlas_;

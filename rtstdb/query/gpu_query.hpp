@@ -2,9 +2,12 @@
 // A prepared query as the GPU executor sees it: pack what the caller filled in, record its dispatch, unpack
 // the answers.
 
+#include <memory>
+
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas.hpp"
 #include "rtstdb/query/executor.hpp"
+#include "rtstdb/query/prepared_queries.hpp"
 
 namespace rtstdb::query {
 
@@ -32,8 +35,23 @@ class GpuQuery : public PreparedQuery {
   /// Whether at least one answer of the batch is incomplete or overflowed.
   virtual bool truncated() const noexcept = 0;
 
+  /// Setup. From then on it is one of `queries`, until leave.
+  void join(std::shared_ptr<PreparedQueries> queries) {
+    queries_ = std::move(queries);
+    queries_->join(*this);
+  }
+
   std::uint32_t bound_generation = 0;
   bool bound = false;
+
+ protected:
+  /// The first thing that the destructor of every query does: nobody may connect one that is half gone.
+  void leave() noexcept {
+    if (queries_) queries_->leave(*this);
+  }
+
+ private:
+  std::shared_ptr<PreparedQueries> queries_;
 };
 
 }  // namespace rtstdb::query

@@ -11,6 +11,8 @@ namespace rtstdb::query {
 
 class GpuNearestQuery final : public NearestQuery, public GpuQuery {
  public:
+  ~GpuNearestQuery() override { leave(); }
+
   static Result<std::unique_ptr<GpuNearestQuery>> create(gpu::Device& device,
                                                          const NearestQueryOptions& options);
 

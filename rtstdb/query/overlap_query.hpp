@@ -10,6 +10,8 @@ namespace rtstdb::query {
 
 class GpuOverlapQuery final : public OverlapQuery, public GpuQuery {
  public:
+  ~GpuOverlapQuery() override { leave(); }
+
   static Result<std::unique_ptr<GpuOverlapQuery>> create(gpu::Device& device,
                                                          const OverlapQueryOptions& options);
 

@@ -11,6 +11,8 @@ namespace rtstdb::query {
 
 class GpuRayQuery final : public RayQuery, public GpuQuery {
  public:
+  ~GpuRayQuery() override { leave(); }
+
   static Result<std::unique_ptr<GpuRayQuery>> create(gpu::Device& device, const RayQueryOptions& options);
 
   std::span<Ray> rays() noexcept override { return rays_.host_as<Ray>().first(options_.capacity); }

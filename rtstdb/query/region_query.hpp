@@ -10,6 +10,8 @@ namespace rtstdb::query {
 
 class GpuRegionQuery final : public RegionQuery, public GpuQuery {
  public:
+  ~GpuRegionQuery() override { leave(); }
+
   static Result<std::unique_ptr<GpuRegionQuery>> create(gpu::Device& device,
                                                         const RegionQueryOptions& options);
 
