@@ -25,7 +25,7 @@ std::optional<BadInput> GpuOverlapQuery::check(std::uint32_t count, const RowSou
     const EntityState* state = rows.find(overlaps_[i].entity);
     if (state == nullptr || !state->row.geometry.valid()) {
       return BadInput{
-          .reason = state == nullptr ? BadInputReason::unknown_entity : BadInputReason::unknown_geometry,
+          .reason = state == nullptr ? BadInputReason::unknown_entity : BadInputReason::no_geometry,
           .element = i,
           .entity = overlaps_[i].entity};
     }

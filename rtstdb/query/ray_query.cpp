@@ -163,7 +163,7 @@ std::optional<BadInput> GpuRayQuery::fault_of(std::uint32_t element, const RowSo
   if (const auto bad = check_point(ray.origin_m, element)) return bad;
   if (const auto bad = check_direction(ray.direction, element)) return bad;
   if (!is_range(ray.lambda_min, ray.lambda_max))
-    return refused(BadInputReason::bad_ray, element, {ray.lambda_min, ray.lambda_max, 0.0f, 0.0f});
+    return refused(BadInputReason::bad_lambda_range, element, {ray.lambda_min, ray.lambda_max, 0.0f, 0.0f});
   const WorldTime t = options_.ignore_motion ? rows.time() : ray.t;
   if (const auto bad = check_time(t, element, rows, times)) return bad;
   return check_carrier(ray.carrier, element, rows);

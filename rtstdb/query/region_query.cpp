@@ -43,6 +43,10 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
   for (std::uint32_t i = 0; i < count; ++i) {
     const Region& region = regions_[i];
     const glm::vec3& half = region.half_extent_m;
+    if (region.shape > RegionShape::frustum || region.test > RegionTest::inside) {
+      return refused(BadInputReason::unknown_region_kind, i,
+                     {static_cast<float>(region.shape), static_cast<float>(region.test), 0.0f, 0.0f});
+    }
     if (const auto bad = check_point(region.center_m, i)) return bad;
     if (const auto bad = check_point(half, i)) return bad;
     if (!(half.x >= 0.0f && half.y >= 0.0f && half.z >= 0.0f))

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 
+#include <rtstdb/limits.hpp>
 #include <rtstdb/transaction.hpp>
 
 namespace rtstdb {
@@ -72,6 +73,9 @@ std::string fault_itself(const BadInput& fault) {
       return sentence("world time %.9f s is before the latest version's %.9f s", fault.values[0],
                       fault.values[1]);
     case BadInputReason::time_not_covered:
+      if (fault.values[0] > seconds_between(WorldTime{}, world_time_ns(max_world_time_ns)))
+        return sentence("world time %.9f s is beyond its limit of %.0f s", fault.values[0],
+                        seconds_between(WorldTime{}, world_time_ns(max_world_time_ns)));
       return sentence(
           "world time %.9f s is not covered by the version that is read, which holds from %.9f s on",
           fault.values[0], fault.values[1]);
@@ -82,9 +86,19 @@ std::string fault_itself(const BadInput& fault) {
     case BadInputReason::unknown_version:
       return about_version(fault);
     case BadInputReason::bad_ray:
-      return "a ray can not be cast: " + values_of(fault);
+      return "a ray's direction has to have a largest component of 1e-15 to 1e15: " + values_of(fault);
+    case BadInputReason::bad_lambda_range:
+      return sentence(
+          "a ray runs from lambda %g to %g; it has to begin at zero or above, and not to end before it "
+          "begins",
+          fault.values[0], fault.values[1]);
     case BadInputReason::bad_region:
       return "a region can not be asked: " + values_of(fault);
+    case BadInputReason::unknown_region_kind:
+      return sentence("a region has shape %.0f and test %.0f, and there are no such", fault.values[0],
+                      fault.values[1]);
+    case BadInputReason::no_geometry:
+      return name(fault.entity) + " has no geometry";
     case BadInputReason::bad_nearest:
       return sentence("the radius of a search for what is nearest is %g m", fault.values[0]);
     case BadInputReason::geometry_does_not_deform:
@@ -133,7 +147,7 @@ std::string about_done(const Outcome& outcome) {
   if (outcome.predicted_cost.count() != 0) {
     text += sentence(", predicted %.3f ms", milliseconds(outcome.predicted_cost));
   }
-  if (outcome.truncated) text += "; at least one answer is incomplete";
+  if (outcome.truncated) text += "; at least one answer is incomplete or has overflowed";
   return text;
 }
 
@@ -209,6 +223,12 @@ const char* to_string(BadInputReason reason) noexcept {
       return "unknown_version";
     case BadInputReason::bad_ray:
       return "bad_ray";
+    case BadInputReason::bad_lambda_range:
+      return "bad_lambda_range";
+    case BadInputReason::unknown_region_kind:
+      return "unknown_region_kind";
+    case BadInputReason::no_geometry:
+      return "no_geometry";
     case BadInputReason::bad_region:
       return "bad_region";
     case BadInputReason::bad_nearest:

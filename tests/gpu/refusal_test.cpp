@@ -111,16 +111,16 @@ TEST_F(Refusals, RaysThatCanNotBeCast) {
   expect_ray_refused([](Ray& ray) { ray.direction = {}; }, bad_ray, {0.0, 0.0, 0.0});
   expect_ray_refused([](Ray& ray) { ray.direction = {0.0f, 1e-20f, 0.0f}; }, bad_ray);
   expect_ray_refused([](Ray& ray) { ray.direction = {0.0f, 1e20f, 0.0f}; }, bad_ray);
-  expect_ray_refused([](Ray& ray) { ray.lambda_min = -1.0f; }, bad_ray, {-1.0});
-  expect_ray_refused([](Ray& ray) { ray.lambda_min = nan_f; }, bad_ray, {nan_d});
-  expect_ray_refused([](Ray& ray) { ray.lambda_max = nan_f; }, bad_ray);
-  expect_ray_refused([](Ray& ray) { ray.lambda_min = ray.lambda_max = infinity_f; }, bad_ray);
+  expect_ray_refused([](Ray& ray) { ray.lambda_min = -1.0f; }, bad_lambda_range, {-1.0});
+  expect_ray_refused([](Ray& ray) { ray.lambda_min = nan_f; }, bad_lambda_range, {nan_d});
+  expect_ray_refused([](Ray& ray) { ray.lambda_max = nan_f; }, bad_lambda_range);
+  expect_ray_refused([](Ray& ray) { ray.lambda_min = ray.lambda_max = infinity_f; }, bad_lambda_range);
   expect_ray_refused(
       [](Ray& ray) {
         ray.lambda_min = 2.0f;
         ray.lambda_max = 1.0f;
       },
-      bad_ray, {2.0, 1.0});
+      bad_lambda_range, {2.0, 1.0});
 }
 
 TEST_F(Refusals, TimesThatTheVersionDoesNotCover) {
@@ -161,6 +161,10 @@ TEST_F(Refusals, CarriersThatAreNotThere) {
 
 TEST_F(Refusals, RegionsThatCanNotBeAsked) {
   using enum BadInputReason;
+  expect_region_refused([](Region& region) { region.shape = static_cast<RegionShape>(7); },
+                        unknown_region_kind, {7.0, 0.0});
+  expect_region_refused([](Region& region) { region.test = static_cast<RegionTest>(2); }, unknown_region_kind,
+                        {0.0, 2.0});
   expect_region_refused([](Region& region) { region.center_m.x = nan_f; }, not_finite, {nan_d, 0.0, 0.0});
   expect_region_refused([](Region& region) { region.center_m.x = -1e6f; }, out_of_limits, {-1e6});
   expect_region_refused(
@@ -256,7 +260,7 @@ TEST_F(Refusals, OverlapOfAnEntityWithoutGeometry) {
   ASSERT_TRUE(overlaps.ok());
   overlaps.value()->overlaps()[0] = {.entity = ids[1], .t = at_s(10.0)};
   const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*overlaps.value(), 1); });
-  EXPECT_EQ(outcome.bad_input.reason, BadInputReason::unknown_geometry);
+  EXPECT_EQ(outcome.bad_input.reason, BadInputReason::no_geometry);
   EXPECT_EQ(outcome.bad_input.entity, ids[1]);
 }
 

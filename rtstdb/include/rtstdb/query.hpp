@@ -35,8 +35,8 @@ enum class RayMode : std::uint8_t {
   first,    ///< the hits_per_ray hits with the smallest lambdas, in that order
 };
 
-/// Points on the ray: origin + lambda * direction, lambda in [lambda_min, lambda_max]. The direction need not
-/// be unit. With a carrier, origin and direction are given in the carrier's frame (unscaled) and move with
+/// Points on the ray: origin + lambda * direction, lambda in [lambda_min, lambda_max], where 0 <= lambda_min <=
+/// lambda_max. The direction need not be unit; its largest component is between 1e-15 and 1e15. With a carrier, origin and direction are given in the carrier's frame (unscaled) and move with
 /// it: the ray starts where the carrier is at `t`, and its origin's velocity takes part in `v_relative`.
 struct alignas(16) Ray {
   glm::vec3 origin_m{0.0f};
@@ -191,8 +191,9 @@ struct Nearest {
   float radius_m = std::numeric_limits<float>::infinity();  ///< not negative; what lies on it is found
   WorldTime t{};
   std::uint32_t mask = mask_all;
-  EntityId carrier;   ///< default: none, the point is in the world frame
-  EntityId excluded;  ///< never found: most often the carrier itself; default: none
+  EntityId carrier;  ///< default: none, the point is in the world frame
+  EntityId
+      excluded;  ///< never found: most often the carrier itself; default: none. Alive, or the batch is refused
 };
 
 struct Neighbor {
@@ -239,7 +240,7 @@ class NearestQuery {
 // ---- overlap
 
 /// Which entities' oriented bounds overlap (touching counts) the given entity's at time t: the broad phase of
-/// the paper's Intersection Query. The entity itself is never in its answer.
+/// the paper's Intersection Query. The entity itself is never in its answer; it has to have a geometry (no_geometry).
 struct Overlap {
   EntityId entity;
   WorldTime t{};

@@ -85,9 +85,12 @@ enum class BadInputReason : std::uint8_t {
   window_too_long,
   snapshot_too_old,
   unknown_version,
-  bad_ray,
+  bad_ray,           ///< its direction
+  bad_lambda_range,  ///< of a ray
   bad_region,
+  unknown_region_kind,  ///< a shape or a test that is none of the enumerators
   bad_nearest,
+  no_geometry,  ///< an entity without one was asked for its overlaps
   geometry_does_not_deform,
   wrong_position_count,
   too_many_positions,

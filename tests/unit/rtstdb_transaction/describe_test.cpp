@@ -23,7 +23,7 @@ TEST(Describe, SentencesHoldTheirValues) {
   EXPECT_EQ(
       describe(outcome),
       "late by 1.500 ms: version 12, which holds from 1.250000000 s, took 0.340 ms, predicted 0.300 ms; at "
-      "least one answer is incomplete");
+      "least one answer is incomplete or has overflowed");
 
   Outcome refused;
   refused.status = Status::refused;
