@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "rtstdb/accel/tree_levels.hpp"
 #include "shaders/shared/node.h"
 
 namespace rtstdb::accel {
@@ -12,14 +13,6 @@ namespace {
 constexpr std::size_t kept_capacity = 1u << 17;
 constexpr std::size_t node_bytes = 16 * shared::node_texels;
 constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
-
-constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t group) {
-  return (count + group - 1) / group;
-}
-
-constexpr std::size_t level_word(std::uint32_t level, std::uint32_t word) {
-  return shared::blas_levels + std::size_t{level} * shared::blas_level_words + word;
-}
 
 constexpr gpu::ShaderId pass_shaders[] = {
     gpu::ShaderId::blas_centers, gpu::ShaderId::blas_codes, gpu::ShaderId::blas_leaves,

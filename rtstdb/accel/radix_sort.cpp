@@ -4,6 +4,7 @@
 #include <bit>
 #include <utility>
 
+#include "rtstdb/accel/tree_levels.hpp"
 #include "shaders/shared/build.h"
 
 namespace rtstdb::accel {
@@ -17,10 +18,6 @@ constexpr gpu::ShaderId pass_shaders[] = {gpu::ShaderId::sort_count, gpu::Shader
 constexpr std::uint32_t shortest_run = 64;
 constexpr std::uint32_t longest_run = 1024;
 constexpr std::uint32_t most_small_runs = 512;
-
-constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t group) {
-  return (count + group - 1) / group;
-}
 
 /// Keys that one invocation takes: a few hundred invocations, as long as each has not too many.
 std::uint32_t run_length(std::uint32_t count) noexcept {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "rtstdb/accel/build_scratch.hpp"
+#include "rtstdb/accel/tree_levels.hpp"
 
 namespace rtstdb::accel {
 namespace {
@@ -25,16 +26,8 @@ constexpr gpu::ShaderId pass_shaders[] = {
     gpu::ShaderId::tlas_queue,
 };
 
-constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t group) {
-  return (count + group - 1) / group;
-}
-
-constexpr std::size_t level_word(std::uint32_t level, std::uint32_t word) {
-  return shared::blas_levels + std::size_t{level} * shared::blas_level_words + word;
-}
-
-/// Levels that are recorded at once: each costs two dispatches, a submission more costs as much as five. Trees
-/// of 10,000 to 1,000,000 instances were seen to have one level for every 2.2 to 2.6 doublings.
+/// Levels that are recorded at once: each is two dispatches more, also where the tree does not have it; a deeper
+/// tree takes another submission.
 std::uint32_t levels_recorded(std::uint32_t count) {
   return std::min<std::uint32_t>(shared::blas_levels_recorded,
                                  3 + static_cast<std::uint32_t>(std::bit_width(count)) / 3);

@@ -69,8 +69,7 @@ void search_entities(NearestRecord record, vec3 point) {
         nearest = nearer ? bit : nearest;
         nearest_square = nearer ? square : nearest_square;
       }
-      leaves &= wide.used;
-      inner &= wide.used;
+      leaves &= wide.used;  // nothing counts as a leaf
       look_at_entities(wide, leaves, record, point);
       nearest = nearest == 0u ? lowest_bit(inner) : nearest;
       const uint rest = (group & ~0xFFu) | (inner ^ nearest);
