@@ -296,8 +296,8 @@ bool Tlas::may_refit(Slot& slot) {
 /// Boxes from the deepest level up.
 void Tlas::refit(const Slot& slot, gpu::Recorder& recorder) const {
   for (std::size_t level = slot.levels.size() - 1; level-- > 0;) {
-    const shared::RefitArgs args{.first = slot.levels[level],
-                                 .count = slot.levels[level + 1] - slot.levels[level]};
+    const shared::RefitArgs args{
+        .first = slot.levels[level], .count = slot.levels[level + 1] - slot.levels[level], .still = 0};
     recorder.dispatch(refit_, slot.refit, args, (args.count + 63) / 64);
     recorder.barrier();
   }
@@ -323,7 +323,9 @@ bool Tlas::build(Slot& slot, Submit& submit) {
 void Tlas::find_cost(const Slot& slot, gpu::Recorder& recorder) const {
   // A tree of n leaves has n / 8 nodes at least; always the same number of them, so that costs compare.
   const std::uint32_t nodes = 1 + slot.visible_count / shared::node_width;
-  const shared::RefitArgs args{.first = 0, .count = std::min(nodes, shared::max_cost_nodes)};
+  const shared::RefitArgs args{.first = 0,
+                               .count = std::min(nodes, shared::max_cost_nodes),
+                               .still = slot.window_begin == slot.window_end ? 1u : 0u};
   recorder.dispatch(cost_, slot.cost, args, 1);
   recorder.barrier();
 }

@@ -49,8 +49,10 @@ void main() {
   if (place >= args.visible_count) return;
   // From the epoch's instance, as queries that ask at several instants do it.
   const float begin_s = float(seconds_between(args.epoch, args.window_begin));
-  centers[place] = vec4(center_at(early, begin_s), uintBitsToFloat(early.mask));
+  const vec3 center = center_at(early, begin_s);
+  centers[place] = vec4(center, uintBitsToFloat(early.mask));
   const MotionBox box = bounds_of(instance_of(row, geometry, args.window_begin), args.window_s);
-  motion_boxes[place] = box;
   bounds[place] = swept(box);
+  // Both ends of a window of one instant are the same: in the place of one there is what searches for centres want.
+  motion_boxes[place] = MotionBox(box.begin, args.window_s == 0.0 ? Box(center, center) : box.end);
 }

@@ -15,7 +15,7 @@ shared float sums[64];
 
 float surface(uint node) {
   const MotionBox box = node_boxes[node];
-  return box_half_area(box.begin) + box_half_area(box.end);
+  return box_half_area(box.begin) + box_half_area(args.still != 0u ? box.begin : box.end);
 }
 
 void main() {

@@ -7,7 +7,8 @@ struct Box {
   vec3 hi;
 };
 
-// What something covers at the begin of a window and at its end; in between, no more than the mixture of both.
+// What something covers at the begin of a window and at its end; in between, no more than the mixture of both. Where the window
+// is one instant, `end` is around the centres of the entities' bounds alone.
 struct MotionBox {
   Box begin;
   Box end;

@@ -54,8 +54,10 @@ MotionNode fetch_motion_node(usamplerBuffer tlas, uint node, float share) {
   wide.begin.quantum = vec3(uintBitsToFloat((head.w & 0xFFu) << 23), uintBitsToFloat((head.w >> 8 & 0xFFu) << 23),
                             uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
   [[unroll]] for (int axis = 0; axis < 3; ++axis) {
+#ifdef NEAREST_STILL
+    wide.begin.edges[axis] = texelFetch(tlas, base + 6 + axis);  // of centres
+#else
     wide.begin.edges[axis] = texelFetch(tlas, base + 1 + axis);
-#ifndef NEAREST_STILL
     wide.end_edges[axis] = texelFetch(tlas, base + 6 + axis);
 #endif
   }

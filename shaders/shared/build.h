@@ -31,7 +31,8 @@ RTSTDB_STRUCT(SmallBuildArgs)
 // Of the nodes `first` to `first + count`. tlas_cost: of the first `count`.
 #define RTSTDB_FIELDS_RefitArgs(F) \
   F(uint, first)                   \
-  F(uint, count)
+  F(uint, count)                   \
+  F(uint, still) /* tlas_cost: 1: the window is one instant */
 RTSTDB_STRUCT(RefitArgs)
 
 #endif

@@ -11,7 +11,8 @@
 //
 // A node of a TLAS has 3 texels more: 1-3 are the edges at the begin of the TLAS's window, 6-8 at its end, in the same quanta
 // from the same origin. What an entity covers in between lies between the two, so a query at any instant of the window meets
-// the mixture of both. Children of a TLAS's node stand in the slot's own buffer, those of a geometry's in the pool.
+// the mixture of both. Where the window is one instant, 1-3 are all that it needs, and 6-8 are the edges of the box around the centres
+// of the child's entities. Children of a TLAS's node stand in the slot's own buffer, those of a geometry's in the pool.
 #ifndef RTSTDB_SHARED_NODE_H
 #define RTSTDB_SHARED_NODE_H
 #include "shared/interop.h"

@@ -4,6 +4,8 @@
 #include "rtstdb/accel/tlas.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "tests/gpu/database_test.hpp"
@@ -29,9 +31,9 @@ class TreesFromVersionToVersion : public gpu::test::GpuTest,
   void next(const std::function<std::optional<EntityRow>(std::uint32_t)>& make) {
     rows_.next(make, rows_.time() + Nanoseconds(1'000'000));
   }
-  void prepare() {
+  void prepare(Nanoseconds window = Nanoseconds(0)) {
     submit_.begin();
-    ASSERT_TRUE(tlas_.prepare(rows_, {rows_.time(), rows_.time()}, submit_).has_value());
+    ASSERT_TRUE(tlas_.prepare(rows_, {rows_.time(), rows_.time() + window}, submit_).has_value());
     ASSERT_TRUE(submit_.run());
   }
   void expect_counts(std::uint64_t builds, std::uint64_t refits) const {
@@ -86,6 +88,25 @@ TEST_P(TreesFromVersionToVersion, AreRefittedWhileNobodyComesOrGoesAndTheyServe)
   // Everything is elsewhere: a large tree is made anew at once, a small one for the version after.
   const std::uint64_t at_once = GetParam() > shared::small_build_max ? 1 : 0;
   expect_counts(6 + at_once, 6 + at_once);
+}
+
+/// Sheets in a few heaps: a tree over their centres costs far less than one over them.
+TEST_P(TreesFromVersionToVersion, CostTheSameWhetherTheWindowIsAnInstantOrNot) {
+  std::vector<EntityRow> places;
+  for (std::uint32_t i = 0; i < GetParam(); ++i) {
+    const double angle_rad = 0.25 * std::numbers::pi * (i % 8);
+    EntityRow& row =
+        places.emplace_back(row_of({0}, 20.0 * glm::dvec3(std::cos(angle_rad), std::sin(angle_rad), 0.0)));
+    row.scale = {5.0, 5.0, 0.01};
+  }
+  const auto as_they_are = [&](std::uint32_t i) { return std::optional(places[i]); };
+  for (const Nanoseconds window : {Nanoseconds(0), Nanoseconds(1'000), Nanoseconds(0), Nanoseconds(1'000)}) {
+    next(as_they_are);
+    prepare(window);
+  }
+  next(as_they_are);
+  prepare();
+  expect_counts(1, 4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, TreesFromVersionToVersion, testing::Values(100u, 1500u, 2500u));
