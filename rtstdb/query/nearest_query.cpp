@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <memory>
 
 #include <rtstdb/limits.hpp>
 
@@ -13,6 +15,17 @@ namespace rtstdb::query {
 namespace {
 
 static_assert(shared::list_size == max_neighbors);
+// Neighbors are read where the device wrote them.
+static_assert(sizeof(Neighbor) == sizeof(shared::NeighborRecord) && sizeof(bool) == 1 &&
+              offsetof(Neighbor, mask) == offsetof(shared::NeighborRecord, mask) &&
+              offsetof(Neighbor, material) == offsetof(shared::NeighborRecord, material) &&
+              offsetof(Neighbor, triangle) == offsetof(shared::NeighborRecord, triangle) &&
+              offsetof(Neighbor, distance_m) == offsetof(shared::NeighborRecord, distance_m) &&
+              offsetof(Neighbor, u) == offsetof(shared::NeighborRecord, u) &&
+              offsetof(Neighbor, v) == offsetof(shared::NeighborRecord, v) &&
+              offsetof(Neighbor, has_sign) == offsetof(shared::NeighborRecord, has_sign) &&
+              offsetof(Neighbor, p_world_m) == offsetof(shared::NeighborRecord, p_world_m) &&
+              offsetof(Neighbor, v_relative_mps) == offsetof(shared::NeighborRecord, v_relative_mps));
 
 /// Workgroups that every device takes in one dispatch.
 constexpr std::uint32_t most_groups = 65'535;
@@ -100,9 +113,9 @@ Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
        {.name = options_.name + " counts",
         .size_bytes = points * sizeof(shared::NearestCount),
         .memory = gpu::Memory::readback}},
-      {&neighbor_records_,
+      {&neighbors_,
        {.name = options_.name + " neighbors",
-        .size_bytes = points * options_.k * sizeof(shared::NeighborRecord),
+        .size_bytes = points * options_.k * sizeof(Neighbor),
         .memory = gpu::Memory::readback}},
   };
   for (const auto& [buffer, options] : buffers) {
@@ -111,8 +124,8 @@ Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
     *buffer = std::move(made).value();
   }
   // What the device can not hold has been refused by now.
+  std::uninitialized_default_construct_n(neighbors_.host_as<Neighbor>().data(), points * options_.k);
   points_.resize(points);
-  neighbors_.resize(points * options_.k);
   answers_.resize(points);
   incomplete_.reserve(points);
   order_ = PointOrder(options_.capacity);
@@ -139,23 +152,22 @@ Result<void> GpuNearestQuery::bind(gpu::Device& device, const accel::GeometryPoo
   still_bindings_.clear();
   sign_bindings_.clear();
   for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
-    const gpu::Buffer* const searched[] = {&tlas.nodes(slot), &tlas.instances(slot), &point_records_,
-                                           &counts_,          &neighbor_records_,    &pool.triangles(),
-                                           &pool.nodes()};
+    const gpu::Buffer* searched[] = {&tlas.nodes(slot), &tlas.instances(slot), &point_records_,
+                                     &counts_,          &neighbors_,           &tlas.identity_texels(slot),
+                                     &pool.triangles(), &pool.nodes()};
     const std::span all(searched);
-    auto search = device.create_bindings(search_, looks_at_triangles(options_.target) ? all : all.first(5));
+    auto search = device.create_bindings(search_, looks_at_triangles(options_.target) ? all : all.first(6));
     if (!search) return search.error();
     search_bindings_.push_back(std::move(search).value());
     if (still_) {
-      const gpu::Buffer* const looked_at[] = {&tlas.nodes(slot), &tlas.instances(slot), &point_records_,
-                                              &counts_,          &neighbor_records_,    &tlas.centers(slot)};
-      auto still = device.create_bindings(still_, looked_at);
+      searched[6] = &tlas.centers(slot);
+      auto still = device.create_bindings(still_, all.first(7));
       if (!still) return still.error();
       still_bindings_.push_back(std::move(still).value());
     }
     if (!sign_) continue;
-    const gpu::Buffer* const signs[] = {&pool.nodes(), &tlas.instances(slot), &point_records_,
-                                        &counts_,      &neighbor_records_,    &pool.triangles()};
+    const gpu::Buffer* const signs[] = {&pool.nodes(), &tlas.instances(slot), &point_records_,   &counts_,
+                                        &neighbors_,   &pool.triangles(),     &tlas.places(slot)};
     auto sign = device.create_bindings(sign_, signs);
     if (!sign) return sign.error();
     sign_bindings_.push_back(std::move(sign).value());
@@ -185,7 +197,8 @@ void GpuNearestQuery::record(std::uint32_t count, const RowSource& /*rows*/, con
                   .carrier = place_of(point.carrier, tlas, view),
                   .excluded = place_of(point.excluded, tlas, view),
                   .instance_base = moment.instance_base,
-                  .share = moment.share};
+                  .share = moment.share,
+                  .place = i};
   }
   dispatch(count, false, view, recorder);
 }
@@ -215,14 +228,12 @@ void GpuNearestQuery::dispatch(std::uint32_t count, bool alone, const accel::Tla
   in_pieces(sign_, sign_bindings_[view.slot], count * options_.k);
 }
 
-void GpuNearestQuery::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
-  incomplete_.clear();
-  const auto order = order_.last();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    unpack_answer(order[i], i, view);
-    if (answers_[order[i]].incomplete) incomplete_.push_back(i);
-  }
+void GpuNearestQuery::unpack(std::uint32_t count, const accel::TlasView& /*view*/) noexcept {
   answered_ = count;
+  incomplete_.clear();
+  for (std::uint32_t place = 0; place < count; ++place) {
+    if (!take_answer(place)) incomplete_.push_back(place);
+  }
 }
 
 void GpuNearestQuery::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
@@ -232,38 +243,22 @@ void GpuNearestQuery::record_again(const accel::TlasView& view, gpu::Recorder& r
   dispatch(static_cast<std::uint32_t>(incomplete_.size()), true, view, recorder);
 }
 
-void GpuNearestQuery::unpack_again(const accel::TlasView& view) noexcept {
-  for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
-    unpack_answer(order_.last()[incomplete_[i]], i, view);
+void GpuNearestQuery::unpack_again(const accel::TlasView& /*view*/) noexcept {
+  for (const std::uint32_t place : incomplete_)
+    take_answer(place);
 }
 
 bool GpuNearestQuery::truncated() const noexcept {
   return std::ranges::any_of(answers(), &NearestAnswer::incomplete);
 }
 
-void GpuNearestQuery::unpack_answer(std::uint32_t point, std::uint32_t place,
-                                    const accel::TlasView& view) noexcept {
+bool GpuNearestQuery::take_answer(std::uint32_t place) noexcept {
   const shared::NearestCount count = counts_.host_as<const shared::NearestCount>()[place];
   const bool incomplete = count.incomplete != 0;
-  const std::uint32_t found = incomplete ? 0 : count.found;
-  const auto records = neighbor_records_.host_as<const shared::NeighborRecord>().subspan(
-      std::size_t{place} * options_.k, found);
-  const auto neighbors = std::span(neighbors_).subspan(std::size_t{point} * options_.k, found);
-  for (std::uint32_t k = 0; k < found; ++k) {
-    const shared::NeighborRecord& record = records[k];
-    const accel::Identity& identity = view.identities[record.entity];
-    neighbors[k] = {.entity = identity.id,
-                    .mask = identity.mask,
-                    .material = identity.material,
-                    .triangle = record.triangle,
-                    .distance_m = record.distance_m,
-                    .u = record.u,
-                    .v = record.v,
-                    .has_sign = record.has_sign != 0,
-                    .p_world_m = record.p_world_m,
-                    .v_relative_mps = record.v_relative_mps};
-  }
-  answers_[point] = {.neighbors = neighbors, .incomplete = incomplete};
+  const auto neighbors = neighbors_.host_as<const Neighbor>().subspan(std::size_t{place} * options_.k,
+                                                                      incomplete ? 0 : count.found);
+  answers_[order_.last()[place]] = {.neighbors = neighbors, .incomplete = incomplete};
+  return !incomplete;
 }
 
 }  // namespace rtstdb::query

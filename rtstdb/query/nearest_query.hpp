@@ -37,18 +37,17 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   Result<void> create_buffers(gpu::Device& device);
   void dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;
-  /// The answer to the caller's point from what the device left at `place`.
-  void unpack_answer(std::uint32_t point, std::uint32_t place, const accel::TlasView& view) noexcept;
+  /// To the point at that place. False: the device did not come to an end with it.
+  bool take_answer(std::uint32_t place) noexcept;
 
   NearestQueryOptions options_;
   std::vector<Nearest> points_;
-  std::vector<Neighbor> neighbors_;  // k for each point
   std::vector<NearestAnswer> answers_;
   std::uint32_t answered_ = 0;
   PointOrder order_;                       // in which the device has the points
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
   gpu::Pipeline search_, still_, sign_;    // still_: of centres alone; sign_: of signed queries alone
-  gpu::Buffer point_records_, counts_, neighbor_records_;
+  gpu::Buffer point_records_, counts_, neighbors_;  // in the device's order; k neighbors for each point
   std::vector<gpu::Bindings> search_bindings_, still_bindings_, sign_bindings_;  // one per slot
 };
 

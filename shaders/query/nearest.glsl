@@ -25,12 +25,13 @@ layout(set = 0, binding = 1) uniform samplerBuffer instances;
 layout(set = 0, binding = 2, scalar) readonly buffer PointsBuffer { NearestRecord points[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer CountsBuffer { NearestCount counts[]; };
 layout(set = 0, binding = 4, scalar) writeonly buffer NeighborsBuffer { NeighborRecord neighbors[]; };
+layout(set = 0, binding = 5) uniform usamplerBuffer identities;
 #ifdef NEAREST_STILL
-layout(set = 0, binding = 5) uniform samplerBuffer centers;
+layout(set = 0, binding = 6) uniform samplerBuffer centers;
 #endif
 #ifndef NEAREST_ENTITY
-layout(set = 0, binding = 5) uniform samplerBuffer triangles;
-layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 6) uniform samplerBuffer triangles;
+layout(set = 0, binding = 7) uniform usamplerBuffer nodes;
 #endif
 
 const float nowhere = 3.4e38;  // farther than anything
@@ -175,7 +176,13 @@ bool is_inner(uint reference) { return (reference & ref_leaf_bit) == 0u; }
 
 // ---- leaves
 
-#ifdef NEAREST_ENTITY
+#ifdef NEAREST_STILL
+// From the point to where the entity's centre is. At one instant there are no late instances, and `place` is the entity's own.
+vec3 offset_to_center(uint place, vec3 point) {
+  precise vec3 offset = texelFetch(centers, int(place)).xyz - point;
+  return offset;
+}
+#elif defined(NEAREST_ENTITY)
 // From the point to the target, in the world.
 vec3 offset_to(Instance i, float t_s, vec3 point) {
 #ifdef NEAREST_CENTER
@@ -246,14 +253,20 @@ void search_triangles(Instance i, uint root, uint place, vec3 point) {
 
 NeighborRecord described(uint place, uint slot, float distance, NearestRecord record, Asked asked) {
   Instance i = fetch_instance(instances, place);
+  const uvec4 identity = texelFetch(identities, int(i.entity));
   NeighborRecord neighbor;
-  neighbor.entity = i.entity;
-  neighbor.instance = place;
+  neighbor.entity = identity.xy;
+  neighbor.mask = identity.z;
+  neighbor.material = identity.w;
   neighbor.has_sign = 0u;
   neighbor.distance_m = distance;
 #ifdef NEAREST_ENTITY
+#ifdef NEAREST_STILL
+  const vec3 offset = offset_to_center(place, asked.point);
+#else
   fetch_instance_box(instances, place, i);
   const vec3 offset = offset_to(i, record.t_s, asked.point);
+#endif
   neighbor.triangle = 0u;
   neighbor.u = neighbor.v = 0.0;
 #else
@@ -319,9 +332,9 @@ void main() {
   uint k = 0u;
   if (found != 0u) do {
     const uint j = LIST_SIZE - args.k + k;
-    neighbors[index * args.k + k] = described(places[j], slots[j], distances[j], record, asked);
+    neighbors[record.place * args.k + k] = described(places[j], slots[j], distances[j], record, asked);
     ++k;
   } while (k < found);
   cut_short = cut_short || !loops_still_turn(args.two);
-  counts[index] = NearestCount(cut_short ? 0u : found, cut_short ? 1u : 0u);
+  counts[record.place] = NearestCount(cut_short ? 0u : found, cut_short ? 1u : 0u);
 }

@@ -17,6 +17,7 @@ layout(set = 0, binding = 2, scalar) readonly buffer PointsBuffer { NearestRecor
 layout(set = 0, binding = 3, scalar) buffer CountsBuffer { NearestCount counts[]; };
 layout(set = 0, binding = 4, scalar) buffer NeighborsBuffer { NeighborRecord neighbors[]; };
 layout(set = 0, binding = 5) uniform samplerBuffer triangles;
+layout(set = 0, binding = 6, scalar) readonly buffer PlacesBuffer { uint places[]; };
 
 const uint stack_size = 128u;
 // Every inner node pushes at most 8 references.
@@ -53,9 +54,11 @@ void main() {
   const uint index = alone ? group : group * 64u + gl_LocalInvocationID.x;
   if (index >= args.count * args.k || (alone && gl_LocalInvocationID.x != 0u)) return;
   const uint asker = index / args.k;
-  if (index % args.k >= counts[asker].found) return;
   const NearestRecord record = points[asker];
-  const Instance i = fetch_instance(instances, neighbors[index].instance);
+  const uint rank = index % args.k;
+  if (rank >= counts[record.place].found) return;
+  const uint neighbor = record.place * args.k + rank;
+  const Instance i = fetch_instance(instances, places[neighbors[neighbor].entity.x] + record.instance_base);
   const vec3 turned = into_frame(i, orientation_at(i.q, i.w, record.t_s), record.t_s, asked_of(instances, record).point);
   const vec3 point = turned / i.scale;
 
@@ -102,8 +105,8 @@ void main() {
     }
     if (depth > 0u) current = stack[--depth];
   }
-  if (winding != 0) neighbors[index].distance_m = -neighbors[index].distance_m;
-  neighbors[index].has_sign = i.closed ? 1u : 0u;
+  if (winding != 0) neighbors[neighbor].distance_m = -neighbors[neighbor].distance_m;
+  neighbors[neighbor].has_sign = i.closed ? 1u : 0u;
   cut_short = cut_short || !loops_still_turn(args.two);
-  if (cut_short) counts[asker].incomplete = 1u;
+  if (cut_short) counts[record.place].incomplete = 1u;
 }

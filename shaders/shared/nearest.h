@@ -14,7 +14,8 @@ RTSTDB_CONSTANT(list_size, 32)
   F(uint, carrier)                     \
   F(uint, excluded) /* place of its instance */ \
   F(uint, instance_base) /* 0 or late_base */ \
-  F(float, share) /* of the window that has passed */
+  F(float, share) /* of the window that has passed */ \
+  F(uint, place) /* where its answer belongs */
 RTSTDB_STRUCT(NearestRecord)
 
 #define RTSTDB_FIELDS_NearestCount(F) \
@@ -22,15 +23,16 @@ RTSTDB_STRUCT(NearestRecord)
   F(uint, incomplete)
 RTSTDB_STRUCT(NearestCount)
 
-// `k` of them for each point.
+// `k` of them for each place. As the caller reads them: rtstdb/query.hpp, Neighbor.
 #define RTSTDB_FIELDS_NeighborRecord(F) \
-  F(uint, entity)                       \
+  F(uvec2, entity) /* index, generation */ \
+  F(uint, mask)                         \
+  F(uint, material)                     \
   F(uint, triangle)                     \
-  F(uint, instance)                     \
-  F(uint, has_sign)                     \
   F(float, distance_m)                  \
   F(float, u)                           \
   F(float, v)                           \
+  F(uint, has_sign)                     \
   F(vec3, p_world_m)                    \
   F(vec3, v_relative_mps)
 RTSTDB_STRUCT(NeighborRecord)
