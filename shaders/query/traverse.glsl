@@ -375,39 +375,44 @@ uint unless_found(uint current, Found best) {
 // `two`: see loops_still_turn.
 //
 // On lavapipe whatever stands in a loop runs in each of its rounds, for nobody if need be, and a round more is made where the
-// condition stands before the body. So conditions stand at the end, and the descent to the first instance stands before the
-// loop over instances: inside, at its begin, the last round would run through both trees for nobody. Why such loops ask again
-// inside: common/loops.glsl.
+// condition stands before the body. So conditions stand at the end, and no loop is begun again for what only some lanes may
+// need: instances that follow one another are met in a loop of their own. Why such loops ask again inside: common/loops.glsl.
 Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float share, uint instance_base, uint mask, uint root,
             float faces, uint last_kept, uint two) {
   Found best = nothing_within(lambda_max);
   Search search = Search(0u, 0u, 0u);
   uint current = root;
-  if (current != ref_none) current = descend_entities(current, search, share, world, lambda_min, best.lambda);
   if (current != ref_none) do {
-    search.rounds += 4u;  // this loop's, and those that loops inside make for nobody
-    const uint instance = (current & ref_instance_mask) + instance_base;
-    const Instance candidate = fetch_instance(instances, instance);
-    const Segment ray = enter_instance(world, candidate, t_s);
-    const uint bottom = search.depth;
-    current = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
-    if (current != ref_none) do {
-      ++search.rounds;
-      current = descend_geometry(current, search, bottom, ray, lambda_min, best.lambda);
-      if (current == ref_none) break;
-      // Leaves, as long as they follow one another.
-      do {
-        ++search.rounds;
-        if ((current & ref_leaf_bit) != 0u) {
-          test_run(current, search, ray, lambda_min, faces, last_kept, instance, candidate.entity, best);
-          current = unless_found(take_next(nodes, node_texels, search, bottom, ray.octant), best);
-        }
-      } while ((current & ref_leaf_bit) != 0u && current != ref_none);
-    } while (current != ref_none);
-    search.depth = bottom;
-    search.group = 0u;
-    current = unless_found(take_next(tlas, tlas_node_texels, search, 0u, world.octant), best);
-    if ((current & ref_leaf_bit) == 0u) current = descend_entities(current, search, share, world, lambda_min, best.lambda);
+    ++search.rounds;
+    current = descend_entities(current, search, share, world, lambda_min, best.lambda);
+    if (current == ref_none) break;
+    // Instances, as long as they follow one another.
+    do {
+      search.rounds += 4u;  // this loop's, and those that loops inside make for nobody
+      if ((current & ref_leaf_bit) != 0u) {
+        const uint instance = (current & ref_instance_mask) + instance_base;
+        const Instance candidate = fetch_instance(instances, instance);
+        const Segment ray = enter_instance(world, candidate, t_s);
+        const uint bottom = search.depth;
+        current = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
+        if (current != ref_none) do {
+          ++search.rounds;
+          current = descend_geometry(current, search, bottom, ray, lambda_min, best.lambda);
+          if (current == ref_none) break;
+          // Leaves likewise.
+          do {
+            ++search.rounds;
+            if ((current & ref_leaf_bit) != 0u) {
+              test_run(current, search, ray, lambda_min, faces, last_kept, instance, candidate.entity, best);
+              current = unless_found(take_next(nodes, node_texels, search, bottom, ray.octant), best);
+            }
+          } while ((current & ref_leaf_bit) != 0u && current != ref_none);
+        } while (current != ref_none);
+        search.depth = bottom;
+        search.group = 0u;
+        current = unless_found(take_next(tlas, tlas_node_texels, search, 0u, world.octant), best);
+      }
+    } while ((current & ref_leaf_bit) != 0u && current != ref_none);
   } while (current != ref_none);
   bool cut_short = search.rounds >= max_rounds;
 #ifdef RAY_ANY
