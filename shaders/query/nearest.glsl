@@ -54,7 +54,7 @@ float box_limit;
 
 void set_reach(float distance) {
   reach = distance;
-  box_limit = distance * distance * (1.0 + 1e-6);
+  box_limit = distance * distance * (1.0 + 2e-6);
 }
 
 // ---- what was found so far, in order
@@ -67,10 +67,25 @@ struct Candidate {
   uint slot;  // of the triangle in the leaf order
 };
 
+#ifdef NEAREST_ENTITY
+bool precedes(Candidate a, Candidate b) {
+  return a.distance < b.distance || (a.distance == b.distance && a.instance < b.instance);
+}
+
+Candidate chosen(bool first, Candidate a, Candidate b) {
+  return Candidate(first ? a.distance : b.distance, first ? a.instance : b.instance, 0u, 0u);
+}
+#else
 bool precedes(Candidate a, Candidate b) {
   return a.distance < b.distance ||
          (a.distance == b.distance && (a.instance < b.instance || (a.instance == b.instance && a.triangle < b.triangle)));
 }
+
+Candidate chosen(bool first, Candidate a, Candidate b) {
+  return Candidate(first ? a.distance : b.distance, first ? a.instance : b.instance, first ? a.triangle : b.triangle,
+                   first ? a.slot : b.slot);
+}
+#endif
 
 // All of it is moved at every offer, by constant places: vectors in registers, where a list of changing length would be
 // memory that each lane walks by itself. What is over of a list for less than LIST_SIZE is taken up by nearer ones that are
@@ -88,23 +103,20 @@ void offer(Candidate candidate) {
   const bool in_reach = candidate.distance <= reach;
   candidate.distance = in_reach ? candidate.distance : nowhere;
   candidate.instance = in_reach ? candidate.instance : no_entity;
+  // The list is in order, so what the candidate comes before moves on: comparing waits for nothing, only moving does.
+  Candidate carried = candidate;
   [[unroll]] for (uint j = 0u; j < LIST_SIZE; ++j) {
     const Candidate before = list[j];
     const bool first = precedes(candidate, before);
-    list[j].distance = first ? candidate.distance : before.distance;
-    list[j].instance = first ? candidate.instance : before.instance;
-    list[j].triangle = first ? candidate.triangle : before.triangle;
-    list[j].slot = first ? candidate.slot : before.slot;
-    candidate.distance = first ? before.distance : candidate.distance;
-    candidate.instance = first ? before.instance : candidate.instance;
-    candidate.triangle = first ? before.triangle : candidate.triangle;
-    candidate.slot = first ? before.slot : candidate.slot;
+    list[j] = chosen(first, carried, before);
+    carried = chosen(first, before, carried);
   }
   set_reach(min(reach, list[LIST_SIZE - 1u].distance));
 }
 
 // ---- boxes
 
+#ifndef NEAREST_ENTITY
 float box_square(vec3 lo, vec3 hi, vec3 point) {
   precise vec3 below = lo - point;
   precise vec3 above = point - hi;
@@ -112,7 +124,6 @@ float box_square(vec3 lo, vec3 hi, vec3 point) {
   return dot(gap, gap);
 }
 
-#ifndef NEAREST_ENTITY
 // Before the child that is offered next stands the nearest so far; the one that gives way waits on the stack.
 void offer_child(uint ref, vec3 lo, vec3 hi, vec3 point, inout uint nearest, inout float nearest_square) {
   const float square = box_square(lo, hi, point);

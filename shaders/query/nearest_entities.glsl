@@ -21,6 +21,22 @@ uint reference_in(MotionNode wide, uint slot) {
   return (slot & 1u) != 0u ? pair.y : pair.x;
 }
 
+// From the node's origin to the point, in the node's quanta, which are powers of two.
+vec3 in_quanta(MotionNode wide, vec3 point) {
+  precise vec3 from = point - wide.begin.origin;
+  return from * uintBitsToFloat(0x7F000000u - floatBitsToUint(wide.begin.quantum));
+}
+
+// The square of the distance to a child's box, by its edges as they stand in the node. The greatest of floats is found as that
+// of whole numbers: they have the same order above zero, and what is below does not matter.
+float child_square(MotionNode wide, uint k, vec3 from) {
+  const vec3 lo = vec3(edge_at(wide, 0u, 0u, k), edge_at(wide, 1u, 0u, k), edge_at(wide, 2u, 0u, k));
+  const vec3 hi = vec3(edge_at(wide, 0u, 2u, k), edge_at(wide, 1u, 2u, k), edge_at(wide, 2u, 2u, k));
+  const ivec3 outside = max(max(floatBitsToInt(lo - from), floatBitsToInt(from - hi)), ivec3(0));
+  const vec3 gap = intBitsToFloat(outside) * wide.begin.quantum;
+  return dot(gap, gap);
+}
+
 // The entities among a node's children.
 void look_at_entities(MotionNode wide, uint leaves, NearestRecord record, vec3 point) {
   if (leaves != 0u) do {
@@ -53,14 +69,13 @@ void search_entities(NearestRecord record, vec3 point) {
     rounds += 2u;  // this loop's, and one for that inside
     if (!done) {
       const MotionNode wide = fetch_motion_node(tlas, group >> 8, record.share);
+      const vec3 from = in_quanta(wide, point);
       uint leaves = 0u;
       uint inner = 0u;
       uint nearest = 0u;
       float nearest_square = nowhere;
       [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-        precise vec3 lo = child_lo(wide, k);
-        precise vec3 hi = child_hi(wide, k);
-        const float square = box_square(lo, hi, point);
+        const float square = child_square(wide, k, from);
         const uint bit = square <= box_limit ? group & 1u << k : 0u;
         const bool leaf = !is_inner(child_reference(wide, k));
         const bool nearer = !leaf && bit != 0u && square < nearest_square;
