@@ -121,6 +121,14 @@ void main() {
         last = left_child ? other : last;
         made = parent;
       }
+      // Two leaves: nothing to rotate and nothing to price.
+      if (made != nobody && last - first == 1u) {
+        const Box box = box_union(box_of(args.count + first), box_of(args.count + last));
+        box_lo[parent] = box.lo;
+        box_hi[parent] = box.hi;
+        node = parent;
+        made = nobody;
+      }
     }
     if (made != nobody) {
       make_node(made, binary[made].x, binary[made].y);
