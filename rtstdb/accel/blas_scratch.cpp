@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstring>
 
 #include "rtstdb/accel/blas_builder.hpp"
 #include "rtstdb/accel/build_scratch.hpp"
@@ -12,11 +11,6 @@ namespace {
 constexpr std::uint32_t most_nodes_at_once = 1u << 17;
 constexpr std::uint32_t most_triangles_at_once = 1u << 18;
 constexpr std::uint32_t least_capacity = 1024;
-
-template <class T>
-void fill_from(const gpu::Buffer& buffer, std::span<const T> values) {
-  std::memcpy(buffer.host().data(), values.data(), values.size_bytes());
-}
 
 }  // namespace
 
@@ -42,8 +36,12 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
   const auto upload = gpu::Memory::upload;
   const std::pair<gpu::Buffer*, gpu::BufferOptions> wanted[] = {
       {&scratch.positions_,
-       {.name = "geometry positions", .size_bytes = 12 * scratch.positions_capacity_, .memory = upload}},
-      {&scratch.corners_, {.name = "geometry corners", .size_bytes = 12 * n, .memory = upload}},
+       {.name = "geometry positions",
+        .size_bytes = 16 * scratch.positions_capacity_,
+        .memory = upload,
+        .texel_float4 = true}},
+      {&scratch.corners_,
+       {.name = "geometry corners", .size_bytes = 16 * n, .memory = upload, .texel_uint4 = true}},
       {&scratch.keys_, {.name = "geometry keys", .size_bytes = 2 * 8 * n}},
       {&scratch.values_, {.name = "geometry values", .size_bytes = 2 * 4 * n}},
       {&scratch.offsets_, {.name = "geometry offsets", .size_bytes = 4 * offsets}},
@@ -73,13 +71,17 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
 }
 
 void BlasScratch::upload(const MeshView& mesh) const {
-  fill_from(positions_, mesh.positions_m);
-  fill_from(corners_, mesh.triangles);
+  const auto positions = positions_.host_as<glm::vec4>();
+  for (std::size_t i = 0; i < mesh.positions_m.size(); ++i)
+    positions[i] = glm::vec4(mesh.positions_m[i], 0.0f);
+  const auto corners = corners_.host_as<glm::uvec4>();
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    corners[i] = glm::uvec4(mesh.triangles[i], i);
 }
 
 std::array<const gpu::Buffer*, 16> BlasScratch::bindings() const noexcept {
-  return {&positions_, &corners_, &keys_,  &values_, &offsets_, &box_lo_, &box_hi_,    &binary_,
-          &arrivals_,  &keys_,    &costs_, &queue_,  &state_,   &wide_,   &triangles_, &children_};
+  return {&corners_,  &positions_, &keys_,  &values_, &offsets_, &box_lo_, &box_hi_,    &binary_,
+          &arrivals_, &keys_,      &costs_, &queue_,  &state_,   &wide_,   &triangles_, &children_};
 }
 
 }  // namespace rtstdb::accel

@@ -11,7 +11,6 @@ void main() {
   const uint begin = args.first + gl_WorkGroupID.x * blas_tile;
   const uint end = min(begin + blas_tile, args.end);
   for (uint i = begin + gl_LocalInvocationID.x; i < end; i += 64u) {
-    const uint triangle = values[args.half_size + i];
-    wide[i - args.first] = uvec4(corners[triangle], triangle);
+    wide[i - args.first] = texelFetch(corners, int(values[args.half_size + i]));
   }
 }

@@ -10,11 +10,10 @@ void main() {
   const uint begin = args.first + gl_WorkGroupID.x * blas_tile;
   const uint end = min(begin + blas_tile, args.end);
   for (uint i = begin + gl_LocalInvocationID.x; i < end; i += 64u) {
-    const uint triangle = values[args.half_size + i];
-    const uvec3 c = corners[triangle];
+    const uvec4 triangle = texelFetch(corners, int(values[args.half_size + i]));
     const uint base = (i - args.first) * triangle_texels;
-    triangles[base] = vec4(positions[c.x], uintBitsToFloat(triangle));
-    triangles[base + 1u] = vec4(positions[c.y], 0.0);
-    triangles[base + 2u] = vec4(positions[c.z], 0.0);
+    triangles[base] = vec4(position(triangle.x), uintBitsToFloat(triangle.w));
+    triangles[base + 1u] = vec4(position(triangle.y), 0.0);
+    triangles[base + 2u] = vec4(position(triangle.z), 0.0);
   }
 }

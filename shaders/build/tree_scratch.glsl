@@ -27,8 +27,8 @@ layout(set = 0, binding = 0, scalar) readonly buffer BoundsBuffer { Box bounds[]
 layout(set = 0, binding = 1, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
 layout(set = 0, binding = 13, scalar) buffer ChildrenBuffer { uvec4 children[]; };
 #else
-layout(set = 0, binding = 0, scalar) readonly buffer PositionsBuffer { vec3 positions[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer CornersBuffer { uvec3 corners[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer corners;  // with the triangle's own number
+layout(set = 0, binding = 1) uniform samplerBuffer positions;
 layout(set = 0, binding = 13, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
 layout(set = 0, binding = 14, scalar) writeonly buffer TrianglesBuffer { vec4 triangles[]; };
 layout(set = 0, binding = 15, scalar) buffer ChildrenBuffer { uvec4 children[]; };
@@ -56,11 +56,12 @@ Box box_of(uint node) { return Box(box_lo[node], box_hi[node]); }
 #ifdef BUILD_TLAS
 Box box_of_primitive(uint primitive) { return Box(bounds[primitive].lo, bounds[primitive].hi); }
 #else
+vec3 position(uint corner) { return texelFetch(positions, int(corner)).xyz; }
 Box box_of_primitive(uint primitive) {
-  const uvec3 c = corners[primitive];
-  const vec3 p = positions[c.x];
-  const vec3 q = positions[c.y];
-  const vec3 r = positions[c.z];
+  const uvec4 c = texelFetch(corners, int(primitive));
+  const vec3 p = position(c.x);
+  const vec3 q = position(c.y);
+  const vec3 r = position(c.z);
   return Box(min(p, min(q, r)), max(p, max(q, r)));
 }
 #endif
