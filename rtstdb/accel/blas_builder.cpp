@@ -105,6 +105,22 @@ void BlasBuilder::dispatch(PassIndex pass, const shared::BlasArgs& args, std::ui
   submit.recorder().barrier();
 }
 
+void BlasBuilder::record_tree(RadixSort::Words words, Submit& submit) const {
+  shared::BlasArgs args{};
+  args.count = count_;
+  args.half_size = scratch_.capacity();
+  gpu::Recorder& recorder = submit.recorder();
+  recorder.fill(scratch_.state(), 0, 4 * shared::blas_state_words, 0);
+  recorder.barrier();
+  const std::uint32_t tiles = groups_of(count_, shared::blas_tile);
+  dispatch(centers_pass, args, tiles, submit);
+  dispatch(codes_pass, args, tiles, submit);
+  sort_.record(count_, scratch_.capacity(), words, sort_bound_, recorder);
+  dispatch(leaves_pass, args, tiles, submit);
+  dispatch(merge_pass, args, groups_of(count_, 64 * shared::blas_run), submit);
+  dispatch(root_pass, args, 1, submit);
+}
+
 void BlasBuilder::record_levels(Submit& submit) const {
   gpu::Recorder& recorder = submit.recorder();
   shared::BlasArgs args{};
@@ -135,27 +151,17 @@ Result<std::uint32_t> BlasBuilder::build(gpu::Device& device, const MeshView& me
   scratch_.upload(mesh);
   levels_.clear();
   count_ = static_cast<std::uint32_t>(mesh.triangles.size());
-  shared::BlasArgs args{};
-  args.count = count_;
-  args.half_size = scratch_.capacity();
-  const std::uint32_t tiles = groups_of(count_, shared::blas_tile);
   submit.begin();
-  gpu::Recorder& recorder = submit.recorder();
-  recorder.fill(scratch_.state(), 0, 4 * shared::blas_state_words, 0);
-  recorder.barrier();
-  recorder.fill(scratch_.state(), 4 * shared::blas_center_min, 12, 0xFFFFFFFFu);
-  recorder.barrier();
-  dispatch(centers_pass, args, tiles, submit);
-  dispatch(codes_pass, args, tiles, submit);
-  sort_.record(count_, scratch_.capacity(), sort_bound_, recorder);
-  const std::uint32_t runs = groups_of(count_, 64 * shared::blas_run);
-  for (const PassIndex pass : {leaves_pass, merge_pass, root_pass}) {
-    dispatch(pass, args, pass == leaves_pass ? tiles : pass == merge_pass ? runs : 1, submit);
-  }
+  record_tree(RadixSort::Words::upper, submit);
   while (true) {
     record_levels(submit);
     if (!submit.run()) return lost;
     const auto state = scratch_.state_readback().host_as<std::uint32_t>();
+    if (state[shared::blas_disorder] != 0) {
+      submit.begin();
+      record_tree(RadixSort::Words::both, submit);
+      continue;
+    }
     // The record behind the last level of all says how many nodes there are; the one behind the last level that
     // was recorded, where to go on.
     constexpr std::uint32_t last = shared::blas_levels_recorded;
@@ -170,6 +176,7 @@ Result<std::uint32_t> BlasBuilder::build(gpu::Device& device, const MeshView& me
       return node_count_;
     }
     submit.begin();
+    gpu::Recorder& recorder = submit.recorder();
     recorder.fill(scratch_.state(), 4 * shared::blas_levels,
                   4 * (shared::blas_state_words - shared::blas_levels), 0);
     recorder.barrier();

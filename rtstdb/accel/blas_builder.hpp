@@ -108,6 +108,7 @@ class BlasBuilder {
   Result<void> reserve(gpu::Device& device, std::size_t triangles, std::size_t positions);
   Result<void> adopt(gpu::Device& device, BlasScratch scratch);
   void dispatch(PassIndex pass, const shared::BlasArgs& args, std::uint32_t groups, Submit& submit) const;
+  void record_tree(RadixSort::Words words, Submit& submit) const;
   void record_levels(Submit& submit) const;
   void note_levels(std::span<const std::uint32_t> state);
 

@@ -1,7 +1,6 @@
 #include "rtstdb/accel/radix_sort.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <utility>
 
 #include "rtstdb/accel/tree_levels.hpp"
@@ -10,18 +9,24 @@
 namespace rtstdb::accel {
 namespace {
 
-enum PassIndex : std::size_t { count_pass, scan_pass, place_pass };
+enum PassIndex : std::size_t { count_pass, scan_pass, place_pass, ties_pass, keys_pass };
 
 constexpr gpu::ShaderId pass_shaders[] = {gpu::ShaderId::sort_count, gpu::ShaderId::sort_scan,
-                                          gpu::ShaderId::sort_place};
+                                          gpu::ShaderId::sort_place, gpu::ShaderId::sort_ties,
+                                          gpu::ShaderId::sort_keys};
 
-constexpr std::uint32_t shortest_run = 64;
+constexpr std::uint32_t runs_per_group = 32;
+constexpr std::uint32_t shortest_run = 128;
 constexpr std::uint32_t longest_run = 1024;
-constexpr std::uint32_t most_small_runs = 512;
+constexpr std::uint32_t most_groups_of_short_runs = 8;
+constexpr std::uint32_t keys_per_group = 1024;  // where a pass looks at each key alone
 
-/// Keys that one invocation takes: a few hundred invocations, as long as each has not too many.
+/// Keys that one invocation takes: few enough for an even number of workgroups, which software devices share out evenly,
+/// and enough to pay for its counts.
 std::uint32_t run_length(std::uint32_t count) noexcept {
-  return std::clamp(std::bit_ceil(count / most_small_runs + 1), shortest_run, longest_run);
+  const std::uint32_t groups =
+      std::clamp(2 * (count / (2 * runs_per_group * shortest_run)), 2u, most_groups_of_short_runs);
+  return std::clamp(groups_of(count, groups * runs_per_group), std::uint32_t{1}, longest_run);
 }
 
 }  // namespace
@@ -38,8 +43,8 @@ Result<RadixSort> RadixSort::create(gpu::Device& device) {
 
 std::size_t RadixSort::count_words(std::size_t capacity) noexcept {
   // Fewer keys than there is room for may make more runs.
-  const std::size_t runs = std::max<std::size_t>(most_small_runs, capacity / longest_run + 1);
-  return shared::radix_digits * (runs + 1);
+  constexpr std::size_t most_short_runs = runs_per_group * most_groups_of_short_runs;
+  return shared::radix_digits * (std::max(most_short_runs, capacity / longest_run + 1) + 1);
 }
 
 Result<RadixSort::Bound> RadixSort::bind(gpu::Device& device, const gpu::Buffer& keys,
@@ -56,26 +61,44 @@ Result<RadixSort::Bound> RadixSort::bind(gpu::Device& device, const gpu::Buffer&
 
 void RadixSort::record_warm_up(const Bound& bound, gpu::Recorder& recorder) const {
   shared::SortArgs nothing{};
-  nothing.run = shortest_run;
+  nothing.run = 1;
   for (std::size_t i = 0; i < pass_count; ++i)
     recorder.dispatch(pipelines_[i], bound[i], nothing, 1);
 }
 
-void RadixSort::record(std::uint32_t count, std::uint32_t half_size, const Bound& bound,
+void RadixSort::record(std::uint32_t count, std::uint32_t half_size, Words words, const Bound& bound,
                        gpu::Recorder& recorder) const {
-  shared::SortArgs args{
-      .count = count, .half_size = half_size, .shift = 0, .source = 0, .run = run_length(count)};
+  shared::SortArgs args{};
+  args.count = count;
+  args.half_size = half_size;
   const auto dispatch = [&](PassIndex pass, std::uint32_t groups) {
     recorder.dispatch(pipelines_[pass], bound[pass], args, groups);
     recorder.barrier();
   };
-  const std::uint32_t groups = groups_of(groups_of(count, args.run), 32);
-  // Eight digits of eight bits cover the 63-bit code; an even number of passes ends where it began.
-  for (; args.shift < 64; args.shift += shared::radix_bits) {
-    dispatch(count_pass, groups);
-    dispatch(scan_pass, 1);
-    dispatch(place_pass, groups);
-    args.source = 1 - args.source;
+  const auto visit_each = [&](PassIndex pass) {
+    args.run = keys_per_group;
+    dispatch(pass, groups_of(count, keys_per_group));
+  };
+  // Four digits of eight bits; an even number of passes ends where it began.
+  const auto sort_by_word = [&] {
+    args.run = run_length(count);
+    const std::uint32_t groups = groups_of(groups_of(count, args.run), runs_per_group);
+    for (args.shift = 0; args.shift < 32; args.shift += shared::radix_bits) {
+      dispatch(count_pass, groups);
+      dispatch(scan_pass, 1);
+      dispatch(place_pass, groups);
+      args.source = 1 - args.source;
+    }
+  };
+  if (words == Words::upper) {
+    sort_by_word();
+    visit_each(ties_pass);
+    return;
+  }
+  for (const std::uint32_t word : {0, 1}) {
+    args.shift = word;
+    visit_each(keys_pass);
+    sort_by_word();
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Sorts 63-bit codes with a value each on the device, stable: shaders/build/sort.glsl tells how.
+// Sorts 63-bit codes with the numbers 0, 1, ... on the device, stable: shaders/build/sort.glsl tells how.
 //
 // Threads: one. create and bind are setup; record allocates nothing.
 
@@ -16,15 +16,19 @@ class RadixSort {
   /// Words of the counts' buffer for sorts of at most so many keys.
   static std::size_t count_words(std::size_t capacity) noexcept;
 
-  static constexpr std::size_t pass_count = 3;
+  static constexpr std::size_t pass_count = 5;
   using Bound = std::array<gpu::Bindings, pass_count>;
-  /// `keys`: uvec2, `values`: uint, both in two halves of equal size.
+  /// `keys`: four parts of uint as sort.glsl says, `values`: uint in two halves, all parts of equal size.
   Result<Bound> bind(gpu::Device& device, const gpu::Buffer& keys, const gpu::Buffer& values,
                      const gpu::Buffer& counts) const;
 
   void record_warm_up(const Bound& bound, gpu::Recorder& recorder) const;
-  /// What stands in the first halves is sorted there again after it.
-  void record(std::uint32_t count, std::uint32_t half_size, const Bound& bound,
+  enum class Words {
+    upper,  ///< rows of more than a few codes with the same upper word stay as they are
+    both,   ///< twice the work
+  };
+  /// Sorts the values in the first half; the upper words stand beside them afterwards.
+  void record(std::uint32_t count, std::uint32_t half_size, Words words, const Bound& bound,
               gpu::Recorder& recorder) const;
 
  private:

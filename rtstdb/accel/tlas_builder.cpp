@@ -101,7 +101,7 @@ void TlasBuilder::record_warm_up(const Bound& bound, gpu::Recorder& recorder) co
   sort_.record_warm_up(bound.sort, recorder);
 }
 
-void TlasBuilder::record_tree(const shared::BlasArgs& args, const Bound& bound,
+void TlasBuilder::record_tree(const shared::BlasArgs& args, RadixSort::Words words, const Bound& bound,
                               gpu::Recorder& recorder) const {
   const auto dispatch = [&](PassIndex pass, std::uint32_t groups) {
     recorder.dispatch(pipelines_[pass], bound.passes[pass], args, groups);
@@ -111,11 +111,9 @@ void TlasBuilder::record_tree(const shared::BlasArgs& args, const Bound& bound,
   recorder.barrier();
   recorder.fill(state_, 0, 4 * shared::blas_state_words, 0);
   recorder.barrier();
-  recorder.fill(state_, 4 * shared::blas_center_min, 12, 0xFFFFFFFFu);
-  recorder.barrier();
   dispatch(centers_pass, tiles);
   dispatch(codes_pass, tiles);
-  sort_.record(args.count, args.half_size, bound.sort, recorder);
+  sort_.record(args.count, args.half_size, words, bound.sort, recorder);
   dispatch(leaves_pass, tiles);
   dispatch(merge_pass, groups_of(args.count, 64 * shared::blas_run));
   dispatch(root_pass, 1);
@@ -134,18 +132,25 @@ void TlasBuilder::record_levels(shared::BlasArgs args, std::uint32_t levels, con
 }
 
 bool TlasBuilder::run(std::uint32_t count, const Bound& bound, Submit& submit,
-                      std::vector<std::uint32_t>& levels) const {
+                      std::vector<std::uint32_t>& levels) {
   shared::BlasArgs args{};
   args.count = count;
   args.half_size = capacity_;
   gpu::Recorder& recorder = submit.recorder();
-  record_tree(args, bound, recorder);
+  record_tree(args, words_, bound, recorder);
   const std::uint32_t recorded = levels_recorded(count);
   levels.clear();
   while (true) {
     record_levels(args, recorded, bound, recorder);
     if (!submit.run()) return false;
     const auto state = state_readback_.host_as<const std::uint32_t>();
+    if (state[shared::blas_disorder] != 0) {
+      // The next tree of such a world is not tried without.
+      words_ = RadixSort::Words::both;
+      submit.begin();
+      record_tree(args, words_, bound, recorder);
+      continue;
+    }
     for (std::uint32_t level = 0; level < recorded; ++level) {
       const std::uint32_t first = state[level_word(level, shared::blas_level_first)];
       const std::uint32_t nodes = state[level_word(level, shared::blas_level_count)];

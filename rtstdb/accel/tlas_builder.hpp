@@ -34,16 +34,18 @@ class TlasBuilder {
   /// Slots and references of the tree over `count` instances, at least 1. The recorder is begun and holds the
   /// passes that made the instances' boxes; on return it has been submitted. Puts the first node of each level
   /// and then the number of nodes into `levels`. False: the device was lost.
-  bool run(std::uint32_t count, const Bound& bound, Submit& submit, std::vector<std::uint32_t>& levels) const;
+  bool run(std::uint32_t count, const Bound& bound, Submit& submit, std::vector<std::uint32_t>& levels);
 
  private:
-  void record_tree(const shared::BlasArgs& args, const Bound& bound, gpu::Recorder& recorder) const;
+  void record_tree(const shared::BlasArgs& args, RadixSort::Words words, const Bound& bound,
+                   gpu::Recorder& recorder) const;
   void record_levels(shared::BlasArgs args, std::uint32_t levels, const Bound& bound,
                      gpu::Recorder& recorder) const;
 
   std::uint32_t capacity_ = 0;
   std::array<gpu::Pipeline, pass_count> pipelines_;
   RadixSort sort_;
+  RadixSort::Words words_ = RadixSort::Words::upper;
   gpu::Buffer keys_, values_, offsets_, box_lo_, box_hi_, binary_, arrivals_, costs_, queue_, children_;
   gpu::Buffer state_, state_readback_;
 };

@@ -13,7 +13,7 @@ void main() {
   for (uint digit = 0u; digit < radix_digits; ++digit) count[digit] = 0u;
   const uint half_begin = source_half();
   const uint end = min((run + 1u) * args.run, args.count);
-  for (uint i = run * args.run; i < end; ++i) ++count[digit_of(half_begin + i)];
+  for (uint i = run * args.run; i < end; ++i) ++count[digit_of(keys[half_begin + i])];
   for (uint k = 0u; k < row_fours; ++k) {
     counts[run * row_fours + k] = uvec4(count[4u * k], count[4u * k + 1u], count[4u * k + 2u], count[4u * k + 3u]);
   }

@@ -23,9 +23,8 @@ void main() {
   const uint end = min((run + 1u) * args.run, args.count);
   for (uint i = run * args.run; i < end; ++i) {
     const uint from = half_begin + i;
-    const uvec2 key = keys[from];
-    const uint digit = (args.shift < 32u ? key.x : key.y) >> (args.shift & 31u) & (radix_digits - 1u);
-    const uint to = place[digit]++;
+    const uint key = keys[from];
+    const uint to = place[digit_of(key)]++;
     keys[to] = key;
     values[to] = values[from];
   }

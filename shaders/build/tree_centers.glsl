@@ -28,7 +28,7 @@ void main() {
   }
   barrier();
   if (lane < 3u) {
-    atomicMin(state[blas_center_min + lane], ordered(lo[0][lane]));
+    atomicMax(state[blas_center_min + lane], ~ordered(lo[0][lane]));
     atomicMax(state[blas_center_max + lane], ordered(hi[0][lane]));
   }
 }

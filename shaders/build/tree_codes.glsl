@@ -8,12 +8,14 @@ void main() {
   vec3 lo;
   vec3 hi;
   for (uint axis = 0u; axis < 3u; ++axis) {
-    lo[axis] = unordered(state[blas_center_min + axis]);
+    lo[axis] = unordered(~state[blas_center_min + axis]);
     hi[axis] = unordered(state[blas_center_max + axis]);
   }
   const uint end = tile_end();
   for (uint i = tile_begin(); i < end; i += 64u) {
-    keys[i] = morton_code(center_of(box_of_primitive(i)), lo, hi);
+    const uvec2 code = morton_code(center_of(box_of_primitive(i)), lo, hi);
+    keys[i] = code.y;
+    keys[2u * args.half_size + i] = code.x;
     values[i] = i;
   }
 }

@@ -1,8 +1,11 @@
 // Tree builder, 3: what the binary tree is made from: boxes in sorted order, and how early neighbours' codes part. The
-// earlier, the larger: the highest bit that differs, below it that of the places where codes are the same.
+// earlier, the larger: the highest bit that differs, below it that of the places where codes are the same. Codes that the sort
+// left in disorder are told of, and no tree is made from them.
 #include "build/tree_scratch.glsl"
 
 layout(local_size_x = 64) in;
+
+uint low_word(uint primitive) { return keys[2u * args.half_size + primitive]; }
 
 void main() {
   const uint end = tile_end();
@@ -11,8 +14,16 @@ void main() {
     box_lo[args.count + i] = box.lo;
     box_hi[args.count + i] = box.hi;
     arrivals[i] = nobody;
-    const uvec2 difference = keys[i] ^ keys[min(i + 1u, args.count - 1u)];
-    const uint low = difference.x != 0u ? 32u + uint(findMSB(difference.x)) : uint(findMSB(i ^ (i + 1u)));
-    offsets[i] = difference.y != 0u ? 64u + uint(findMSB(difference.y)) : low;
+    const uint next = min(i + 1u, args.count - 1u);
+    const uint high = keys[i] ^ keys[next];
+    uint parts = 64u + uint(findMSB(high));
+    if (high == 0u) {
+      const uint here = low_word(values[i]);
+      const uint there = low_word(values[next]);
+      const uint low = here ^ there;
+      parts = low != 0u ? 32u + uint(findMSB(low)) : uint(findMSB(i ^ (i + 1u)));
+      if (here > there) state[blas_disorder] = 1u;
+    }
+    offsets[i] = parts;
   }
 }

@@ -89,7 +89,7 @@ void make_node(uint node, uint a, uint b) {
 // made before any of its subgroup makes one, since making is dear and masked invocations run along.
 void main() {
   const uint last_leaf = args.count - 1u;
-  const uint end = run_end();
+  const uint end = state[blas_disorder] == 0u ? run_end() : 0u;
   uint leaf = run_begin();
   uint node = args.count + leaf;
   uint first = leaf;

@@ -4,7 +4,7 @@
 layout(local_size_x = 64) in;
 
 void main() {
-  if (gl_GlobalInvocationID.x != 0u || args.count == 0u) return;
+  if (gl_GlobalInvocationID.x != 0u || args.count == 0u || state[blas_disorder] != 0u) return;
   const uint root = state[blas_root];
   if (!is_leaf(root)) {
     const uvec2 children = binary[root].xy;

@@ -1,8 +1,9 @@
 // The buffers of the tree builder, the same bindings in every pass, and what each holds for n primitives: the triangles of a
 // geometry, or, with BUILD_TLAS defined, instances.
 //
-//   keys, values  Morton codes and the primitives' numbers, sorted together, in two halves; afterwards the second half of the values
-//                 of a geometry is the order of the triangles in the leaves; costs_low lies where the keys were
+//   keys, values  words of the Morton codes in four parts (see sort.glsl) and the primitives' numbers in two halves, sorted together;
+//                 afterwards the second half of the values of a geometry is the order of the triangles in the leaves; costs_low lies
+//                 where the keys were
 //   offsets       counts of the sort; then, per gap between neighbours in sorted order, how early their codes part; then the
 //                 inner children of each workgroup of a level
 //   box_lo, _hi   boxes of the n inner nodes, of which one is not used, then of the n leaves in sorted order. Inner node g
@@ -33,7 +34,7 @@ layout(set = 0, binding = 13, scalar) writeonly buffer WideBuffer { uvec4 wide[]
 layout(set = 0, binding = 14, scalar) writeonly buffer TrianglesBuffer { vec4 triangles[]; };
 layout(set = 0, binding = 15, scalar) buffer ChildrenBuffer { uvec4 children[]; };
 #endif
-layout(set = 0, binding = 2, scalar) buffer KeysBuffer { uvec2 keys[]; };
+layout(set = 0, binding = 2, scalar) buffer KeysBuffer { uint keys[]; };
 layout(set = 0, binding = 3, scalar) buffer ValuesBuffer { uint values[]; };
 layout(set = 0, binding = 4, scalar) buffer OffsetsBuffer { uint offsets[]; };
 layout(set = 0, binding = 5, scalar) coherent buffer BoxLoBuffer { vec3 box_lo[]; };

@@ -11,11 +11,13 @@ RTSTDB_CONSTANT(blas_run, 16)
 // A subtree of so many triangles is a leaf, whatever its surface: it bounds the number of nodes.
 RTSTDB_CONSTANT(blas_always_leaf, 3)
 
-// Words of the state buffer: box of the centres as ordered integers, the root of the binary tree, then one record a level of
-// the wide tree. A record begins with what an indirect dispatch reads.
+// Words of the state buffer, all zero before: box of the centres as ordered integers (complements of the lower ends), the root of
+// the binary tree, whether the sort left codes in disorder, then one record a level of the wide tree. A record begins with what an
+// indirect dispatch reads.
 RTSTDB_CONSTANT(blas_center_min, 0)
 RTSTDB_CONSTANT(blas_center_max, 3)
 RTSTDB_CONSTANT(blas_root, 6)
+RTSTDB_CONSTANT(blas_disorder, 7)
 RTSTDB_CONSTANT(blas_levels, 8)
 RTSTDB_CONSTANT(blas_level_words, 8)
 RTSTDB_CONSTANT(blas_level_groups, 0)
