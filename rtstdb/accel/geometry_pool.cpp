@@ -68,8 +68,8 @@ Result<void> GeometryPool::reserve(gpu::Device& device, const Part& part, Submit
                         std::uint32_t& capacity, std::size_t most, std::size_t element_bytes,
                         bool holds_nodes) -> Result<void> {
     if (wanted <= capacity) return {};
-    // Half again as much keeps the number of copies low; where the device does not allow it, what is needed.
-    const std::size_t generous = std::max<std::size_t>(wanted, std::size_t{capacity} + capacity / 2);
+    // Twice as much keeps the number of copies low; where the device does not allow it, what is needed.
+    const std::size_t generous = std::max<std::size_t>(wanted, 2 * std::size_t{capacity});
     const auto target = static_cast<std::uint32_t>(std::min(generous, most));
     auto grown = make_pool(device, name, target * element_bytes, holds_nodes);
     if (!grown) return grown.error();

@@ -20,30 +20,32 @@ Place place_of(const glm::vec3& p) noexcept {
           std::bit_cast<std::uint32_t>(p.z + 0.0f)};
 }
 
-/// Finalizer of SplitMix64 (Steele, Lea and Flood 2014).
-std::uint64_t mixed(std::uint64_t x) noexcept {
-  x = (x ^ x >> 30) * 0xBF58476D1CE4E5B9u;
-  x = (x ^ x >> 27) * 0x94D049BB133111EBu;
-  return x ^ x >> 31;
+/// Both halves of the product, folded: one multiplication spreads every bit over all.
+std::uint64_t folded(std::uint64_t a, std::uint64_t b) noexcept {
+  __extension__ using Wide = unsigned __int128;
+  const Wide product = static_cast<Wide>(a) * b;
+  return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64);
 }
 
-std::uint64_t hash_of(const Place& a, const Place& b) noexcept {
-  std::uint64_t hash = 0x9E3779B97F4A7C15u;
-  hash = mixed(hash ^ (std::uint64_t{a[0]} << 32 | a[1]));
-  hash = mixed(hash ^ (std::uint64_t{a[2]} << 32 | b[0]));
-  return mixed(hash ^ (std::uint64_t{b[1]} << 32 | b[2]));
+/// Of the place where a corner is.
+std::uint64_t hash_of(const glm::vec3& p) noexcept {
+  const Place place = place_of(p);
+  return folded((std::uint64_t{place[0]} << 32 | place[1]) ^ 0x9E3779B97F4A7C15u,
+                place[2] ^ 0xD1B54A32D192ED03u);
 }
 
 /// Zero when edges run as often in one direction as in the other.
 class Balance {
  public:
-  void add(const Place& from, const Place& to) noexcept {
-    if (from < to) sum_ += hash_of(from, to);
-    if (to < from) sum_ -= hash_of(to, from);
-  }
+  /// Of the places of both ends. What an edge adds its reverse takes away, without asking which is which.
+  void add(std::uint64_t from, std::uint64_t to) noexcept { sum_ += of_order(from, to) - of_order(to, from); }
   bool is_even() const noexcept { return sum_ == 0; }
 
  private:
+  static std::uint64_t of_order(std::uint64_t first, std::uint64_t second) noexcept {
+    return folded(first ^ 0xBF58476D1CE4E5B9u, second ^ 0x94D049BB133111EBu);
+  }
+
   std::uint64_t sum_ = 0;
 };
 
@@ -88,8 +90,9 @@ std::vector<Edge> edges_of(std::span<const glm::uvec3> triangles, std::span<cons
 bool is_closed(const MeshView& mesh) noexcept {
   Balance balance;
   for (const glm::uvec3& triangle : mesh.triangles) {
-    const Place corners[] = {place_of(mesh.positions_m[triangle.x]), place_of(mesh.positions_m[triangle.y]),
-                             place_of(mesh.positions_m[triangle.z])};
+    const std::uint64_t corners[] = {hash_of(mesh.positions_m[triangle.x]),
+                                     hash_of(mesh.positions_m[triangle.y]),
+                                     hash_of(mesh.positions_m[triangle.z])};
     for (int i = 0; i < 3; ++i)
       balance.add(corners[i], corners[(i + 1) % 3]);
   }
@@ -118,7 +121,7 @@ bool ClosedShapes::is_closed(const MeshView& mesh) const noexcept {
     if (p[corners.x] != p[corners.y]) return rtstdb::is_closed(mesh);
   Balance balance;
   for (const glm::uvec2& edge : unpaired_)
-    balance.add(place_of(p[edge.x]), place_of(p[edge.y]));
+    balance.add(hash_of(p[edge.x]), hash_of(p[edge.y]));
   return balance.is_even();
 }
 
