@@ -1,7 +1,7 @@
 // The search for entities by their centres or bounds, which needs the TLAS alone. Part of nearest.glsl.
 //
 // Node by node: its entities at once, then the nearest of its inner children; the others wait as a group, and are measured anew
-// when their turn comes, by a reach that has become shorter.
+// when their turn comes, by a reach that has become shorter, unless it has become too short for all of them.
 #ifndef RTSTDB_QUERY_NEAREST_ENTITIES_GLSL
 #define RTSTDB_QUERY_NEAREST_ENTITIES_GLSL
 
@@ -9,6 +9,7 @@
 // waits for each level of the tree.
 const uint stack_size = 96u;
 uint groups[stack_size];
+float squares[stack_size];  // of the distance to the nearest of each group
 
 uint lowest_bit(uint mask) { return mask & (~mask + 1u); }
 
@@ -74,22 +75,30 @@ void search_entities(NearestRecord record, vec3 point) {
       uint inner = 0u;
       uint nearest = 0u;
       float nearest_square = nowhere;
+      float waiting_square = nowhere;
       [[unroll]] for (uint k = 0u; k < 8u; ++k) {
         const float square = child_square(wide, k, from);
         const uint bit = square <= box_limit ? group & 1u << k : 0u;
         const bool leaf = !is_inner(child_reference(wide, k));
-        const bool nearer = !leaf && bit != 0u && square < nearest_square;
+        const float inner_square = leaf || bit == 0u ? nowhere : square;
+        const bool nearer = inner_square < nearest_square;
         leaves |= leaf ? bit : 0u;
         inner |= leaf ? 0u : bit;
         nearest = nearer ? bit : nearest;
+        const int behind = max(floatBitsToInt(nearest_square), floatBitsToInt(inner_square));
+        waiting_square = intBitsToFloat(min(floatBitsToInt(waiting_square), behind));
         nearest_square = nearer ? square : nearest_square;
       }
       leaves &= wide.used;  // nothing counts as a leaf
       look_at_entities(wide, leaves, record, point);
-      nearest = nearest == 0u ? lowest_bit(inner) : nearest;
+      inner = nearest_square <= box_limit ? inner : 0u;  // the entities may have shortened the reach
+      nearest &= inner;
       const uint rest = (group & ~0xFFu) | (inner ^ nearest);
       groups[depth] = rest;
+      squares[depth] = waiting_square;
       depth += (rest & 0xFFu) != 0u ? 1u : 0u;
+      // One group a round: a loop over all that have fallen out of reach costs more than they do.
+      depth -= depth != 0u && squares[max(depth, 1u) - 1u] > box_limit ? 1u : 0u;
       const uint waiting = groups[max(depth, 1u) - 1u];
       const bool pop = inner == 0u;
       done = pop && depth == 0u;
