@@ -20,6 +20,7 @@ GOOD = {
     "io/bus.cpp": '#include "io/bus.hpp"\nconst char* folder = "/tmp/bus"; // ~/work/bus, net/work/bus\n',
     "runtime/run.cpp": '#include "io/bus.hpp"\n#include "rtstdb/row.hpp"\nint lines[1];\n' + "\n" * 497,
     "tests/row_test.cpp": '#include "rtstdb/row.hpp"\nTEST(Row, IsThere) {}\n',
+    "docs/architecture.md": "Buses: `io/bus.cpp: Bus`, `bus.*`, `b*.cpp`; headers end in `.hpp`.\n",
     "docs/picture.png": b"\x89PNG\xff",
 }
 
@@ -42,6 +43,7 @@ BREAKS = [
     ("headers_are_read_once", "io/a.hpp", "int x;\n", "io/a.hpp"),
     ("files_are_short", "io/a.cpp", "int x;\n" * 501, "io/a.cpp: 501 lines"),
     ("files_are_short", "shaders/a.comp", "\n" * 501, "shaders/a.comp: 501 lines"),
+    ("files_are_short", "shaders/build/a.comp", "\n" * 501, "shaders/build/a.comp: 501 lines"),
     ("files_are_short", "tools/long_files", "io/bus.cpp it was long once\n", "tools/long_files: io/bus.cpp"),
     ("nothing_is_left_for_later", "docs/a.md", "One.\nTO" "DO: two\n", "docs/a.md:2"),
     ("nothing_is_left_for_later", "io/a.cpp", "// FIX" "ME\n", "io/a.cpp:1"),
@@ -49,6 +51,8 @@ BREAKS = [
     ("rooms_say_what_belongs_in_them", "io/can/CMakeLists.txt", "hil_room(can)\n", "io/can/CMakeLists.txt"),
     ("rooms_say_what_belongs_in_them", "rtstdb/store/CMakeLists.txt", "", "rtstdb/store/CMakeLists.txt"),
     ("nothing_names_one_machine", "configs/a.yaml", "mesh: /ho" "me/ann/car.obj\n", "configs/a.yaml:1"),
+    ("maps_name_what_is_there", "docs/paper_map.md", "\nRays: `io/bus.cpp`, `ray_*.comp`.\n", "docs/paper_map.md:2"),
+    ("maps_name_what_is_there", "io/README.md", "`io/gone.hpp: Bus`\n", "io/README.md:1"),
     ("nothing_names_one_machine", "README.md", "cd /wo" "rk/main\n", "README.md:1"),
 ]
 
