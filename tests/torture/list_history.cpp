@@ -83,9 +83,15 @@ class Search {
     std::vector<Value> own;
     for (const Append& append : history_[reader].appends)
       if (append.key == read.key) own.push_back(append.value);
+    if (history_[reader].reads_come_first) {
+      const auto too_early = std::ranges::find_first_of(read.values, own);
+      if (too_early != read.values.end())
+        found(Anomaly::own_appends_misplaced, name(reader) + of_list(read.key));
+      return;
+    }
     const bool ends_with_own =
         own.size() <= read.values.size() && std::equal(own.rbegin(), own.rend(), read.values.rbegin());
-    if (!ends_with_own) found(Anomaly::own_appends_unseen, name(reader) + of_list(read.key));
+    if (!ends_with_own) found(Anomaly::own_appends_misplaced, name(reader) + of_list(read.key));
   }
 
   void look_for_halves(std::uint32_t reader, const ListRead& read, const std::unordered_set<Value>& seen) {
@@ -229,8 +235,8 @@ const char* to_string(Anomaly anomaly) {
       return "a read of what came to nothing (G1a)";
     case Anomaly::half_read:
       return "a read of half a transaction (G1b)";
-    case Anomaly::own_appends_unseen:
-      return "own appends not seen";
+    case Anomaly::own_appends_misplaced:
+      return "own appends not where they should be seen";
     case Anomaly::lists_disagree:
       return "reads that disagree on the order";
     case Anomaly::append_lost:

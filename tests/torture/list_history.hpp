@@ -33,26 +33,27 @@ enum class Ending : std::uint8_t {
   unknown,       ///< nobody was told: its appends may be seen or not, but all or none
 };
 
-/// One transaction: its appends in order, then its reads, which see them.
+/// One transaction: its appends in order, and its reads, which see them; or, where reads come first, do not.
 struct Recorded {
   std::int64_t begun_ns = 0;  ///< on one clock for all clients: before it was handed over
   std::int64_t ended_ns = 0;  ///< after its outcome was there
   Ending ending = Ending::committed;
   bool reads_the_past = false;  ///< asked for an older version: real time says nothing about its place
+  bool reads_come_first = false;
   std::vector<Append> appends;
   std::vector<ListRead> reads;
 };
 
 enum class Anomaly : std::uint8_t {
-  unwritten_value,     ///< a value that nobody appended
-  value_twice,         ///< in one list
-  aborted_read,        ///< G1a: a value of a transaction that came to nothing
-  half_read,           ///< G1b: some of a transaction's appends to one list and not all
-  own_appends_unseen,  ///< a transaction's read does not end with what it appended itself
-  lists_disagree,      ///< two reads of one list of which neither continues the other
-  append_lost,         ///< committed, and not in a later read that should hold it (only with final reads)
-  write_cycle,         ///< G0
-  information_cycle,   ///< G1c
+  unwritten_value,        ///< a value that nobody appended
+  value_twice,            ///< in one list
+  aborted_read,           ///< G1a: a value of a transaction that came to nothing
+  half_read,              ///< G1b: some of a transaction's appends to one list and not all
+  own_appends_misplaced,  ///< a transaction's read does not end with what it appended itself, or shows it too early
+  lists_disagree,         ///< two reads of one list of which neither continues the other
+  append_lost,            ///< committed, and not in a later read that should hold it (only with final reads)
+  write_cycle,            ///< G0
+  information_cycle,            ///< G1c
   single_antidependency_cycle,  ///< G-single: read skew, lost update
   antidependency_cycle,         ///< G2: write skew
   against_real_time,            ///< a cycle that only real time closes

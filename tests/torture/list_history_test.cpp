@@ -62,7 +62,24 @@ TEST(ListHistory, HalvesAreFound) {
 }
 
 TEST(ListHistory, OwnAppendsMustBeSeen) {
-  EXPECT_EQ(anomalies({at_once({{1, 7}}, {{1, {}}})}), std::vector{Anomaly::own_appends_unseen});
+  EXPECT_EQ(anomalies({at_once({{1, 7}}, {{1, {}}})}), std::vector{Anomaly::own_appends_misplaced});
+}
+
+TEST(ListHistory, ReadsThatComeFirstDoNotSeeOwnAppends) {
+  Recorded one = at_once({{1, 7}}, {{1, {}}});
+  one.reads_come_first = true;
+  EXPECT_TRUE(anomalies({one, at_once({}, {{1, {7}}})}).empty());
+  one.reads[0].values = {7};
+  EXPECT_EQ(anomalies({one}), std::vector{Anomaly::own_appends_misplaced});
+}
+
+/// Two read the same list, and both appended to it by what they had read.
+TEST(ListHistory, LostUpdatesAreFound) {
+  Recorded first = at_once({{1, 7}}, {{1, {}}});
+  Recorded second = at_once({{1, 8}}, {{1, {}}});
+  first.reads_come_first = second.reads_come_first = true;
+  EXPECT_EQ(anomalies({first, second, at_once({}, {{1, {7, 8}}})}),
+            std::vector{Anomaly::single_antidependency_cycle});
 }
 
 TEST(ListHistory, ReadsThatDisagreeAreFound) {
