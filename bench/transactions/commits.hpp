@@ -1,0 +1,12 @@
+#pragma once
+// Commits of rows alone: one after the other, many waiting at once, a thousand rows in one.
+
+#include <vector>
+
+#include "bench/figure/suite.hpp"
+
+namespace hil::bench {
+
+std::vector<Figure> measure_commits(const SuiteOptions& options);
+
+}  // namespace hil::bench

@@ -1,0 +1,18 @@
+// hil-bench-transactions [--json] [--tiny] [FAMILY...]: what a transaction costs, and what a user would otherwise take.
+
+#include "bench/figure/suite.hpp"
+#include "bench/spatial/our_world.hpp"
+#include "bench/spatial/side_by_side.hpp"
+#include "bench/transactions/answers.hpp"
+#include "bench/transactions/commits.hpp"
+#include "bench/transactions/sqlite.hpp"
+
+int main(int argc, char** argv) {
+  constexpr hil::bench::Family families[] = {
+      {"commits", hil::bench::measure_commits},
+      {"answers", hil::bench::measure_answers},
+      {"sqlite", hil::bench::measure_sqlite},
+  };
+  hil::bench::limit_software_device();
+  return hil::bench::run_suite("hil-bench-transactions", families, hil::bench::spatial_device, argc, argv);
+}
