@@ -101,7 +101,7 @@ void OurTlas::place(std::span<const Pose> places) {
 double OurTlas::update() {
   const query::TimeSpan now{impl_->rows.time(), impl_->rows.time()};
   impl_->submit.begin();
-  demand_alive(impl_->tlas.prepare(impl_->rows, now, impl_->submit).has_value());
+  demand_alive(impl_->tlas.prepare(impl_->rows, {.times = now}, impl_->submit).has_value());
   demand_alive(impl_->submit.run());
   return static_cast<double>(impl_->submit.take_gpu_ns()) * 1e-9;
 }

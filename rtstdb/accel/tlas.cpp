@@ -26,14 +26,10 @@ glm::vec3 low_part(const glm::dvec3& v) noexcept {
   return glm::vec3(v - glm::dvec3(glm::vec3(v)));
 }
 
-/// The last of the instants `from`, from + epoch_length, ... that is not after `t`, which is not before
-/// `from`.
-WorldTime epoch_of(WorldTime from, WorldTime t) noexcept {
-  // Unsigned, because the distance of two far times does not fit a signed count.
-  const auto distance_ns = static_cast<std::uint64_t>(t.time_since_epoch().count()) -
-                           static_cast<std::uint64_t>(from.time_since_epoch().count());
-  return t - Nanoseconds(
-                 static_cast<std::int64_t>(distance_ns % static_cast<std::uint64_t>(epoch_length.count())));
+/// The last multiple of epoch_length that is not after `t`.
+WorldTime epoch_of(WorldTime t) noexcept {
+  const std::int64_t rest_ns = t.time_since_epoch().count() % epoch_length.count();
+  return t - Nanoseconds(rest_ns < 0 ? rest_ns + epoch_length.count() : rest_ns);
 }
 
 shared::EntityRecord record_of(const EntityState& state) noexcept {
@@ -51,6 +47,12 @@ shared::EntityRecord record_of(const EntityState& state) noexcept {
           .p_low_m = low_part(motion.p_world_m),
           .v_low_mps = low_part(motion.v_world_mps),
           .w_low_radps = low_part(motion.w_world_radps)};
+}
+
+/// The end of a window that begins at `begin` and reaches ahead.
+WorldTime ahead_of(WorldTime begin) noexcept {
+  constexpr WorldTime last = world_time_ns(max_world_time_ns);
+  return last - begin < window_ahead ? last : begin + window_ahead;
 }
 
 /// Never shorter than the window itself.
@@ -79,6 +81,7 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   // Where late instances begin is where a binding may begin, whatever the device asks of that up to 256 bytes.
   tlas.late_base_ = (options.max_entities + 15) / 16 * 16;
   tlas.refits_ = options.refits;
+  tlas.patches_ = options.refits && options.patches;
   tlas.changed_.reserve(options.max_entities);
   const std::pair<gpu::Pipeline*, gpu::ShaderId> pipelines[] = {
       {&tlas.apply_rows_, gpu::ShaderId::apply_rows},
@@ -99,16 +102,17 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
     if (!large) return large.error();
     tlas.large_build_ = std::move(large).value();
   }
+  auto patch = TlasPatch::create(device, options.max_entities,
+                                 wide_node_bound(options.max_entities, instances_per_leaf));
+  if (!patch) return patch.error();
+  tlas.patch_ = std::move(patch).value();
   const std::size_t n = options.max_entities;
-  const std::size_t nodes = wide_node_bound(options.max_entities, instances_per_leaf);
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
       {&tlas.changed_rows_,
        {.name = "changed rows",
         .size_bytes = sizeof(shared::EntityRecord) * n,
         .memory = gpu::Memory::upload}},
       {&tlas.bounds_, {.name = "TLAS bounds", .size_bytes = 24 * n}},
-      {&tlas.motion_boxes_, {.name = "TLAS motion boxes", .size_bytes = 48 * n}},
-      {&tlas.node_boxes_, {.name = "TLAS node boxes", .size_bytes = 48 * nodes}},
   };
   for (const auto& [buffer, wanted] : buffers) {
     auto made = device.create_buffer(wanted);
@@ -153,6 +157,8 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
         .size_bytes = 4 * (shared::max_tlas_levels + 2),
         .memory = gpu::Memory::readback}},
       {&slot.cost_readback, {.name = name + " cost", .size_bytes = 16, .memory = gpu::Memory::readback}},
+      {&slot.motion_boxes, {.name = name + " motion boxes", .size_bytes = 48 * n}},
+      {&slot.node_boxes, {.name = name + " node boxes", .size_bytes = 48 * nodes_count}},
   };
   for (const auto& [buffer, wanted] : buffers) {
     auto made = device.create_buffer(wanted);
@@ -173,15 +179,16 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
                                          {&slot.instances, 0, half_bytes},
                                          {&slot.instances, half_bytes, half_bytes},
                                          {&bounds_},
-                                         {&motion_boxes_},
-                                         {&slot.centers}};
+                                         {&slot.motion_boxes},
+                                         {&slot.centers},
+                                         {&patch_.places_buffer()}};
     auto instances_bindings = device.create_bindings(instances_pass_, instances);
     if (!instances_bindings) return instances_bindings.error();
     slot.instances_pass = std::move(instances_bindings).value();
     std::vector<const gpu::Buffer*> small(common.begin(), common.end());
-    small.insert(small.end(), {&motion_boxes_, &node_boxes_, &slot.levels_readback});
-    const gpu::Buffer* refit[] = {&motion_boxes_, &node_boxes_, &slot.nodes};
-    const gpu::Buffer* cost[] = {&node_boxes_, &slot.cost_readback};
+    small.insert(small.end(), {&slot.motion_boxes, &slot.node_boxes, &slot.levels_readback});
+    const gpu::Buffer* refit[] = {&slot.motion_boxes, &slot.node_boxes, &slot.nodes};
+    const gpu::Buffer* cost[] = {&slot.node_boxes, &slot.cost_readback};
     const std::tuple<gpu::Bindings*, gpu::Pipeline*, std::span<const gpu::Buffer* const>> wanted[] = {
         {&slot.apply_rows, &apply_rows_, rows},
         {&slot.small_build, &small_build_, small},
@@ -192,6 +199,8 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
       if (!made) return made.error();
       *bindings = std::move(made).value();
     }
+    if (auto bound = patch_.bind(device, slot.nodes, slot.motion_boxes, slot.node_boxes, slot.patch); !bound)
+      return bound.error();
     if (!large_build_) continue;
     auto large = large_build_->bind(device, bounds_, slot.nodes);
     if (!large) return large.error();
@@ -207,18 +216,62 @@ void Tlas::record_warm_up(gpu::Recorder& recorder) {
   recorder.dispatch(small_build_, slot.small_build, shared::SmallBuildArgs{}, 1);
   recorder.dispatch(refit_, slot.refit, shared::RefitArgs{}, 1);
   recorder.dispatch(cost_, slot.cost, shared::RefitArgs{}, 1);
+  patch_.record_warm_up(slot.patch, recorder);
   if (large_build_) large_build_->record_warm_up(slot.large_build, recorder);
 }
 
-Tlas::Slot* Tlas::find(const query::RowSource& rows, const query::TimeSpan& times,
-                       std::uint64_t shapes) noexcept {
+bool Tlas::Slot::holds(const Wanted& wanted) const noexcept {
+  return filled && shapes == wanted.shapes && window_begin <= wanted.times.first &&
+         wanted.times.last <= window_end;
+}
+
+Tlas::Slot* Tlas::find(const query::RowSource& rows, const Wanted& wanted) noexcept {
   for (Slot& slot : slots_) {
-    if (slot.filled && slot.version == rows.version() && slot.shapes == shapes &&
-        slot.window_begin <= times.first && times.last <= slot.window_end) {
-      return &slot;
-    }
+    if (slot.version == rows.version() && slot.holds(wanted)) return &slot;
   }
   return nullptr;
+}
+
+Tlas::Slot* Tlas::find_patchable(const query::RowSource& rows, const Wanted& wanted) noexcept {
+  if (!patches_) return nullptr;
+  // The nearest version before: those that read an older one leave each other's slots alone.
+  Slot* nearest = nullptr;
+  for (Slot& slot : slots_) {
+    const bool before = slot.version < rows.version() && slot.holds(wanted) && slot.tree != Tree::none;
+    if (before && (nearest == nullptr || slot.version > nearest->version)) nearest = &slot;
+  }
+  return nearest != nullptr && list_patch(*nearest, rows) ? nearest : nullptr;
+}
+
+std::uint32_t Tlas::most_patched(const Slot& slot) noexcept {
+  return std::max(slot.visible_count / patched_share, 8u);
+}
+
+/// False: too much changed, or the tree itself has to.
+bool Tlas::list_patch(Slot& slot, const query::RowSource& rows) noexcept {
+  changed_.clear();
+  if (!rows.changed_between(slot.version, changed_) || changed_.size() > shared::max_patched) return false;
+  if (slot.patched + changed_.size() > most_patched(slot)) return false;
+  const auto places = patch_.places();
+  for (std::size_t k = 0; k < changed_.size(); ++k) {
+    const std::uint32_t entity = changed_[k];
+    const EntityState* state = entity < rows.index_limit() ? rows.row(entity) : nullptr;
+    if (presence_of(state) != slot.presence[entity] || state == nullptr) return false;
+    places[k] = slot.place[entity];
+  }
+  return true;
+}
+
+void Tlas::patch(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
+  learn_levels(slot);
+  slot.patched += static_cast<std::uint32_t>(changed_.size());
+  slot.version = rows.version();
+  ++counts_.patches;
+  if (changed_.empty()) return;
+  const auto listed = static_cast<std::uint32_t>(changed_.size());
+  upload_changes(slot, rows, recorder);
+  make_instances(slot, listed, recorder);
+  if (slot.visible_count > 0) patch_.record(listed, slot.visible_count, slot.levels, slot.patch, recorder);
 }
 
 void Tlas::list_live(Slot& slot, std::uint32_t index_limit) {
@@ -236,13 +289,21 @@ void Tlas::list_live(Slot& slot, std::uint32_t index_limit) {
   }
 }
 
-void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
+Tlas::Presence Tlas::presence_of(const EntityState* state) noexcept {
+  if (state == nullptr) return Presence::absent;
+  return state->row.geometry.valid() ? Presence::visible : Presence::hidden;
+}
+
+void Tlas::list_changes(Slot& slot, const query::RowSource& rows) {
   changed_.clear();
-  if (!slot.filled || !rows.changed_between(slot.version, changed_)) {
-    changed_.resize(rows.index_limit());
-    std::iota(changed_.begin(), changed_.end(), 0u);
-    std::fill(slot.presence.begin() + rows.index_limit(), slot.presence.end(), Presence::absent);
-  }
+  if (slot.filled && rows.changed_between(slot.version, changed_)) return;
+  changed_.resize(rows.index_limit());
+  std::iota(changed_.begin(), changed_.end(), 0u);
+  std::fill(slot.presence.begin() + rows.index_limit(), slot.presence.end(), Presence::absent);
+}
+
+/// Of the entities that changed_ lists.
+void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
   const auto records = changed_rows_.host_as<shared::EntityRecord>();
   const auto identity_texels = slot.identity_texels.host_as<Identity>();
   std::uint32_t count = 0;
@@ -250,13 +311,12 @@ void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorde
   bool list_changed = !slot.filled;
   for (const std::uint32_t entity : changed_) {
     const EntityState* state = entity < rows.index_limit() ? rows.row(entity) : nullptr;
-    Presence presence = Presence::absent;
+    const Presence presence = presence_of(state);
     if (state != nullptr) {
       in_a_row = in_a_row && entity == changed_.front() + count;
       records[count++] = record_of(*state);
       slot.identities[entity] = {state->id, state->row.mask, state->row.material};
       identity_texels[entity] = slot.identities[entity];
-      presence = state->row.geometry.valid() ? Presence::visible : Presence::hidden;
     }
     list_changed = list_changed || presence != slot.presence[entity];
     slot.presence[entity] = presence;
@@ -275,27 +335,32 @@ void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorde
   recorder.barrier();
 }
 
-void Tlas::make_instances(Slot& slot, gpu::Recorder& recorder) {
+void Tlas::make_instances(const Slot& slot, std::uint32_t listed, gpu::Recorder& recorder) const {
+  const std::uint32_t count = listed != 0 ? listed : slot.live_count;
   const WorldTime late_epoch = slot.epoch + epoch_length;
   const shared::InstanceArgs args{.epoch = words_of(slot.epoch),
                                   .late_epoch = words_of(late_epoch),
                                   .window_begin = words_of(slot.window_begin),
                                   .window_s = window_seconds(slot.window_begin, slot.window_end),
                                   .meets_late = slot.window_end >= late_epoch ? 1u : 0u,
-                                  .count = slot.live_count,
-                                  .visible_count = slot.visible_count};
-  recorder.dispatch(instances_pass_, slot.instances_pass, args, (slot.live_count + 63) / 64);
+                                  .count = count,
+                                  .visible_count = slot.visible_count,
+                                  .listed = listed != 0 ? 1u : 0u};
+  recorder.dispatch(instances_pass_, slot.instances_pass, args, (count + 63) / 64);
   recorder.barrier();
 }
 
-/// Looks at what the device left of the slot's last tree, which is done by now.
+/// What the device left of the slot's last tree, which is done by now.
+void Tlas::learn_levels(Slot& slot) {
+  if (slot.tree != Tree::unknown) return;
+  const auto levels = slot.levels_readback.host_as<const std::uint32_t>();
+  slot.levels.assign(levels.begin() + 1, levels.begin() + 2 + levels[0]);
+  slot.tree = Tree::known;
+}
+
 bool Tlas::may_refit(Slot& slot) {
   if (slot.tree == Tree::none || !refits_) return false;
-  if (slot.tree == Tree::unknown) {
-    const auto levels = slot.levels_readback.host_as<const std::uint32_t>();
-    slot.levels.assign(levels.begin() + 1, levels.begin() + 2 + levels[0]);
-    slot.tree = Tree::known;
-  }
+  learn_levels(slot);
   const float cost = slot.cost_readback.host_as<const float>()[0];
   if (slot.built_cost == 0.0f) slot.built_cost = cost;
   return cost <= rebuild_growth * slot.built_cost;
@@ -313,6 +378,7 @@ void Tlas::refit(const Slot& slot, gpu::Recorder& recorder) const {
 
 bool Tlas::build(Slot& slot, Submit& submit) {
   slot.built_cost = 0.0f;
+  slot.patch.stamp = 0;
   if (slot.visible_count <= shared::small_build_max) {
     const shared::SmallBuildArgs args{.count = slot.visible_count, .half_size = BuildScratch::half_size};
     submit.recorder().dispatch(small_build_, slot.small_build, args, 1);
@@ -339,7 +405,8 @@ void Tlas::find_cost(const Slot& slot, gpu::Recorder& recorder) const {
 }
 
 bool Tlas::make_tree(Slot& slot, Submit& submit) {
-  make_instances(slot, submit.recorder());
+  slot.patched = 0;
+  make_instances(slot, 0, submit.recorder());
   if (slot.visible_count == 0) return true;
   if (may_refit(slot)) {
     refit(slot, submit.recorder());
@@ -357,23 +424,38 @@ bool Tlas::make_tree(Slot& slot, Submit& submit) {
   return true;
 }
 
-std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const query::TimeSpan& times,
-                                      Submit& submit, std::uint64_t shapes) {
-  Slot* slot = find(rows, times, shapes);
+bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit) {
+  bool few_changed = true;
+  if (!slot.filled || slot.version != rows.version()) {
+    list_changes(slot, rows);
+    few_changed = !slot.filled || changed_.size() <= most_patched(slot);
+    upload_changes(slot, rows, submit.recorder());
+  }
+  slot.filled = true;
+  slot.version = rows.version();
+  slot.shapes = wanted.shapes;
+  slot.window_begin = wanted.times.first;
+  slot.window_end = wanted.times.last;
+  // Where many change from version to version, the next one will need a refit in any case.
+  if (patches_ && few_changed && wanted.elements < slot.visible_count / entities_per_small_element)
+    slot.window_end = std::max(slot.window_end, ahead_of(slot.window_begin));
+  slot.epoch = epoch_of(slot.window_begin);
+  if (make_tree(slot, submit)) return true;
+  slot.filled = false;
+  slot.tree = Tree::none;
+  return false;
+}
+
+std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit) {
+  Slot* slot = find(rows, wanted);
   if (slot == nullptr) {
-    slot = &*std::min_element(slots_.begin(), slots_.end(),
-                              [](const Slot& a, const Slot& b) { return a.last_used < b.last_used; });
-    if (!slot->filled || slot->version != rows.version()) upload_changes(*slot, rows, submit.recorder());
-    slot->filled = true;
-    slot->version = rows.version();
-    slot->shapes = shapes;
-    slot->window_begin = times.first;
-    slot->window_end = times.last;
-    slot->epoch = epoch_of(rows.time(), times.first);
-    if (!make_tree(*slot, submit)) {
-      slot->filled = false;
-      slot->tree = Tree::none;
-      return std::nullopt;
+    slot = find_patchable(rows, wanted);
+    if (slot != nullptr) {
+      patch(*slot, rows, submit.recorder());
+    } else {
+      slot = &*std::min_element(slots_.begin(), slots_.end(),
+                                [](const Slot& a, const Slot& b) { return a.last_used < b.last_used; });
+      if (!fill(*slot, rows, wanted, submit)) return std::nullopt;
     }
   }
   slot->last_used = ++uses_;

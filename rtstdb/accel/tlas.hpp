@@ -1,14 +1,18 @@
 #pragma once
 // Top-level structures (paper, Section 4.1): a few slots, each with its own copy of the rows, the instances
 // made from them, and a wide BVH over what every instance covers at the begin and at the end of the slot's
-// window. A slot stands for one version and one window of time; a later version is reached by applying the
-// rows that changed and by a refit: the tree stays and its boxes are made anew. It is built anew when
-// entities came, went, got or lost their geometry, or when its cost by the surface area heuristic has grown
-// by rebuild_growth since it was built.
+// window. A slot stands for one version and one window of time. A later version is reached
+//   by a patch   few rows changed, and the window holds the new times: only their boxes and those above are made
+//   by a refit   the tree stays and all its boxes are made anew, for a new window
+//   by a build   entities came, went, got or lost their geometry, or the tree's cost by the surface area
+//                heuristic has grown by rebuild_growth since it was built
+// A batch that is small beside the world gets a window that reaches ahead, so that those that follow it in time
+// need a patch at the most; a large one gets a window as short as its times, in which it is answered sooner.
 //
 // Threads: one. prepare is the tick's and does not allocate; the rest is setup.
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -17,6 +21,7 @@
 #include "rtstdb/accel/build_scratch.hpp"
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas_builder.hpp"
+#include "rtstdb/accel/tlas_patch.hpp"
 #include "rtstdb/query/executor.hpp"
 #include "shaders/shared/entity.h"
 
@@ -25,16 +30,25 @@ namespace rtstdb::accel {
 struct TlasOptions {
   std::uint32_t max_entities = 0;
   std::uint32_t slots = 4;
-  bool refits = true;  ///< false: every tree is built anew, to measure that
+  bool refits = true;   ///< false: every tree is built anew, to measure that
+  bool patches = true;  ///< false: windows reach no further than their times, to measure refits
 };
 
-/// Instants at which rows are written down in single precision lie this far apart, from the version's time
-/// on; see shaders/shared/entity.h.
+/// Instants at which rows are written down in single precision lie this far apart; see shaders/shared/entity.h.
 inline constexpr Nanoseconds epoch_length{shared::epoch_length_ns};
 static_assert(epoch_length.count() >= max_query_window_ns, "a window meets at most two epochs");
 
 /// A tree that costs more than this times what it did when it was built is built anew.
 inline constexpr float rebuild_growth = 1.3f;
+
+/// How far the window of a small batch reaches ahead: beside what a refit of all takes, few of them; and boxes of bodies that
+/// turn are still of use.
+inline constexpr Nanoseconds window_ahead{250'000'000};
+static_assert(window_ahead.count() <= max_query_window_ns);
+/// A batch is small when the world has so many entities for each of its elements.
+inline constexpr std::uint32_t entities_per_small_element = 4;
+/// A slot is refitted when this share of its entities has been patched, for its tree knows nothing of where they went.
+inline constexpr std::uint32_t patched_share = 8;
 
 /// An instant as the device is told of it.
 struct Moment {
@@ -89,16 +103,21 @@ class Tlas {
     return slots_[slot].place[entity];
   }
 
-  /// Records what brings a slot to `rows` over `times` into the begun recorder of `submit`; nothing when a
+  /// What a slot is wanted for.
+  struct Wanted {
+    query::TimeSpan times;
+    std::uint64_t elements = std::numeric_limits<std::uint64_t>::max();  ///< that will be asked
+    /// GeometryPool::shown of that version; another one than a slot was made with makes it stale.
+    std::uint64_t shapes = 0;
+  };
+  /// Records what brings a slot to `rows` over the times wanted into the begun recorder of `submit`; nothing when a
   /// slot is there already. Scenes above small_build_max submit in between when their tree is
-  /// built. `shapes`: GeometryPool::shown of that
-  /// version; another one than a slot was made with makes it stale. Empty: the device is lost.
-  std::optional<TlasView> prepare(const query::RowSource& rows, const query::TimeSpan& times, Submit& submit,
-                                  std::uint64_t shapes = 0);
+  /// built. Empty: the device is lost.
+  std::optional<TlasView> prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit);
 
-  /// How trees came about so far.
+  /// How slots came to their versions so far.
   struct Counts {
-    std::uint64_t builds = 0, refits = 0;
+    std::uint64_t builds = 0, refits = 0, patches = 0;
   };
   Counts counts() const noexcept { return counts_; }
 
@@ -113,13 +132,15 @@ class Tlas {
 
   struct Slot {
     gpu::Buffer rows, instances, centers, live, identity_texels, places, nodes, levels_readback,
-        cost_readback;
+        cost_readback, motion_boxes, node_boxes;
     gpu::Bindings apply_rows, instances_pass, small_build, refit, cost;
     TlasBuilder::Bound large_build;
+    TlasPatch::Bound patch;
     std::vector<Presence> presence;    // by entity index
     std::vector<std::uint32_t> place;  // by entity index
     std::vector<Identity> identities;  // by entity index: a row of an older version takes long to find
     std::uint32_t live_count = 0, visible_count = 0;
+    std::uint32_t patched = 0;  ///< rows since all boxes were made
     bool filled = false;
     Version version = 0;
     std::uint64_t shapes = 0;
@@ -129,12 +150,24 @@ class Tlas {
     std::vector<std::uint32_t> levels;  // first node of each, then the number of nodes
     float built_cost = 0.0f;            // 0: not known yet
     std::uint32_t root() const noexcept;
+    /// Whatever its version.
+    bool holds(const Wanted& wanted) const noexcept;
   };
 
-  Slot* find(const query::RowSource& rows, const query::TimeSpan& times, std::uint64_t shapes) noexcept;
+  Slot* find(const query::RowSource& rows, const Wanted& wanted) noexcept;
+  /// The slot that a patch brings there, whose changes are listed then; or none.
+  Slot* find_patchable(const query::RowSource& rows, const Wanted& wanted) noexcept;
+  static std::uint32_t most_patched(const Slot& slot) noexcept;
+  bool list_patch(Slot& slot, const query::RowSource& rows) noexcept;
+  void patch(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
+  bool fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit);
+  static Presence presence_of(const EntityState* state) noexcept;
+  void list_changes(Slot& slot, const query::RowSource& rows);
   void upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
   void list_live(Slot& slot, std::uint32_t index_limit);
-  void make_instances(Slot& slot, gpu::Recorder& recorder);
+  /// Of the first `listed` places of the patch, or of all.
+  void make_instances(const Slot& slot, std::uint32_t listed, gpu::Recorder& recorder) const;
+  static void learn_levels(Slot& slot);
   bool may_refit(Slot& slot);
   void refit(const Slot& slot, gpu::Recorder& recorder) const;
   bool build(Slot& slot, Submit& submit);
@@ -145,13 +178,15 @@ class Tlas {
   std::uint32_t max_entities_ = 0;
   std::uint32_t late_base_ = 0;
   bool refits_ = true;
+  bool patches_ = true;
   std::uint64_t uses_ = 0;
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> changed_;
   gpu::Buffer changed_rows_;
   BuildScratch small_scratch_;
-  std::optional<TlasBuilder> large_build_;          // none where no world is large
-  gpu::Buffer bounds_, motion_boxes_, node_boxes_;  // of the tree being made
+  std::optional<TlasBuilder> large_build_;  // none where no world is large
+  TlasPatch patch_;
+  gpu::Buffer bounds_;  // of the tree being made
   gpu::Pipeline apply_rows_, instances_pass_, small_build_, refit_, cost_;
   Counts counts_;
 };

@@ -100,7 +100,11 @@ RunReport GpuExecutor::run_bound(const RowSource& rows, std::span<const Request>
   const auto gpu_query = [](const Request& request) { return static_cast<GpuQuery*>(request.query); };
   if (!show_shapes(rows)) return lost;
   submit_.begin();
-  const auto view = tlas_.prepare(rows, times, submit_, pool_.shown());
+  std::uint64_t elements = 0;
+  for (const Request& request : requests)
+    elements += request.count;
+  const auto view =
+      tlas_.prepare(rows, {.times = times, .elements = elements, .shapes = pool_.shown()}, submit_);
   if (!view) return lost;
   for (const Request& request : requests) {
     if (request.count > 0) gpu_query(request)->record(request.count, rows, tlas_, *view, submit_.recorder());

@@ -17,6 +17,7 @@ layout(set = 0, binding = 5, scalar) writeonly buffer BoundsBuffer { Box bounds[
 layout(set = 0, binding = 6, scalar) writeonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
 // Of the bounds, at the window's begin, with the mask: for queries that ask at one instant.
 layout(set = 0, binding = 7, scalar) writeonly buffer CentersBuffer { vec4 centers[]; };
+layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint listed_places[]; };
 
 const uint no_geometry = 0xFFFFFFFFu;
 
@@ -35,8 +36,8 @@ const uint no_geometry = 0xFFFFFFFFu;
 // An instance is known by its place in `live`. Entities without a geometry come after the `visible_count` others: they get
 // instances (they may carry queries) but no place in the tree.
 void main() {
-  const uint place = gl_GlobalInvocationID.x;
-  if (place >= args.count) return;
+  if (gl_GlobalInvocationID.x >= args.count) return;
+  const uint place = args.listed != 0u ? listed_places[gl_GlobalInvocationID.x] : gl_GlobalInvocationID.x;
   const EntityRecord row = rows[live[place]];
   GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u);
   if (row.geometry != no_geometry) geometry = geometries[row.geometry];

@@ -35,4 +35,15 @@ RTSTDB_STRUCT(SmallBuildArgs)
   F(uint, still) /* tlas_cost: 1: the window is one instant */
 RTSTDB_STRUCT(RefitArgs)
 
+// Most rows that are brought into a tree by themselves.
+RTSTDB_CONSTANT(max_patched, 512)
+
+#define RTSTDB_FIELDS_PatchArgs(F)                                              \
+  F(uint, count)         /* places listed; tlas_parents: nodes */               \
+  F(uint, visible_count) /* places from here on are in no tree */               \
+  F(uint, levels)        /* of the tree */                                      \
+  F(uint, leaf_parents)  /* where the parents of instances begin */             \
+  F(uint, stamp)         /* of this patch: another one each time, never zero */
+RTSTDB_STRUCT(PatchArgs)
+
 #endif

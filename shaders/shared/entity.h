@@ -29,9 +29,9 @@ RTSTDB_STRUCT(EntityRecord)
   F(uint, closed)
 RTSTDB_STRUCT(GeometryRecord)
 
-// An instance is an entity at an epoch: one of the instants that lie whole seconds after the version's time. A window, never
-// longer than a second, meets at most two of the stretches between them, and each entity has an instance for either: at its
-// place, and at its place + late_base. So what an instant sees does not depend on the window that it came in.
+// An instance is an entity at an epoch: one of the instants that are whole seconds of world time. A window, never longer than a
+// second, meets at most two of the stretches between them, and each entity has an instance for either: at its place, and at
+// its place + late_base. So what an instant sees depends neither on the window that it came in nor on who asked before.
 // 7 texels of vec4:
 //   0 position, mask        1 orientation (xyzw)     2 velocity, BLAS root      3 angular velocity, entity index
 //   4 scale, closed         5 box centre, -          6 box half extent, -       (box: entity frame, unscaled)
@@ -49,8 +49,9 @@ RTSTDB_STRUCT(ApplyRowsArgs)
   F(uvec2, window_begin)              \
   F(float, window_s)                  \
   F(uint, meets_late)    /* 0: the window ends before the next epoch */ \
-  F(uint, count)         /* live entities */ \
-  F(uint, visible_count) /* of them with a geometry, standing first */
+  F(uint, count)         /* live entities, or places listed */ \
+  F(uint, visible_count) /* of the live ones with a geometry, standing first */ \
+  F(uint, listed)        /* 1: only the places listed are made */
 RTSTDB_STRUCT(InstanceArgs)
 
 #endif

@@ -165,7 +165,7 @@ void MotionBoxFuzz::check(const EntityRow& row, const std::vector<Child>& boxes,
 
 void MotionBoxFuzz::look(const Window& window) {
   submit_.begin();
-  const auto view = tlas_.prepare(rows_, {window.begin, window.end}, submit_);
+  const auto view = tlas_.prepare(rows_, {.times = {window.begin, window.end}}, submit_);
   ASSERT_TRUE(view.has_value());
   submit_.recorder().copy(tlas_.nodes(0), 0, read_back_, 0, read_back_.size_bytes());
   ASSERT_TRUE(submit_.run());
@@ -176,6 +176,7 @@ void MotionBoxFuzz::look(const Window& window) {
   paths_.assign(states.size(), {});
   std::vector<Child> above;
   walk(view->root, above);
+  const Window of_slot{view->window_begin, view->window_end};
   // Few instants of many entities, many of few.
   const std::size_t instants = std::max<std::size_t>(3, 400 / states.size());
   for (const EntityState* state : states) {
@@ -186,10 +187,27 @@ void MotionBoxFuzz::look(const Window& window) {
       const WorldTime t =
           window.begin + Nanoseconds(static_cast<std::int64_t>(
                              part * static_cast<double>((window.end - window.begin).count())));
-      check(state->row, path, t, window, view->moment(t).share);
+      check(state->row, path, t, of_slot, view->moment(t).share);
     }
   }
   ++versions_;
+}
+
+/// Some get another motion while the window lasts.
+void MotionBoxFuzz::patch(Scene& scene, std::vector<EntityRow>& rows) {
+  const auto rest_ns = static_cast<double>((scene.window.end - scene.window.begin).count());
+  scene.time =
+      scene.window.begin + Nanoseconds(static_cast<std::int64_t>(random_.uniform(0.0, 0.5) * rest_ns));
+  std::vector<std::uint32_t> changed(1 + random_.below(std::min<std::size_t>(rows.size(), 8)));
+  for (std::uint32_t& index : changed) {
+    index = static_cast<std::uint32_t>(random_.below(rows.size()));
+    EntityRow next = row(scene);
+    next.geometry = rows[index].geometry;
+    rows[index] = next;
+  }
+  rows_.change(
+      changed, [&](std::uint32_t i) { return std::optional(rows[i]); }, scene.time);
+  look({scene.time, scene.window.end});
 }
 
 void MotionBoxFuzz::fuzz(std::uint64_t seed) {
@@ -221,6 +239,8 @@ void MotionBoxFuzz::fuzz(std::uint64_t seed) {
                scene.time);
     look(scene.window);
   }
+  for (int k = 0; k < 2; ++k)
+    patch(scene, rows);
   EXPECT_EQ(outside_, 0u) << "points outside; seed " << seed << ", " << count << " entities";
   EXPECT_EQ(too_large_, 0u) << "sides too far out; seed " << seed << ", " << count << " entities";
 }

@@ -15,7 +15,7 @@ namespace rtstdb::test {
 class MotionBoxFuzz : public gpu::test::GpuTest {
  protected:
   void SetUp() override;
-  /// The world of this seed in two versions, so that its tree is built and refitted. Fails the test with the seed.
+  /// The world of this seed in some versions, so that its tree is built, refitted and patched. Fails the test with the seed.
   void fuzz(std::uint64_t seed);
 
   std::size_t points() const { return points_; }
@@ -41,6 +41,7 @@ class MotionBoxFuzz : public gpu::test::GpuTest {
   };
 
   EntityRow row(const Scene& scene);
+  void patch(Scene& scene, std::vector<EntityRow>& rows);
   void look(const Window& window);
   void walk(std::uint32_t node, std::vector<Child>& above);
   void check(const EntityRow& row, const std::vector<Child>& boxes, WorldTime t, const Window& window,

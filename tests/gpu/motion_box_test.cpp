@@ -8,9 +8,10 @@ namespace {
 TEST_F(MotionBoxFuzz, NothingIsEverOutsideOfABox) {
   for (std::uint64_t seed = 0; seed < 200 && !HasFailure(); ++seed)
     fuzz(seed);
-  EXPECT_EQ(versions(), 400u);
+  EXPECT_EQ(versions(), 800u);
   EXPECT_GT(counts().builds, 150u);
   EXPECT_GT(counts().refits, 100u);
+  EXPECT_GT(counts().patches, 300u);
   RecordProperty("points", std::to_string(points()));
 }
 

@@ -33,7 +33,7 @@ class TreesFromVersionToVersion : public gpu::test::GpuTest,
   }
   void prepare(Nanoseconds window = Nanoseconds(0)) {
     submit_.begin();
-    ASSERT_TRUE(tlas_.prepare(rows_, {rows_.time(), rows_.time() + window}, submit_).has_value());
+    ASSERT_TRUE(tlas_.prepare(rows_, {.times = {rows_.time(), rows_.time() + window}}, submit_).has_value());
     ASSERT_TRUE(submit_.run());
   }
   void expect_counts(std::uint64_t builds, std::uint64_t refits) const {

@@ -2,27 +2,32 @@
 // Versions of rows for tests that prepare a TLAS without a database.
 
 #include <functional>
-#include <numeric>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "rtstdb/query/executor.hpp"
 
 namespace rtstdb::test {
 
-/// From version to version every row may differ.
+/// Versions are read in their order alone: rows are kept of the newest.
 class VersionRows final : public query::RowSource {
  public:
-  explicit VersionRows(std::uint32_t most) : states_(most) {}
+  explicit VersionRows(std::uint32_t most) : states_(most), changed_by_(most, 0) {}
   /// The next version, from `time` on: every row as `make` has it, or none.
   void next(const std::function<std::optional<EntityRow>(std::uint32_t)>& make, WorldTime time) {
     ++version_;
     time_ = time;
-    for (std::uint32_t i = 0; i < states_.size(); ++i) {
-      states_[i].reset();
-      if (const auto row = make(i))
-        states_[i] = EntityState{.id = {i, 1}, .row = *row, .written_by = version_};
-    }
+    for (std::uint32_t i = 0; i < states_.size(); ++i)
+      write(i, make(i));
+  }
+  /// The next version, from `time` on, in which these differ alone.
+  void change(std::span<const std::uint32_t> indices,
+              const std::function<std::optional<EntityRow>(std::uint32_t)>& make, WorldTime time) {
+    ++version_;
+    time_ = time;
+    for (const std::uint32_t i : indices)
+      write(i, make(i));
   }
 
   Version version() const noexcept override { return version_; }
@@ -31,15 +36,22 @@ class VersionRows final : public query::RowSource {
   const EntityState* row(std::uint32_t index) const noexcept override {
     return states_[index] ? &*states_[index] : nullptr;
   }
-  bool changed_between(Version, std::vector<std::uint32_t>& indices) const noexcept override {
-    indices.resize(states_.size());
-    std::iota(indices.begin(), indices.end(), 0u);
+  bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept override {
+    for (std::uint32_t i = 0; i < states_.size(); ++i)
+      if (changed_by_[i] > other) indices.push_back(i);
     return true;
   }
   query::Shape shape(GeometryId /*geometry*/) const noexcept override { return {}; }
 
  private:
+  void write(std::uint32_t index, const std::optional<EntityRow>& row) {
+    states_[index].reset();
+    changed_by_[index] = version_;
+    if (row) states_[index] = EntityState{.id = {index, 1}, .row = *row, .written_by = version_};
+  }
+
   std::vector<std::optional<EntityState>> states_;
+  std::vector<Version> changed_by_;
   Version version_ = 0;
   WorldTime time_{};
 };

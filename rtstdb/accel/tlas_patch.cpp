@@ -1,0 +1,94 @@
+#include "rtstdb/accel/tlas_patch.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include <rtstdb/result.hpp>
+
+namespace rtstdb::accel {
+
+namespace {
+
+// Trees of large worlds are rotated and may be deeper than those of one workgroup.
+constexpr std::size_t most_levels = 2 * std::size_t{shared::max_tlas_levels};
+
+}  // namespace
+
+Result<TlasPatch> TlasPatch::create(gpu::Device& device, std::uint32_t instances, std::uint32_t nodes) {
+  TlasPatch patch;
+  patch.instances_ = instances;
+  patch.nodes_ = nodes;
+  for (const auto& [pipeline, shader] : {std::pair{&patch.parents_, gpu::ShaderId::tlas_parents},
+                                         std::pair{&patch.patch_, gpu::ShaderId::tlas_patch}}) {
+    auto made = device.create_pipeline(shader);
+    if (!made) return made.error();
+    *pipeline = std::move(made).value();
+  }
+  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+      {&patch.places_,
+       {.name = "patched places", .size_bytes = 4 * shared::max_patched, .memory = gpu::Memory::upload}},
+      {&patch.levels_,
+       {.name = "patched levels", .size_bytes = 4 * most_levels, .memory = gpu::Memory::upload}},
+      {&patch.climbers_, {.name = "patch climbers", .size_bytes = 4 * shared::max_patched}}};
+  for (const auto& [buffer, wanted] : buffers) {
+    auto made = device.create_buffer(wanted);
+    if (!made) return made.error();
+    *buffer = std::move(made).value();
+  }
+  return patch;
+}
+
+Result<void> TlasPatch::bind(gpu::Device& device, const gpu::Buffer& nodes, const gpu::Buffer& motion_boxes,
+                             const gpu::Buffer& node_boxes, Bound& bound) const {
+  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+      {&bound.parents, {.name = "TLAS parents", .size_bytes = 4 * (std::size_t{nodes_} + instances_)}},
+      {&bound.stamps, {.name = "TLAS stamps", .size_bytes = 4 * std::size_t{nodes_}}}};
+  for (const auto& [buffer, wanted] : buffers) {
+    if (*buffer) continue;
+    auto made = device.create_buffer(wanted);
+    if (!made) return made.error();
+    *buffer = std::move(made).value();
+  }
+  const gpu::Buffer* up[] = {&nodes, &bound.parents};
+  const gpu::Buffer* patched[] = {&motion_boxes, &node_boxes, &nodes,   &bound.parents,
+                                  &bound.stamps, &climbers_,  &places_, &levels_};
+  auto parents_pass = device.create_bindings(parents_, up);
+  if (!parents_pass) return parents_pass.error();
+  bound.parents_pass = std::move(parents_pass).value();
+  auto patch_pass = device.create_bindings(patch_, patched);
+  if (!patch_pass) return patch_pass.error();
+  bound.patch_pass = std::move(patch_pass).value();
+  return {};
+}
+
+void TlasPatch::record_warm_up(const Bound& bound, gpu::Recorder& recorder) const {
+  recorder.dispatch(parents_, bound.parents_pass, shared::PatchArgs{}, 1);
+  recorder.dispatch(patch_, bound.patch_pass, shared::PatchArgs{}, 1);
+}
+
+void TlasPatch::record(std::uint32_t listed, std::uint32_t visible_count,
+                       std::span<const std::uint32_t> levels, Bound& bound, gpu::Recorder& recorder) const {
+  RTSTDB_ASSERT(listed <= shared::max_patched && levels.size() >= 2 && levels.size() <= most_levels);
+  std::ranges::copy(levels, levels_.host_as<std::uint32_t>().begin());
+  const std::uint32_t nodes = levels.back();
+  if (bound.stamp == std::numeric_limits<std::uint32_t>::max()) bound.stamp = 0;
+  if (bound.stamp == 0) {
+    recorder.fill(bound.stamps, 0, bound.stamps.size_bytes(), 0);
+    recorder.dispatch(
+        parents_, bound.parents_pass,
+        shared::PatchArgs{
+            .count = nodes, .visible_count = 0, .levels = 0, .leaf_parents = nodes_, .stamp = 0},
+        (nodes + 63) / 64);
+    recorder.barrier();
+  }
+  const shared::PatchArgs args{.count = listed,
+                               .visible_count = visible_count,
+                               .levels = static_cast<std::uint32_t>(levels.size()) - 1,
+                               .leaf_parents = nodes_,
+                               .stamp = ++bound.stamp};
+  recorder.dispatch(patch_, bound.patch_pass, args, 1);
+  recorder.barrier();
+}
+
+}  // namespace rtstdb::accel

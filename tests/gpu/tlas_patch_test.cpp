@@ -1,0 +1,228 @@
+// Few rows that change, small batches, ticks that follow one another: slots are patched, and nobody can tell.
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+#include "rtstdb/accel/tlas.hpp"
+#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/random_scene.hpp"
+#include "tests/gpu/version_rows.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+/// A small world is built by one workgroup, a large one by many passes.
+class PatchedTrees : public gpu::test::GpuTest, public testing::WithParamInterface<std::uint32_t> {
+ protected:
+  void SetUp() override {
+    GpuTest::SetUp();
+    submit_ = std::move(accel::Submit::create(device())).value();
+    pool_ = std::move(accel::GeometryPool::create(device(), 1, submit_)).value();
+    tlas_ = std::move(accel::Tlas::create(device(), {.max_entities = GetParam(), .slots = 2})).value();
+    ASSERT_TRUE(pool_.add(device(), make_box({1.0, 1.0, 1.0}), submit_).ok());
+    ASSERT_TRUE(tlas_.bind(device(), pool_).ok());
+    rows_.next([&](std::uint32_t) { return std::optional(anywhere()); }, time_);
+    prepare(1);
+    ASSERT_EQ(tlas_.counts().builds, 1u);
+  }
+  EntityRow anywhere() { return row_of({0}, 100.0 * random_.vector()); }
+  /// The next version, a millisecond later, in which the first `changed` stand elsewhere.
+  void tick(std::uint32_t changed = 0) {
+    std::vector<std::uint32_t> indices(changed);
+    for (std::uint32_t i = 0; i < changed; ++i)
+      indices[i] = i;
+    time_ += Nanoseconds(1'000'000);
+    rows_.change(
+        indices, [&](std::uint32_t) { return std::optional(anywhere()); }, time_);
+  }
+  void prepare(std::uint64_t elements) {
+    submit_.begin();
+    ASSERT_TRUE(tlas_.prepare(rows_, {.times = {time_, time_}, .elements = elements}, submit_).has_value());
+    ASSERT_TRUE(submit_.run());
+  }
+  accel::Tlas::Counts since(const accel::Tlas::Counts& before) const {
+    const accel::Tlas::Counts now = tlas_.counts();
+    return {now.builds - before.builds, now.refits - before.refits, now.patches - before.patches};
+  }
+
+  Random random_{4};
+  WorldTime time_ = at_s(1.0);
+  VersionRows rows_{GetParam()};
+  accel::Submit submit_;
+  accel::GeometryPool pool_;
+  accel::Tlas tlas_;
+};
+
+TEST_P(PatchedTrees, NeitherRefitNorBuildForFewChangesOfATick) {
+  const auto before = tlas_.counts();
+  for (int k = 0; k < 20; ++k) {
+    tick(k % 2);
+    prepare(1);
+  }
+  const auto counts = since(before);
+  EXPECT_EQ(counts.builds, 0u);
+  EXPECT_EQ(counts.refits, 0u);
+  EXPECT_EQ(counts.patches, 20u);
+}
+
+TEST_P(PatchedTrees, AreMadeAnewWhenTheWindowHasPassed) {
+  const auto before = tlas_.counts();
+  for (int k = 0; k < 600; ++k) {
+    tick();
+    prepare(1);
+  }
+  const auto counts = since(before);
+  EXPECT_EQ(counts.builds, 1u);  // of the slot that was empty
+  EXPECT_EQ(counts.refits, 1u);
+  EXPECT_EQ(counts.patches, 598u);
+}
+
+TEST_P(PatchedTrees, AreMadeAnewWhenManyHaveBeenPatched) {
+  const auto before = tlas_.counts();
+  const std::uint32_t most = GetParam() / accel::patched_share;
+  const std::uint32_t part = std::min(most, shared::max_patched);
+  std::uint64_t patches = 0;
+  for (std::uint32_t patched = 0; patched + part <= most; patched += part, ++patches) {
+    tick(part);
+    prepare(1);
+  }
+  EXPECT_EQ(since(before).patches, patches);
+  EXPECT_EQ(since(before).refits + since(before).builds, 0u);
+  tick(part);
+  prepare(1);
+  EXPECT_EQ(since(before).patches, patches);
+  EXPECT_EQ(since(before).refits + since(before).builds, 1u);
+}
+
+TEST_P(PatchedTrees, AreBuiltWhenSomebodyGoesOrIsSeenNoMore) {
+  const auto before = tlas_.counts();
+  time_ += Nanoseconds(1'000'000);
+  const std::uint32_t one = 3;
+  rows_.change(
+      {&one, 1}, [](std::uint32_t) { return std::nullopt; }, time_);
+  prepare(1);
+  EXPECT_EQ(since(before).builds, 1u);
+  EntityRow hidden = anywhere();
+  hidden.geometry = {};
+  time_ += Nanoseconds(1'000'000);
+  const std::uint32_t other = 5;
+  rows_.change(
+      {&other, 1}, [&](std::uint32_t) { return std::optional(hidden); }, time_);
+  prepare(1);
+  EXPECT_EQ(since(before).builds, 2u);
+  EXPECT_EQ(since(before).refits + since(before).patches, 0u);
+}
+
+TEST_P(PatchedTrees, HaveWindowsNoLongerThanALargeBatchAsks) {
+  const auto before = tlas_.counts();
+  time_ += accel::window_ahead;  // behind the window
+  for (int k = 0; k < 6; ++k) {
+    tick();
+    prepare(GetParam());
+  }
+  EXPECT_EQ(since(before).patches, 0u);
+  EXPECT_EQ(since(before).builds, 1u);  // of the slot that was empty
+  EXPECT_EQ(since(before).refits, 5u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, PatchedTrees, testing::Values(100u, 1500u, 9000u));
+
+/// Ticks in which a few bodies get other motions, looks or masks, and some rays are asked.
+class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<std::uint32_t> {
+ protected:
+  void fill(std::uint32_t count) {
+    options_.radius_m = 2.5 * std::cbrt(static_cast<double>(count));
+    for (const TriangleMesh& mesh : mixed_meshes(random_)) {
+      meshes_.push_back(mesh);
+      geometries_.push_back(add(mesh));
+    }
+    for (std::uint32_t i = 0; i < count; ++i)
+      rows_.push_back(random_row(random_, geometries_, options_, rows_));
+    ids_ = create(rows_, options_.version_time);
+  }
+  void tick() {
+    options_.version_time += Nanoseconds(1'000'000 + static_cast<std::int64_t>(random_.below(20'000'000)));
+    const Outcome outcome = execute(
+        [&](Transaction& transaction) {
+          for (std::size_t k = random_.below(6); k > 0; --k) {
+            const std::size_t i = random_.below(rows_.size());
+            EntityRow row = random_row(random_, geometries_, options_, rows_);
+            row.motion.valid_from = options_.version_time;
+            if (row.geometry.valid() != rows_[i].geometry.valid()) row.geometry = rows_[i].geometry;
+            rows_[i] = row;
+            transaction.update(ids_[i], row);
+          }
+          transaction.update(ids_[0], rows_[0]);  // a transaction without writes makes no version
+        },
+        options_.version_time);
+    ASSERT_TRUE(outcome.done()) << describe(outcome);
+  }
+  std::vector<Ray> rays(std::size_t count) {
+    const auto entities = database().snapshot({}).value();
+    std::vector<Ray> made(count);
+    for (Ray& ray : made)
+      ray = random_ray(random_, entities, options_, options_.version_time, 0.02);
+    return made;
+  }
+
+  Random random_{7};
+  SceneOptions options_{.radius_m = 0.0, .version_time = at_s(1.0)};
+  std::vector<TriangleMesh> meshes_;
+  std::vector<GeometryId> geometries_;
+  std::vector<EntityRow> rows_;
+  std::vector<EntityId> ids_;
+};
+
+TEST_P(PatchedWorlds, AreSeenAsTheyAre) {
+  fill(GetParam());
+  const auto query = prepare_rays(RayMode::closest, false, 32);
+  Tally tally;
+  std::optional<oracle::World> world;
+  for (int k = 0; k < 60; ++k) {
+    tick();
+    const auto asked = rays(32);
+    const auto entities = database().snapshot({}).value();
+    world = world ? world->with_entities(entities, options_.version_time) : this->world();
+    tally += judge(*world, asked, trace(*query, asked));
+    if (HasFatalFailure() || HasNonfatalFailure()) break;
+  }
+  EXPECT_GT(tally.hits, tally.asked / 5);
+}
+
+/// A slot that was patched a hundred times answers with the bits of one that was made for its version.
+TEST_P(PatchedWorlds, AnswerBitForBitAsThoseMadeAnew) {
+  fill(GetParam());
+  const auto query = prepare_rays(RayMode::closest, false, 64);
+  for (int k = 0; k < 100; ++k) {
+    tick();
+    trace(*query, rays(8));
+  }
+  const auto asked = rays(64);
+  const auto patched = trace(*query, asked);
+
+  open({});
+  geometries_.clear();
+  for (const TriangleMesh& mesh : meshes_)
+    geometries_.push_back(add(mesh));
+  create(rows_, options_.version_time);
+  const auto fresh_query = prepare_rays(RayMode::closest, false, 64);
+  const auto fresh = trace(*fresh_query, asked);
+  std::size_t hits = 0;
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    EXPECT_EQ(std::memcmp(&patched[i].lambda, &fresh[i].lambda, 3 * sizeof(float)), 0) << "ray " << i;
+    EXPECT_EQ(patched[i].entity, fresh[i].entity);
+    EXPECT_EQ(patched[i].triangle, fresh[i].triangle);
+    EXPECT_EQ(patched[i].n_world, fresh[i].n_world);
+    EXPECT_EQ(patched[i].v_relative_mps, fresh[i].v_relative_mps);
+    hits += patched[i].status == HitStatus::hit ? 1 : 0;
+  }
+  EXPECT_GT(hits, asked.size() / 5);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, PatchedWorlds, testing::Values(400u, 3000u));
+
+}  // namespace
+}  // namespace rtstdb::test
