@@ -70,7 +70,7 @@ std::vector<Figure> measure_tlas(const std::string& name, std::uint32_t count, C
           time_figure(name + "_device", {device_s, {}}, "")};
 }
 
-Figure measure_blas(const SpatialOptions& options) {
+Figure measure_blas(const SuiteOptions& options) {
   const int rounds = options.tiny ? 1 : 9;
   const rtstdb::TriangleMesh mesh = bunny(options.tiny);
   OurWorld world(1, static_cast<std::uint32_t>(rounds) + 1);
@@ -88,7 +88,7 @@ void wave(std::span<const glm::vec3> rest_m, float phase, std::span<glm::vec3> p
   }
 }
 
-std::vector<Figure> measure_blas_refit(const SpatialOptions& options) {
+std::vector<Figure> measure_blas_refit(const SuiteOptions& options) {
   const int rounds = options.tiny ? 1 : 31;
   const rtstdb::TriangleMesh mesh = bunny(options.tiny);
   OurDeforming ours(mesh);
@@ -112,7 +112,7 @@ std::vector<Figure> measure_blas_refit(const SpatialOptions& options) {
 
 }  // namespace
 
-std::vector<Figure> measure_builds(const SpatialOptions& options) {
+std::vector<Figure> measure_builds(const SuiteOptions& options) {
   struct Case {
     const char* name;
     std::uint32_t count;

@@ -15,6 +15,6 @@ namespace hil::bench {
 /// blas_build_bunny: Database::add_geometry of HIL_TEST_DATA's meshes/stanford-bunny.obj, or of another body
 /// of its size. blas_refit_bunny: the same as geometry that deforms, from positions in memory to a structure that
 /// can be asked; with a figure `_device`.
-std::vector<Figure> measure_builds(const SpatialOptions& options);
+std::vector<Figure> measure_builds(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -31,7 +31,7 @@ double doubt_in_entity(const MovingBodies& bodies, const rtstdb::Ray& ray, const
 
 }  // namespace
 
-std::vector<Figure> measure_instances(const SpatialOptions& options) {
+std::vector<Figure> measure_instances(const SuiteOptions& options) {
   const std::string name = "ray_moving_instances";
   const int rounds = options.tiny ? 1 : 9;
   const std::uint32_t ray_count = options.tiny ? 4096 : 1u << 19;

@@ -71,7 +71,7 @@ class SmallQueries {
 
 }  // namespace
 
-std::vector<Figure> measure_latency(const SpatialOptions& options) {
+std::vector<Figure> measure_latency(const SuiteOptions& options) {
   const int warm_up = options.tiny ? 5 : 200;
   const int count = options.tiny ? 20 : 4000;
   SmallQueries queries;

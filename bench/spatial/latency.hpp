@@ -11,6 +11,6 @@ namespace hil::bench {
 /// 64 rays at 1,000 entities, one transaction after the other, nobody to compare with:
 /// latency_small_query_p50 and _p99: the version is the one asked before; latency_small_update_query_p50 and
 /// _p99: the transaction moves one entity first, so that the structure is brought to a new version.
-std::vector<Figure> measure_latency(const SpatialOptions& options);
+std::vector<Figure> measure_latency(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -20,7 +20,7 @@ Figure bytes_figure(const std::string& name, std::size_t ours, std::size_t their
 
 }  // namespace
 
-std::vector<Figure> measure_memory(const SpatialOptions& options) {
+std::vector<Figure> measure_memory(const SuiteOptions& options) {
   const rtstdb::TriangleMesh mesh = options.tiny ? lumpy_body(33, 32, 1) : lumpy_body(257, 256, 1);
   const MovingBodies bodies = moving_bodies(options.tiny ? 100 : 10'000, 50.0f, 3);
   const EmbreeScene their_mesh(mesh);

@@ -10,6 +10,6 @@ namespace hil::bench {
 
 /// bytes_per_triangle: of one mesh with its structure, all that answering needs. bytes_per_entity: of moving
 /// entities with their structure for one version, without meshes. Embree's by what its memory monitor reports.
-std::vector<Figure> measure_memory(const SpatialOptions& options);
+std::vector<Figure> measure_memory(const SuiteOptions& options);
 
 }  // namespace hil::bench

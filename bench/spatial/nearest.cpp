@@ -47,7 +47,7 @@ void demand_same(const std::string& name, std::size_t point, const rtstdb::Neare
                              " is answered otherwise by the peer");
 }
 
-std::vector<Figure> measure_triangle(const SpatialOptions& options) {
+std::vector<Figure> measure_triangle(const SuiteOptions& options) {
   const std::string name = "nearest_triangle_k1";
   const rtstdb::TriangleMesh mesh = options.tiny ? lumpy_body(33, 32, 1) : lumpy_body(257, 256, 1);
   const auto points_m = points_in(options.tiny ? 512 : 1u << 17, 1.5f, 12);
@@ -67,7 +67,7 @@ std::vector<Figure> measure_triangle(const SpatialOptions& options) {
                 embree_version(), run_peer});
 }
 
-std::vector<Figure> measure_entities(const SpatialOptions& options) {
+std::vector<Figure> measure_entities(const SuiteOptions& options) {
   const std::string name = "nearest_entity_k8";
   constexpr std::size_t k = 8;
   const std::uint32_t count = options.tiny ? 500 : 100'000;
@@ -100,7 +100,7 @@ std::vector<Figure> measure_entities(const SpatialOptions& options) {
 
 }  // namespace
 
-std::vector<Figure> measure_nearest(const SpatialOptions& options) {
+std::vector<Figure> measure_nearest(const SuiteOptions& options) {
   std::vector<Figure> figures = measure_triangle(options);
   for (Figure& figure : measure_entities(options))
     figures.push_back(std::move(figure));

@@ -9,7 +9,7 @@
 
 namespace hil::bench {
 
-std::vector<Figure> measure_quality(const SpatialOptions& options) {
+std::vector<Figure> measure_quality(const SuiteOptions& options) {
   struct Case {
     std::string name;
     rtstdb::TriangleMesh mesh;

@@ -10,6 +10,6 @@ namespace hil::bench {
 
 /// blas_sah_cost_NAME: the cost of a tree by tree_cost.hpp, beside that of Embree's builder of quality MEDIUM;
 /// blas_sah_cost_NAME_split: beside quality HIGH, which splits triangles and ours does not.
-std::vector<Figure> measure_quality(const SpatialOptions& options);
+std::vector<Figure> measure_quality(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -15,7 +15,7 @@ constexpr double sideways_m = 2e-6;
 
 class RayFigures {
  public:
-  explicit RayFigures(const SpatialOptions& options)
+  explicit RayFigures(const SuiteOptions& options)
       : rounds_(options.tiny ? 1 : 9),
         mesh_(body_in_bowl(options.tiny ? 24 : 180, 1)),
         world_(1),
@@ -78,7 +78,7 @@ class RayFigures {
 
 }  // namespace
 
-std::vector<Figure> measure_rays(const SpatialOptions& options) {
+std::vector<Figure> measure_rays(const SuiteOptions& options) {
   const std::uint32_t side = options.tiny ? 64 : 1024;
   const auto coherent = camera_rays(side, side);
   const auto scattered = scattered_rays(side * side, 2);

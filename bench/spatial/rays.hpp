@@ -10,6 +10,6 @@ namespace hil::bench {
 
 /// ray_closest_coherent, ray_closest_incoherent, ray_any_incoherent; each with a figure `_device`: the same
 /// rate by the device's own time alone. Throws std::runtime_error when the sides disagree.
-std::vector<Figure> measure_rays(const SpatialOptions& options);
+std::vector<Figure> measure_rays(const SuiteOptions& options);
 
 }  // namespace hil::bench

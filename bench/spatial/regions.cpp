@@ -59,7 +59,7 @@ void demand_same(const std::string& name, std::span<const rtstdb::RegionAnswer> 
     throw std::runtime_error(name + ": a region finds " + std::to_string(mean) + " on average");
 }
 
-std::vector<Figure> measure_entities(const SpatialOptions& options) {
+std::vector<Figure> measure_entities(const SuiteOptions& options) {
   const std::string name = "region_box_entities";
   const std::uint32_t entity_count = options.tiny ? 1000 : 100'000;
   const std::uint32_t region_count = options.tiny ? 256 : 1u << 15;
@@ -102,7 +102,7 @@ rtstdb::Bounds grown(const rtstdb::Bounds& box, float by_m) {
   return {box.minimum_m - by_m, box.maximum_m + by_m};
 }
 
-std::vector<Figure> measure_triangles(const SpatialOptions& options) {
+std::vector<Figure> measure_triangles(const SuiteOptions& options) {
   const std::string name = "region_box_triangles";
   const rtstdb::TriangleMesh mesh = rtstdb::make_sphere(1.0, options.tiny ? 4 : 7);
   const std::uint32_t region_count = options.tiny ? 256 : 1u << 15;
@@ -145,7 +145,7 @@ std::vector<Figure> measure_triangles(const SpatialOptions& options) {
 
 }  // namespace
 
-std::vector<Figure> measure_regions(const SpatialOptions& options) {
+std::vector<Figure> measure_regions(const SuiteOptions& options) {
   std::vector<Figure> figures = measure_entities(options);
   for (Figure& figure : measure_triangles(options))
     figures.push_back(std::move(figure));

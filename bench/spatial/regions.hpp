@@ -10,6 +10,6 @@ namespace hil::bench {
 
 /// region_box_entities and region_box_triangles: in ascending order on our side; and the same with _device by the
 /// device's own time alone. Throws std::runtime_error when the sides disagree.
-std::vector<Figure> measure_regions(const SpatialOptions& options);
+std::vector<Figure> measure_regions(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -12,12 +12,9 @@
 #include <rtstdb/result.hpp>
 
 #include "bench/figure/figure.hpp"
+#include "bench/figure/suite.hpp"
 
 namespace hil::bench {
-
-struct SpatialOptions {
-  bool tiny = false;  ///< only shows that it works
-};
 
 /// Of either side, whatever the machine has; a GPU has its own.
 inline constexpr unsigned threads_per_side = 2;

@@ -1,11 +1,8 @@
 // The spatial suite's judge of answers, and its program in tiny mode.
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -13,6 +10,7 @@
 #include "bench/spatial/embree_tree.hpp"
 #include "bench/spatial/our_tree.hpp"
 #include "bench/spatial/ray_agreement.hpp"
+#include "tests/support/bench_program.hpp"
 
 namespace hil::bench {
 namespace {
@@ -95,31 +93,6 @@ TEST(TreeCosts, AreThoseOfARootWithEightLeaves) {
   EXPECT_LT(our_tree_cost(mesh), 1.0 + 1.125 * 1.125 * (cost - 1.0));
 }
 
-struct Output {
-  int exit_code = 0;
-  std::string text;
-  std::vector<std::string> lines;
-};
-
-Output run_program(const std::string& arguments) {
-  Output output;
-  FILE* const pipe = popen((HIL_BENCH_SPATIAL + arguments + " 2>&1").c_str(), "r");
-  std::array<char, 4096> line{};
-  while (std::fgets(line.data(), line.size(), pipe) != nullptr) {
-    output.lines.emplace_back(line.data());
-    output.text += output.lines.back();
-  }
-  const int status = pclose(pipe);
-  output.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return output;
-}
-
-struct Expected {
-  const char* name;
-  const char* unit;
-  const char* peer;  ///< how it begins; empty: none
-};
-
 constexpr Expected expected_figures[] = {
     {"ray_closest_coherent", "Mray/s", "Embree 3"},
     {"ray_closest_coherent_device", "Mray/s", ""},
@@ -161,30 +134,11 @@ constexpr Expected expected_figures[] = {
 };
 
 TEST(BenchSpatial, TinyModePrintsOneJsonLinePerFigure) {
-  const Output output = run_program(" --tiny --json");
-  ASSERT_EQ(output.exit_code, 0) << output.text;
-  ASSERT_EQ(output.lines.size(), std::size(expected_figures)) << output.text;
-  for (std::size_t i = 0; i < output.lines.size(); ++i) {
-    const Expected& expected = expected_figures[i];
-    const auto line = nlohmann::json::parse(output.lines[i]);
-    ASSERT_EQ(line.size(), 8U);
-    EXPECT_EQ(line.at("name"), expected.name);
-    EXPECT_EQ(line.at("unit"), expected.unit);
-    EXPECT_GT(line.at("ours").get<double>(), 0.0) << expected.name;
-    EXPECT_FALSE(line.at("device").get<std::string>().empty());
-    EXPECT_GE(line.at("samples").get<int>(), 1);
-    if (*expected.peer == '\0') {
-      EXPECT_TRUE(line.at("peer").is_null()) << expected.name;
-      EXPECT_TRUE(line.at("ratio").is_null()) << expected.name;
-    } else {
-      EXPECT_TRUE(line.at("peer").get<std::string>().starts_with(expected.peer)) << expected.name;
-      EXPECT_GT(line.at("ratio").get<double>(), 0.0) << expected.name;
-    }
-  }
+  expect_figures(run_program(HIL_BENCH_SPATIAL " --tiny --json"), expected_figures);
 }
 
 TEST(BenchSpatial, AnUnknownArgumentIsRefusedWithTheKnownOnes) {
-  const Output output = run_program(" --fast");
+  const Output output = run_program(HIL_BENCH_SPATIAL " --fast");
   EXPECT_EQ(output.exit_code, 2);
   EXPECT_NE(output.text.find("unknown argument '--fast'; known: --json, --tiny, rays"), std::string::npos)
       << output.text;
