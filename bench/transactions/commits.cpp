@@ -65,6 +65,7 @@ Figure commits(const std::string& name, std::uint32_t transactions, std::uint32_
   Commits bench(transactions, rows);
   bench.rate(times);
   std::vector<double> rates;
+  rates.reserve(static_cast<std::size_t>(rounds));
   for (int round = 0; round < rounds; ++round)
     rates.push_back(bench.rate(times));
   Figure figure;

@@ -40,6 +40,7 @@ rtstdb::Bounds bounds_of(const rtstdb::EntityRow& row) {
 
 std::vector<rtstdb::Bounds> bounds_of(const std::vector<rtstdb::EntityRow>& rows) {
   std::vector<rtstdb::Bounds> boxes;
+  boxes.reserve(rows.size());
   for (const rtstdb::EntityRow& row : rows)
     boxes.push_back(bounds_of(row));
   return boxes;

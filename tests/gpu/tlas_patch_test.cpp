@@ -1,8 +1,8 @@
 // Few rows that change, small batches, ticks that follow one another: slots are patched, and nobody can tell.
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <optional>
 
 #include "rtstdb/accel/tlas.hpp"
@@ -192,6 +192,10 @@ TEST_P(PatchedWorlds, AreSeenAsTheyAre) {
   EXPECT_GT(tally.hits, tally.asked / 5);
 }
 
+std::uint32_t bits_of(float value) {
+  return std::bit_cast<std::uint32_t>(value);
+}
+
 /// A slot that was patched a hundred times answers with the bits of one that was made for its version.
 TEST_P(PatchedWorlds, AnswerBitForBitAsThoseMadeAnew) {
   fill(GetParam());
@@ -212,7 +216,9 @@ TEST_P(PatchedWorlds, AnswerBitForBitAsThoseMadeAnew) {
   const auto fresh = trace(*fresh_query, asked);
   std::size_t hits = 0;
   for (std::size_t i = 0; i < asked.size(); ++i) {
-    EXPECT_EQ(std::memcmp(&patched[i].lambda, &fresh[i].lambda, 3 * sizeof(float)), 0) << "ray " << i;
+    EXPECT_EQ(bits_of(patched[i].lambda), bits_of(fresh[i].lambda)) << "ray " << i;
+    EXPECT_EQ(bits_of(patched[i].u), bits_of(fresh[i].u));
+    EXPECT_EQ(bits_of(patched[i].v), bits_of(fresh[i].v));
     EXPECT_EQ(patched[i].entity, fresh[i].entity);
     EXPECT_EQ(patched[i].triangle, fresh[i].triangle);
     EXPECT_EQ(patched[i].n_world, fresh[i].n_world);

@@ -9,7 +9,6 @@
 
 namespace hil::torture {
 
-using rtstdb::EntityId;
 using rtstdb::EntityRow;
 using rtstdb::EntityState;
 using rtstdb::ReadAt;
@@ -137,7 +136,7 @@ class ListClient {
     for (Key& key : keys)
       key = static_cast<Key>(random_() % ListWorld::lists);
     std::ranges::sort(keys);
-    keys.erase(std::ranges::unique(keys).begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());  // clang 14 can not read ranges::unique
     return keys;
   }
 
