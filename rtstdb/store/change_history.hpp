@@ -15,6 +15,9 @@ class ChangeHistory {
  public:
   ChangeHistory(std::uint32_t max_entities, std::uint32_t retained_changes);
 
+  /// No version before this one can be read. Before the first change.
+  void begin_at(Version version) noexcept { oldest_kept_ = version; }
+
   /// Version `version` changes the row at `index`, which was `before`. Versions never go back; one change per
   /// index and version.
   void record(Version version, std::uint32_t index, const EntityState& before) noexcept;

@@ -16,12 +16,12 @@ std::size_t slot_of(const ShapeHistory::Kept& kept, std::size_t age) noexcept {
 }  // namespace
 
 std::unique_ptr<ShapeHistory::Kept> ShapeHistory::make(std::span<const glm::vec3> positions_m,
-                                                       std::uint32_t kept_shapes) {
+                                                       std::uint32_t kept_shapes, Version made_by) {
   RTSTDB_ASSERT(kept_shapes >= 1);
   auto kept = std::make_unique<Kept>();
   kept->position_count = positions_m.size();
   kept->positions_m.resize(positions_m.size() * kept_shapes);
-  kept->versions.resize(kept_shapes, 0);
+  kept->versions.resize(kept_shapes, made_by);
   std::ranges::copy(positions_m, kept->positions_m.begin());
   kept->count = 1;
   return kept;

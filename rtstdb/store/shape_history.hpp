@@ -23,8 +23,10 @@ class ShapeHistory {
     std::vector<Version> versions;       ///< that made them
     std::size_t newest = 0, count = 0;
   };
-  /// With the shape that it is added with, which holds from the empty world on. `kept_shapes` >= 1. Any thread.
-  static std::unique_ptr<Kept> make(std::span<const glm::vec3> positions_m, std::uint32_t kept_shapes);
+  /// With its first shape: the one that it is added with, which holds from the empty world on, or one that a version made.
+  /// `kept_shapes` >= 1. Any thread.
+  static std::unique_ptr<Kept> make(std::span<const glm::vec3> positions_m, std::uint32_t kept_shapes,
+                                    Version made_by = 0);
 
   explicit ShapeHistory(std::uint32_t max_geometries) : kept_(max_geometries) {}
   /// Once a geometry.

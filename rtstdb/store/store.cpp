@@ -53,6 +53,26 @@ Store::Store(StoreOptions options)
   RTSTDB_ASSERT(options_.geometry_known);
 }
 
+void Store::restore(const RestoredRows& restored) noexcept {
+  RTSTDB_ASSERT(progress_ == Progress::none && latest_.version == empty_world.version && next_version_ == 1);
+  RTSTDB_ASSERT(restored.rows.size() <= current_.size() &&
+                restored.rows.size() == restored.generations.size());
+  RTSTDB_ASSERT(restored.next_version > restored.latest.version);
+  for (std::size_t index = 0; index < restored.rows.size(); ++index) {
+    const EntityState& state = restored.rows[index];
+    generations_[index] = restored.generations[index];
+    if (!state.id.valid()) continue;
+    RTSTDB_ASSERT(state.id.index == index && state.id.generation == restored.generations[index]);
+    current_[index] = state;
+    free_.take(static_cast<std::uint32_t>(index));
+  }
+  index_limit_ = static_cast<std::uint32_t>(restored.rows.size());
+  changes_.begin_at(restored.latest.version);
+  versions_.begin_at(restored.latest);
+  latest_ = restored.latest;
+  next_version_ = restored.next_version;
+}
+
 // ---- reading
 
 Snapshot Store::staged_snapshot() const noexcept {

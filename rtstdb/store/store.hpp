@@ -21,6 +21,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -45,6 +46,14 @@ struct StoreOptions {
   std::uint32_t max_geometries = 1024;
 };
 
+/// A world to go on from. Rows by index, an invalid id where no entity lives; the last generation of each of these indices.
+struct RestoredRows {
+  VersionInfo latest;
+  Version next_version = 1;
+  std::span<const EntityState> rows;
+  std::span<const std::uint32_t> generations;
+};
+
 /// What a version is read for.
 enum class ReadFor : std::uint8_t { rows, rows_and_shapes };
 
@@ -53,6 +62,10 @@ class Store {
   explicit Store(StoreOptions options);
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
+
+  /// Goes on from a world that was, as if its commits had been made here; older versions are too old. Before the first commit,
+  /// after keep_shapes. Rows have been written by a store, at indices below max_entities (misuse).
+  void restore(const RestoredRows& restored) noexcept;
 
   VersionInfo latest() const noexcept { return latest_; }
   Version oldest_kept() const noexcept {

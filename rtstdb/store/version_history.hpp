@@ -14,6 +14,12 @@ class VersionHistory {
  public:
   VersionHistory(std::size_t size, VersionInfo first);
 
+  /// Forgets what it has; this is the oldest now.
+  void begin_at(VersionInfo version) noexcept {
+    oldest_ = count_ = 0;
+    append(version);
+  }
+
   /// Neither version nor time goes back.
   void append(VersionInfo version) noexcept;
   VersionInfo newest() const noexcept { return at(count_ - 1); }
