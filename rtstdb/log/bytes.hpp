@@ -1,0 +1,84 @@
+#pragma once
+// Structs to bytes and back, one behind the other; reading never goes past the end.
+
+#include <cstddef>
+#include <cstring>
+#include <span>
+#include <type_traits>
+
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/log/checksum.hpp"
+#include "rtstdb/log/format.hpp"
+
+namespace rtstdb::log {
+
+class ByteWriter {
+ public:
+  /// Too little room is misuse.
+  explicit ByteWriter(std::span<std::byte> room) : room_(room) {}
+
+  template <class Struct>
+  void put(const Struct& value) noexcept {
+    static_assert(std::has_unique_object_representations_v<Struct> || std::is_standard_layout_v<Struct>);
+    static_assert(std::is_trivially_copyable_v<Struct>);
+    put_bytes(std::as_bytes(std::span(&value, 1)));
+  }
+  void put_bytes(std::span<const std::byte> bytes) noexcept {
+    RTSTDB_ASSERT(bytes.size() <= room_.size() - count_);
+    if (!bytes.empty()) std::memcpy(room_.data() + count_, bytes.data(), bytes.size());
+    count_ += bytes.size();
+  }
+  void pad_to(std::size_t unit) noexcept {
+    const std::size_t end = round_up(count_, unit);
+    RTSTDB_ASSERT(end <= room_.size());
+    std::memset(room_.data() + count_, 0, end - count_);
+    count_ = end;
+  }
+  std::size_t count() const noexcept { return count_; }
+
+ private:
+  std::span<std::byte> room_;
+  std::size_t count_ = 0;
+};
+
+class ByteReader {
+ public:
+  explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+  /// False: not that many are left; nothing is read.
+  template <class Struct>
+  [[nodiscard]] bool get(Struct& value) noexcept {
+    static_assert(std::is_trivially_copyable_v<Struct>);
+    if (left() < sizeof(Struct)) return false;
+    std::memcpy(static_cast<void*>(&value), bytes_.data() + count_, sizeof(Struct));
+    count_ += sizeof(Struct);
+    return true;
+  }
+  [[nodiscard]] bool get_bytes(std::size_t count, std::span<const std::byte>& bytes) noexcept {
+    if (left() < count) return false;
+    bytes = bytes_.subspan(count_, count);
+    count_ += count;
+    return true;
+  }
+  /// Goes on to a multiple of `unit`; false unless there are zeros up to it.
+  [[nodiscard]] bool skip_padding(std::size_t unit) noexcept {
+    for (const std::size_t end = round_up(count_, unit); count_ < end; ++count_)
+      if (count_ >= bytes_.size() || bytes_[count_] != std::byte{0}) return false;
+    return true;
+  }
+  std::size_t left() const noexcept { return bytes_.size() - count_; }
+  std::size_t count() const noexcept { return count_; }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::size_t count_ = 0;
+};
+
+/// The checksum that a header ought to have: of what stands before it.
+template <class Header>
+std::uint64_t header_checksum(const Header& header, std::uint64_t database_id) noexcept {
+  return checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum)), database_id);
+}
+
+}  // namespace rtstdb::log

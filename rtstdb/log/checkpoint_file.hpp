@@ -1,0 +1,58 @@
+#pragma once
+// A checkpoint while it is written: beside the others under a name of its own, slice by slice; it counts when it has its name,
+// and has that when all of it is on disk.
+
+#include <memory>
+#include <vector>
+
+#include "rtstdb/log/disk.hpp"
+#include "rtstdb/log/position.hpp"
+#include "rtstdb/log/world_source.hpp"
+
+namespace rtstdb::log {
+
+class CheckpointFile {
+ public:
+  struct Begin {
+    std::uint64_t database_id = 0;
+    std::uint64_t number = 0;
+    Position position;  ///< where records newer than its version begin
+    std::int64_t real_time_ns = 0;
+    std::uint32_t rows_per_slice = 4096;
+  };
+  static DiskResult<std::unique_ptr<CheckpointFile>> create(Disk& disk, const Begin& begin, WorldHead head);
+  CheckpointFile(const CheckpointFile&) = delete;
+  CheckpointFile& operator=(const CheckpointFile&) = delete;
+  /// Unless it was published, it is removed where that can be done.
+  ~CheckpointFile();
+
+  Version version() const noexcept { return head_.version.version; }
+  std::uint64_t bytes() const noexcept { return offset_; }
+
+  enum class Progress : std::uint8_t { more, written, not_kept };
+  /// Writes the next slice.
+  DiskResult<Progress> write_slice(WorldSource& source);
+  /// On disk, under its own name.
+  DiskFault publish();
+
+ private:
+  CheckpointFile(Disk& disk, std::unique_ptr<DiskFile> file, const Begin& begin, WorldHead head);
+  DiskFault write_chunk(ChunkKind kind, std::uint32_t entries);
+  DiskResult<Progress> write_rows(WorldSource& source);
+  DiskResult<Progress> write_shape(WorldSource& source);
+
+  Disk& disk_;
+  std::unique_ptr<DiskFile> file_;
+  Begin begin_;
+  WorldHead head_;
+  std::uint64_t offset_ = 0;
+  std::uint64_t chunks_ = 0;
+  std::size_t next_geometry_ = 0, next_shape_ = 0;
+  std::uint32_t next_index_ = 0;
+  bool ended_ = false, published_ = false;
+  std::vector<EntityState> states_;
+  WorldSource::Shape shape_;
+  std::vector<std::byte> chunk_;  // header and payload
+};
+
+}  // namespace rtstdb::log

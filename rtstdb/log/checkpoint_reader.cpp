@@ -1,0 +1,163 @@
+#include "rtstdb/log/checkpoint_reader.hpp"
+
+#include "rtstdb/log/bytes.hpp"
+#include "rtstdb/log/directory.hpp"
+#include "rtstdb/log/stored_row.hpp"
+#include "rtstdb/log/whole_file.hpp"
+
+namespace rtstdb::log {
+namespace {
+
+const char* check_header(const CheckpointHeader& header, std::uint64_t number) {
+  if (header.magic != checkpoint_magic) return "it does not begin as a checkpoint does";
+  if (header.format != format_version) return "it has a format that is not known";
+  if (header.checksum != header_checksum(header, header.database_id)) return "its header is damaged";
+  if (header.number != number) return "it was written under another number";
+  const bool possible = header.index_limit <= max_entities && header.next_version > header.version;
+  return possible ? check_time(header.world_time_ns) : "its header is none that is written";
+}
+
+/// Chunk by chunk into a world.
+class CheckpointReading {
+ public:
+  CheckpointReading(const CheckpointHeader& header, std::span<const std::byte> bytes)
+      : header_(header), reader_(bytes) {
+    world.latest = {header.version, world_time_ns(header.world_time_ns)};
+    world.next_version = header.next_version;
+  }
+
+  World world;
+
+  const char* chunk(bool& ended);
+  const char* check_whole() const;
+  std::size_t left() const { return reader_.left(); }
+
+ private:
+  const char* rows(ByteReader& payload, std::uint32_t entries);
+  const char* row(ByteReader& payload);
+  const char* shape(ByteReader& payload);
+
+  CheckpointHeader header_;
+  ByteReader reader_;
+  std::uint64_t chunks_ = 0;
+};
+
+const char* CheckpointReading::chunk(bool& ended) {
+  ChunkHeader header;
+  if (!reader_.get(header)) return "it ends before its last chunk";
+  if (header.magic != chunk_magic || header.checksum != header_checksum(header, header_.database_id))
+    return "a chunk's header is damaged";
+  if (header.number != chunks_++ || header.checkpoint != header_.number)
+    return "a chunk is in another's place";
+  std::span<const std::byte> bytes;
+  if (!reader_.get_bytes(header.payload_bytes, bytes)) return "a chunk is cut short";
+  if (checksum(bytes, header_.database_id) != header.payload_checksum) return "a chunk is damaged";
+  ByteReader payload(bytes);
+  const char* fault = nullptr;
+  if (header.kind == ChunkKind::geometry) {
+    LoggedGeometry geometry;
+    fault = get_geometry(payload, geometry);
+    if (fault == nullptr)
+      fault = world.knows(geometry.id) ? "a geometry is told twice" : world.add(geometry, {});
+  } else if (header.kind == ChunkKind::rows) {
+    fault = rows(payload, header.entries);
+  } else if (header.kind == ChunkKind::shape) {
+    fault = shape(payload);
+  } else if (header.kind == ChunkKind::end) {
+    ended = true;
+  } else {
+    fault = "a chunk is of no known kind";
+  }
+  if (fault != nullptr) return fault;
+  return payload.left() == 0 ? nullptr : "a chunk has bytes left over";
+}
+
+const char* CheckpointReading::rows(ByteReader& payload, std::uint32_t entries) {
+  if (entries > header_.index_limit - world.rows.size()) return "it has more rows than its header tells";
+  for (std::uint32_t k = 0; k < entries; ++k)
+    if (const char* fault = row(payload)) return fault;
+  return nullptr;
+}
+
+const char* CheckpointReading::row(ByteReader& payload) {
+  StoredIndex stored;
+  if (!payload.get(stored)) return "a chunk of rows is cut short";
+  EntityState state;
+  if (stored.lives > 1 || stored.reserved != 0) return "a row is none that is written";
+  if (stored.lives == 1) {
+    state.id = {static_cast<std::uint32_t>(world.rows.size()), stored.generation};
+    state.written_by = stored.written_by;
+    state.row.geometry = {stored.geometry};
+    if (stored.written_by > header_.version) return "a row is newer than the checkpoint";
+    if (state.row.geometry.valid() && !world.knows(state.row.geometry))
+      return "a row names a geometry that is not there";
+    if (const char* fault = get_row(payload, state.row)) return fault;
+  } else if (stored.written_by != 0 || stored.geometry != 0) {
+    return "a row is none that is written";
+  }
+  world.rows.push_back(state);
+  world.generations.push_back(stored.generation);
+  return nullptr;
+}
+
+const char* CheckpointReading::shape(ByteReader& payload) {
+  std::uint64_t version = 0;
+  GeometryId id;
+  std::vector<glm::vec3> positions_m;
+  if (!payload.get(version)) return "a shape is cut short";
+  if (const char* fault = get_shape(payload, id, positions_m)) return fault;
+  if (!world.knows(id) || !world.geometries[id.index].logged.options.deforms || version == 0 ||
+      version > header_.version)
+    return "a shape is none that is written";
+  world.geometries[id.index].shape_version = version;
+  world.geometries[id.index].positions_m = std::move(positions_m);
+  return nullptr;
+}
+
+const char* CheckpointReading::check_whole() const {
+  if (reader_.left() != 0) return "it goes on behind its end";
+  return world.rows.size() == header_.index_limit ? nullptr : "it has fewer rows than its header tells";
+}
+
+Error refusal(std::uint64_t number, std::size_t offset, const char* fault) {
+  return {ErrorCode::file, checkpoint_name(number) + ", offset " + std::to_string(offset) + ": " + fault};
+}
+
+}  // namespace
+
+Result<CheckpointHeader> read_checkpoint_header(Disk& disk, std::uint64_t number) {
+  auto file = disk.open(checkpoint_name(number));
+  if (!file) return Error{ErrorCode::file, file.error().in_words()};
+  CheckpointHeader header;
+  auto count = file.value()->read(0, std::as_writable_bytes(std::span(&header, 1)));
+  if (!count) return Error{ErrorCode::file, count.error().in_words()};
+  if (count.value() != sizeof header) return refusal(number, 0, "it is shorter than its header");
+  if (const char* fault = check_header(header, number)) return refusal(number, 0, fault);
+  return header;
+}
+
+Result<Checkpoint> read_checkpoint(Disk& disk, std::uint64_t number, std::uint64_t database_id) {
+  auto bytes = read_whole_file(disk, checkpoint_name(number));
+  if (!bytes) return Error{ErrorCode::file, bytes.error().in_words()};
+  Checkpoint checkpoint;
+  if (!ByteReader(bytes.value()).get(checkpoint.header))
+    return refusal(number, 0, "it is shorter than its header");
+  if (const char* fault = check_header(checkpoint.header, number)) return refusal(number, 0, fault);
+  if (checkpoint.header.database_id != database_id)
+    return refusal(number, 0, "it belongs to another database");
+
+  const auto chunks = std::span<const std::byte>(bytes.value()).subspan(sizeof checkpoint.header);
+  CheckpointReading reading(checkpoint.header, chunks);
+  const char* fault = nullptr;
+  std::size_t offset = 0;
+  for (bool ended = false; !ended && fault == nullptr;) {
+    offset = bytes.value().size() - reading.left();
+    fault = reading.chunk(ended);
+  }
+  if (fault == nullptr) fault = reading.check_whole();
+  if (fault != nullptr) return refusal(number, offset, fault);
+  checkpoint.world = std::move(reading.world);
+  return checkpoint;
+}
+
+}  // namespace rtstdb::log

@@ -1,0 +1,63 @@
+#include "rtstdb/log/checkpointer.hpp"
+
+#include <utility>
+
+#include <rtstdb/result.hpp>
+
+namespace rtstdb::log {
+
+Checkpointer::Step Checkpointer::begin(const Position& position, Version not_before, ClockTime now,
+                                       std::int64_t real_time_ns) {
+  RTSTDB_ASSERT(may_begin(now));
+  auto head = source_.begin(not_before);
+  if (!head) return {};
+  RTSTDB_ASSERT(head->version.version >= not_before);
+  auto file = CheckpointFile::create(disk_,
+                                     {.database_id = database_id_,
+                                      .number = next_number_++,
+                                      .position = position,
+                                      .real_time_ns = real_time_ns,
+                                      .rows_per_slice = rows_per_slice_},
+                                     std::move(*head));
+  if (!file) {
+    source_.end();
+    return failed(file.error(), now);
+  }
+  file_ = std::move(file.value());
+  written_ = false;
+  return {Did::something, 0, std::nullopt};
+}
+
+Checkpointer::Step Checkpointer::go_on(Version synced_version, ClockTime now) {
+  RTSTDB_ASSERT(under_way());
+  if (!written_) {
+    auto progress = file_->write_slice(source_);
+    if (!progress) return failed(progress.error(), now);
+    if (progress.value() == CheckpointFile::Progress::not_kept) {
+      give_up();
+      return {Did::given_up, 0, std::nullopt};
+    }
+    written_ = progress.value() == CheckpointFile::Progress::written;
+    return {Did::something, 0, std::nullopt};
+  }
+  if (synced_version < file_->version()) return {};
+  if (auto fault = file_->publish()) return failed(*fault, now);
+  const Version version = file_->version();
+  give_up();
+  retry_.succeeded();
+  return {Did::finished, version, std::nullopt};
+}
+
+void Checkpointer::give_up() noexcept {
+  if (file_ == nullptr) return;
+  file_.reset();
+  source_.end();
+}
+
+Checkpointer::Step Checkpointer::failed(const DiskError& fault, ClockTime now) {
+  give_up();
+  retry_.failed(now);
+  return {Did::failed, 0, fault};
+}
+
+}  // namespace rtstdb::log

@@ -1,0 +1,61 @@
+#pragma once
+// Checkpoints, one at a time, a slice at a time: begins them, goes on with them, gives them up and tries again later.
+//
+// Threads: the log's.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include <rtstdb/time.hpp>
+
+#include "rtstdb/log/checkpoint_file.hpp"
+#include "rtstdb/log/retry.hpp"
+
+namespace rtstdb::log {
+
+class Checkpointer {
+ public:
+  Checkpointer(Disk& disk, WorldSource& source, std::uint64_t database_id, std::uint64_t next_number,
+               std::uint32_t rows_per_slice, const Retry& retry)
+      : disk_(disk),
+        source_(source),
+        database_id_(database_id),
+        next_number_(next_number),
+        rows_per_slice_(rows_per_slice),
+        retry_(retry) {}
+  Checkpointer(const Checkpointer&) = delete;
+  Checkpointer& operator=(const Checkpointer&) = delete;
+  ~Checkpointer() { give_up(); }
+
+  bool under_way() const noexcept { return file_ != nullptr; }
+  bool may_begin(ClockTime now) const noexcept { return !under_way() && now >= retry_.at(); }
+  ClockTime retry_at() const noexcept { return retry_.at(); }
+
+  /// Given up: its version was not kept, and the next one begins with a newer one.
+  enum class Did : std::uint8_t { nothing, something, finished, given_up, failed };
+  struct Step {
+    Did did = Did::nothing;
+    Version version = 0;  ///< finished: of the checkpoint
+    DiskFault fault;      ///< failed
+  };
+  /// Records newer than its version begin at `position`; every version up to `not_before` was told before that.
+  Step begin(const Position& position, Version not_before, ClockTime now, std::int64_t real_time_ns);
+  /// Publishes once the log has all versions up to its own on disk.
+  Step go_on(Version synced_version, ClockTime now);
+  void give_up() noexcept;
+
+ private:
+  Step failed(const DiskError& fault, ClockTime now);
+
+  Disk& disk_;
+  WorldSource& source_;
+  std::uint64_t database_id_;
+  std::uint64_t next_number_;
+  std::uint32_t rows_per_slice_;
+  Retry retry_;
+  std::unique_ptr<CheckpointFile> file_;
+  bool written_ = false;
+};
+
+}  // namespace rtstdb::log

@@ -1,0 +1,32 @@
+#pragma once
+// The names of a log's files, and what of them a directory has.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rtstdb/log/disk.hpp"
+
+namespace rtstdb::log {
+
+inline constexpr const char* lock_name = "lock";
+std::string segment_name(std::uint64_t number);
+std::string checkpoint_name(std::uint64_t number);
+/// While they are written.
+std::string unfinished_segment_name(std::uint64_t number);
+std::string unfinished_checkpoint_name(std::uint64_t number);
+std::string geometry_name(std::uint64_t number);
+
+/// Numbers, ascending.
+struct Listing {
+  std::vector<std::uint64_t> segments;
+  std::vector<std::uint64_t> checkpoints;
+  std::vector<std::uint64_t> geometries;
+  std::vector<std::uint64_t> unfinished_segments;
+  std::vector<std::uint64_t> unfinished_checkpoints;
+};
+
+/// Files with other names are left alone.
+DiskResult<Listing> list_log(Disk& disk);
+
+}  // namespace rtstdb::log

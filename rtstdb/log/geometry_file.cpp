@@ -1,0 +1,94 @@
+#include "rtstdb/log/geometry_file.hpp"
+
+#include <vector>
+
+#include "rtstdb/log/bytes.hpp"
+#include "rtstdb/log/directory.hpp"
+#include "rtstdb/log/whole_file.hpp"
+
+namespace rtstdb::log {
+namespace {
+
+std::vector<std::byte> encode(std::uint64_t database_id, std::uint64_t number, const TriangleMesh& mesh) {
+  const auto positions = std::as_bytes(std::span(mesh.positions_m));
+  const auto triangles = std::as_bytes(std::span(mesh.triangles));
+  std::vector<std::byte> bytes(sizeof(GeometryHeader) + positions.size() + triangles.size());
+  const auto payload = std::span(bytes).subspan(sizeof(GeometryHeader));
+  ByteWriter writer(payload);
+  writer.put_bytes(positions);
+  writer.put_bytes(triangles);
+
+  GeometryHeader header;
+  header.database_id = database_id;
+  header.number = number;
+  header.positions = static_cast<std::uint32_t>(mesh.positions_m.size());
+  header.triangles = static_cast<std::uint32_t>(mesh.triangles.size());
+  header.payload_checksum = checksum(payload, database_id);
+  header.checksum = header_checksum(header, database_id);
+  ByteWriter(bytes).put(header);
+  return bytes;
+}
+
+DiskFault write_to(Disk& disk, DiskFile& file, std::span<const std::byte> bytes) {
+  if (auto fault = file.write(0, bytes)) return fault;
+  if (auto fault = file.sync()) return fault;
+  return disk.sync_directory();
+}
+
+const char* decode(std::span<const std::byte> bytes, const GeometryHeader& expected, TriangleMesh& mesh) {
+  ByteReader reader(bytes);
+  GeometryHeader header;
+  if (!reader.get(header)) return "it is shorter than its header";
+  if (header.magic != geometry_magic) return "it does not begin as a geometry does";
+  if (header.format != format_version) return "it has a format that is not known";
+  if (header.database_id != expected.database_id) return "it belongs to another database";
+  if (header.checksum != header_checksum(header, header.database_id)) return "its header is damaged";
+  if (header.checksum != expected.checksum || header.number != expected.number || header.reserved != 0)
+    return "it is another file than the record names";
+  const std::size_t position_bytes = std::size_t{header.positions} * sizeof(glm::vec3);
+  const std::size_t triangle_bytes = std::size_t{header.triangles} * sizeof(glm::uvec3);
+  if (reader.left() != position_bytes + triangle_bytes) return "it has not the length that its header tells";
+  if (checksum(bytes.subspan(sizeof header), header.database_id) != header.payload_checksum)
+    return "its mesh is damaged";
+  mesh.positions_m.resize(header.positions);
+  mesh.triangles.resize(header.triangles);
+  const auto payload = bytes.subspan(sizeof header);
+  std::memcpy(static_cast<void*>(mesh.positions_m.data()), payload.data(), position_bytes);
+  std::memcpy(static_cast<void*>(mesh.triangles.data()), payload.data() + position_bytes, triangle_bytes);
+  return nullptr;
+}
+
+}  // namespace
+
+DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
+                                              const TriangleMesh& mesh) {
+  const std::vector<std::byte> bytes = encode(database_id, number, mesh);
+  const std::string name = geometry_name(number);
+  auto file = disk.create(name);
+  if (!file) return file.error();
+  if (auto fault = write_to(disk, *file.value(), bytes)) {
+    disk.remove(name);  // if it stays, no record names it
+    return *fault;
+  }
+  GeometryHeader header;
+  RTSTDB_ASSERT(ByteReader(bytes).get(header));
+  return header.checksum;
+}
+
+Result<TriangleMesh> read_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
+                                        std::uint64_t file_checksum) {
+  const std::string name = geometry_name(number);
+  auto bytes = read_whole_file(disk, name);
+  if (!bytes) return Error{ErrorCode::file, bytes.error().in_words()};
+  GeometryHeader expected;
+  expected.database_id = database_id;
+  expected.number = number;
+  expected.checksum = file_checksum;
+  TriangleMesh mesh;
+  if (const char* fault = decode(bytes.value(), expected, mesh))
+    return Error{ErrorCode::file, name + ": " + fault};
+  if (auto valid = validate(mesh); !valid) return Error{ErrorCode::file, name + ": " + valid.error().message};
+  return mesh;
+}
+
+}  // namespace rtstdb::log

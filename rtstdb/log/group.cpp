@@ -1,0 +1,78 @@
+#include "rtstdb/log/group.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/log/bytes.hpp"
+
+namespace rtstdb::log {
+
+Group::Group(std::size_t payload_room) : bytes_(round_up(sizeof(GroupHeader) + payload_room, sector_bytes)) {
+  RTSTDB_ASSERT(payload_room <= max_payload_bytes);
+}
+
+std::size_t Group::room() const noexcept {
+  return bytes_.size() - sizeof(GroupHeader) - payload_bytes_;
+}
+
+void Group::append(std::span<const std::byte> records) noexcept {
+  RTSTDB_ASSERT(records.size() <= room() && !closing_);
+  std::memcpy(bytes_.data() + sizeof(GroupHeader) + payload_bytes_, records.data(), records.size());
+  payload_bytes_ += records.size();
+  for (std::size_t place = 0; place < records.size();) {
+    RecordHeader record;
+    std::memcpy(&record, records.data() + place, sizeof record);
+    RTSTDB_ASSERT(record.bytes >= sizeof record && record.bytes <= records.size() - place);
+    note(record.kind, records.subspan(place + sizeof record, record.bytes - sizeof record));
+    place += record.bytes;
+  }
+}
+
+void Group::note(RecordKind kind, std::span<const std::byte> body) noexcept {
+  ++header_.records;
+  ByteReader reader(body);
+  if (kind == RecordKind::commit) {
+    CommitBody commit;
+    RTSTDB_ASSERT(reader.get(commit));
+    if (header_.first_version == 0) header_.first_version = commit.version;
+    header_.last_version = newest_version_ = commit.version;
+    standing_before_ = std::exchange(standing_, commit.version);
+  } else if (kind == RecordKind::taken_back) {
+    TakenBackBody taken_back;
+    RTSTDB_ASSERT(reader.get(taken_back));
+    newest_version_ = std::max(newest_version_, taken_back.version);
+    if (standing_ == taken_back.version) standing_ = standing_before_;
+  } else if (kind == RecordKind::gap) {
+    GapBody gap;
+    RTSTDB_ASSERT(reader.get(gap));
+    newest_version_ = gap_to_ = standing_ = standing_before_ = gap.to;
+  }
+}
+
+void Group::clear() noexcept {
+  payload_bytes_ = 0;
+  closing_ = false;
+  newest_version_ = gap_to_ = 0;
+  header_ = {};
+}
+
+std::span<const std::byte> Group::seal(const Place& place, std::int64_t real_time_ns) noexcept {
+  const auto payload = std::span(bytes_).subspan(sizeof(GroupHeader), payload_bytes_);
+  header_.flags = closing_ ? closing_flag : 0;
+  header_.number = place.number;
+  header_.payload_bytes = static_cast<std::uint32_t>(payload_bytes_);
+  header_.real_time_ns = real_time_ns;
+  header_.link = place.link;
+  header_.payload_checksum = checksum(payload, place.database_id);
+  header_.checksum = header_checksum(header_, place.database_id);
+  std::memcpy(bytes_.data(), &header_, sizeof header_);
+  const std::size_t end = sizeof header_ + payload_bytes_;
+  const std::size_t padded = round_up(end, sector_bytes);
+  std::memset(bytes_.data() + end, 0, padded - end);
+  return std::span(bytes_).first(padded);
+}
+
+}  // namespace rtstdb::log

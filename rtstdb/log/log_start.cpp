@@ -1,0 +1,33 @@
+#include "rtstdb/log/log_start.hpp"
+
+#include <algorithm>
+
+namespace rtstdb::log {
+namespace {
+
+std::uint64_t behind(const std::vector<std::uint64_t>& numbers) {
+  return numbers.empty() ? 1 : numbers.back() + 1;
+}
+
+}  // namespace
+
+LogStart start_after(const Recovered& recovered, std::uint64_t new_database_id) {
+  const RecoveryReport& report = recovered.report;
+  LogStart start;
+  start.database_id = report.database_id != 0 ? report.database_id : new_database_id;
+  start.next_segment =
+      std::max(behind(recovered.listing.segments), behind(recovered.listing.unfinished_segments));
+  start.next_checkpoint =
+      std::max(behind(recovered.listing.checkpoints), behind(recovered.listing.unfinished_checkpoints));
+  start.next = report.log.next;
+  start.last = report.log.last;
+  start.last_bytes = report.log.last_bytes;
+  start.version = recovered.world.latest.version;
+  start.newest_version = recovered.world.next_version - 1;
+  start.needs_checkpoint = report.log.end == LogEnd::stopped || report.log.end == LogEnd::damaged;
+  start.version_of_groups = report.version_of_groups;
+  start.replayed_bytes = report.log.bytes;
+  return start;
+}
+
+}  // namespace rtstdb::log

@@ -1,0 +1,209 @@
+#include "rtstdb/log/posix_disk.hpp"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <random>
+
+namespace rtstdb::log {
+namespace {
+
+/// One system call moves at most this much, so that none is cut at the kernel's own limit.
+constexpr std::size_t most_bytes_per_call = std::size_t{1} << 30;
+
+template <class Call>
+auto unless_interrupted(const Call& call) {
+  auto result = call();
+  while (result == -1 && errno == EINTR)
+    result = call();
+  return result;
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&&) = delete;
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  int get() const { return number_; }
+  int release() { return std::exchange(number_, -1); }
+  bool valid() const { return number_ >= 0; }
+
+ private:
+  int number_;
+};
+
+class PosixFile final : public DiskFile {
+ public:
+  PosixFile(Descriptor descriptor, std::string name)
+      : descriptor_(std::move(descriptor)), name_(std::move(name)) {}
+
+  DiskFault write(std::uint64_t offset, std::span<const std::byte> bytes) override {
+    while (!bytes.empty()) {
+      const std::size_t wanted = std::min(bytes.size(), most_bytes_per_call);
+      const auto written = unless_interrupted(
+          [&] { return ::pwrite(descriptor_.get(), bytes.data(), wanted, static_cast<off_t>(offset)); });
+      if (written < 0) return fault(DiskCall::write, errno);
+      if (written == 0) return fault(DiskCall::write, EIO);
+      bytes = bytes.subspan(static_cast<std::size_t>(written));
+      offset += static_cast<std::uint64_t>(written);
+    }
+    return std::nullopt;
+  }
+
+  DiskFault preallocate(std::uint64_t bytes) override {
+    const int refused =
+        unless_interrupted([&] { return ::fallocate(descriptor_.get(), 0, 0, static_cast<off_t>(bytes)); });
+    if (refused == 0) return std::nullopt;
+    if (errno != EOPNOTSUPP && errno != ENOSYS) return fault(DiskCall::preallocate, errno);
+    // The file system knows no blocks beforehand: then it is only made as long.
+    if (unless_interrupted([&] { return ::ftruncate(descriptor_.get(), static_cast<off_t>(bytes)); }) != 0)
+      return fault(DiskCall::preallocate, errno);
+    return std::nullopt;
+  }
+
+  // A failed call may have dropped what it could not write, so it is not tried again; an interrupted one did nothing.
+  DiskFault sync() override {
+    if (unless_interrupted([&] { return ::fdatasync(descriptor_.get()); }) != 0)
+      return fault(DiskCall::sync, errno);
+    return std::nullopt;
+  }
+
+  DiskResult<std::size_t> read(std::uint64_t offset, std::span<std::byte> bytes) override {
+    std::size_t count = 0;
+    while (count < bytes.size()) {
+      const std::size_t wanted = std::min(bytes.size() - count, most_bytes_per_call);
+      const auto got = unless_interrupted([&] {
+        return ::pread(descriptor_.get(), bytes.data() + count, wanted, static_cast<off_t>(offset + count));
+      });
+      if (got < 0) return fault(DiskCall::read, errno);
+      if (got == 0) break;
+      count += static_cast<std::size_t>(got);
+    }
+    return count;
+  }
+
+  DiskResult<std::uint64_t> size() override {
+    struct stat state {};
+    if (::fstat(descriptor_.get(), &state) != 0) return fault(DiskCall::size, errno);
+    return static_cast<std::uint64_t>(state.st_size);
+  }
+
+ private:
+  DiskError fault(DiskCall call, int number) const { return {call, number, name_}; }
+
+  Descriptor descriptor_;
+  std::string name_;
+};
+
+class PosixLock final : public DiskLock {
+ public:
+  explicit PosixLock(Descriptor descriptor) : descriptor_(std::move(descriptor)) {}
+
+ private:
+  Descriptor descriptor_;  // flock goes with it
+};
+
+class PosixDisk final : public Disk {
+ public:
+  explicit PosixDisk(Descriptor directory) : directory_(std::move(directory)) {}
+
+  DiskResult<std::unique_ptr<DiskFile>> create(std::string_view name) override {
+    return file(DiskCall::create, name, O_RDWR | O_CREAT | O_EXCL);
+  }
+  DiskResult<std::unique_ptr<DiskFile>> open(std::string_view name) override {
+    return file(DiskCall::open, name, O_RDONLY);
+  }
+
+  DiskResult<std::vector<std::string>> list() override {
+    // A descriptor of its own: the stream moves and closes what it reads from.
+    Descriptor own(unless_interrupted(
+        [&] { return ::openat(directory_.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC); }));
+    if (!own.valid()) return fault(DiskCall::list, ".");
+    DIR* stream = ::fdopendir(own.get());
+    if (stream == nullptr) return fault(DiskCall::list, ".");
+    own.release();
+    std::vector<std::string> names;
+    errno = 0;
+    while (const dirent* entry = ::readdir(stream)) {
+      const std::string_view name = entry->d_name;
+      if (name != "." && name != "..") names.emplace_back(name);
+    }
+    const int number = errno;
+    ::closedir(stream);
+    if (number != 0) return DiskError{DiskCall::list, number, "."};
+    return names;
+  }
+
+  DiskFault rename(std::string_view from, std::string_view to) override {
+    const std::string old_name(from);
+    const std::string new_name(to);
+    if (::renameat(directory_.get(), old_name.c_str(), directory_.get(), new_name.c_str()) != 0)
+      return fault(DiskCall::rename, from);
+    return std::nullopt;
+  }
+  DiskFault remove(std::string_view name) override {
+    if (::unlinkat(directory_.get(), std::string(name).c_str(), 0) != 0) return fault(DiskCall::remove, name);
+    return std::nullopt;
+  }
+  DiskFault sync_directory() override {
+    if (unless_interrupted([&] { return ::fsync(directory_.get()); }) != 0)
+      return fault(DiskCall::sync_directory, ".");
+    return std::nullopt;
+  }
+
+  DiskResult<std::unique_ptr<DiskLock>> lock(std::string_view name) override {
+    const std::string path(name);
+    Descriptor descriptor(unless_interrupted(
+        [&] { return ::openat(directory_.get(), path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644); }));
+    if (!descriptor.valid()) return fault(DiskCall::lock, name);
+    if (unless_interrupted([&] { return ::flock(descriptor.get(), LOCK_EX | LOCK_NB); }) != 0)
+      return fault(DiskCall::lock, name);
+    return std::unique_ptr<DiskLock>(std::make_unique<PosixLock>(std::move(descriptor)));
+  }
+
+ private:
+  static DiskError fault(DiskCall call, std::string_view name) { return {call, errno, std::string(name)}; }
+
+  DiskResult<std::unique_ptr<DiskFile>> file(DiskCall call, std::string_view name, int flags) {
+    std::string path(name);
+    Descriptor descriptor(unless_interrupted(
+        [&] { return ::openat(directory_.get(), path.c_str(), flags | O_CLOEXEC, 0644); }));
+    if (!descriptor.valid()) return fault(call, name);
+    return std::unique_ptr<DiskFile>(std::make_unique<PosixFile>(std::move(descriptor), std::move(path)));
+  }
+
+  Descriptor directory_;
+};
+
+}  // namespace
+
+DiskResult<std::unique_ptr<Disk>> open_directory(const std::filesystem::path& directory) {
+  if (::mkdir(directory.c_str(), 0755) != 0 && errno != EEXIST)
+    return DiskError{DiskCall::create, errno, directory.string()};
+  return open_existing_directory(directory);
+}
+
+DiskResult<std::unique_ptr<Disk>> open_existing_directory(const std::filesystem::path& directory) {
+  Descriptor descriptor(
+      unless_interrupted([&] { return ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); }));
+  if (!descriptor.valid()) return DiskError{DiskCall::open, errno, directory.string()};
+  return std::unique_ptr<Disk>(std::make_unique<PosixDisk>(std::move(descriptor)));
+}
+
+std::uint64_t new_database_id() {
+  std::random_device device;
+  std::uint64_t id = 0;
+  while (id == 0)
+    id = std::uint64_t{device()} << 32 | device();
+  return id;
+}
+
+}  // namespace rtstdb::log

@@ -1,0 +1,84 @@
+#pragma once
+// What a log is made of, to bytes and back: a commit's write set, a geometry, a version that came to nothing, versions that are
+// missing.
+//
+// Writing: the size is known beforehand, and the bytes go into room of exactly that size; nothing allocates, nothing can fail.
+// Reading trusts nothing: lengths, kinds, reserved bytes and every value are checked, and what the writing side would not have
+// written is refused.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <rtstdb/geometry.hpp>
+
+#include "rtstdb/log/format.hpp"
+#include "rtstdb/store/write_set.hpp"
+
+namespace rtstdb::log {
+
+/// A geometry as the log knows it: its mesh lies in a file of its own.
+struct LoggedGeometry {
+  GeometryId id;
+  std::string name;  ///< at most max_name_bytes
+  GeometryOptions options;
+  std::uint64_t file = 0;
+  std::uint64_t file_checksum = 0;
+};
+
+// The set has been staged.
+std::size_t commit_bytes(const store::WriteSet& set) noexcept;
+void encode_commit(const store::WriteSet& set, std::span<std::byte> room) noexcept;
+
+std::size_t geometry_bytes(const LoggedGeometry& geometry) noexcept;
+void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> room) noexcept;
+
+inline constexpr std::size_t taken_back_bytes = sizeof(RecordHeader) + sizeof(TakenBackBody);
+void encode_taken_back(Version version, std::span<std::byte> room) noexcept;
+
+inline constexpr std::size_t gap_bytes = sizeof(RecordHeader) + sizeof(GapBody);
+void encode_gap(Version from, Version to, std::span<std::byte> room) noexcept;
+
+/// One record. By kind, the rest is as it was.
+struct Record {
+  RecordKind kind = RecordKind::padding;
+  /// Commit. Writes have what the record has: whole rows (create, update), `row.motion` (update_motion), the id (remove).
+  store::WriteSet commit;
+  LoggedGeometry geometry;
+  Version version = 0;  ///< taken back; a gap's first
+  Version to = 0;       ///< a gap's last
+};
+
+class RecordDecoder {
+ public:
+  /// `bytes` begin with a record; the record stays until the next call. What is wrong, or null.
+  [[nodiscard]] const char* decode(std::span<const std::byte> bytes);
+  const Record& record() const noexcept { return record_; }
+  /// Of the record that was decoded, or refused for something behind its header.
+  std::size_t bytes() const noexcept { return bytes_; }
+
+ private:
+  const char* decode_commit(std::span<const std::byte> body);
+  const char* decode_geometry(std::span<const std::byte> body);
+
+  Record record_;
+  std::size_t bytes_ = 0;
+  std::vector<glm::vec3> positions_m_;  // of all shapes of the commit
+};
+
+// ---- parts that checkpoints have too
+
+std::size_t shape_bytes(std::size_t positions) noexcept;
+void put_shape(class ByteWriter& writer, GeometryId geometry,
+               std::span<const glm::vec3> positions_m) noexcept;
+/// Appends the positions.
+[[nodiscard]] const char* get_shape(class ByteReader& reader, GeometryId& geometry,
+                                    std::vector<glm::vec3>& positions_m);
+
+std::size_t stored_geometry_bytes(const LoggedGeometry& geometry) noexcept;
+void put_geometry(class ByteWriter& writer, const LoggedGeometry& geometry) noexcept;
+[[nodiscard]] const char* get_geometry(class ByteReader& reader, LoggedGeometry& geometry);
+
+}  // namespace rtstdb::log

@@ -1,0 +1,203 @@
+#include "rtstdb/log/recovery.hpp"
+
+#include <utility>
+
+#include "rtstdb/log/checkpoint_reader.hpp"
+#include "rtstdb/log/geometry_file.hpp"
+#include "rtstdb/log/segment_chain.hpp"
+
+namespace rtstdb::log {
+namespace {
+
+/// Applies records to a world, up to the version or time that is asked for, or to the first gap.
+class Replay final : public RecordVisitor {
+ public:
+  Replay(Disk& disk, const RecoveryOptions& options, Recovered& recovered)
+      : disk_(disk), options_(options), recovered_(recovered), begun_with_(recovered.world.latest.version) {}
+
+  const char* record(const Record& record, const RecordPlace& place) override {
+    if (place.group->number != group_) {
+      group_ = place.group->number;
+      version_before_group_ = recovered_.world.latest.version;
+    }
+    if (beyond_ != 0) {
+      // A version taken back says nothing about those after it.
+      enough_ = record.kind != RecordKind::taken_back || record.version != beyond_;
+      if (!enough_) beyond_ = 0;
+      return nullptr;
+    }
+    switch (record.kind) {
+      case RecordKind::commit:
+        return commit(record.commit);
+      case RecordKind::geometry:
+        return geometry(record.geometry);
+      case RecordKind::taken_back:
+        return taken_back(record.version);
+      case RecordKind::gap:
+        return gap(record);
+      case RecordKind::padding:
+        break;
+    }
+    return "a record is of no known kind";
+  }
+  bool enough() const override { return enough_; }
+
+  Version version_of_groups() const {
+    const auto& last = recovered_.report.log.last;
+    const bool whole = group_ == 0 || (last && last->group == group_);
+    return whole ? recovered_.world.latest.version : version_before_group_;
+  }
+
+ private:
+  const char* commit(const store::WriteSet& set) {
+    if (set.version <= begun_with_) return nullptr;
+    if ((options_.up_to_version && set.version > *options_.up_to_version) ||
+        (options_.up_to_time && set.time > *options_.up_to_time)) {
+      beyond_ = set.version;
+      return nullptr;
+    }
+    ++recovered_.report.versions;
+    return recovered_.world.apply(set);
+  }
+  const char* taken_back(Version version) {
+    if (version <= begun_with_) return nullptr;
+    --recovered_.report.versions;
+    return recovered_.world.take_back(version);
+  }
+  const char* geometry(const LoggedGeometry& geometry) {
+    TriangleMesh mesh;
+    if (!recovered_.world.knows(geometry.id)) {
+      auto read =
+          read_geometry_file(disk_, recovered_.report.database_id, geometry.file, geometry.file_checksum);
+      if (!read) {
+        fault_ = read.error().message;
+        return fault_.c_str();
+      }
+      mesh = std::move(read).value();
+    }
+    return recovered_.world.add(geometry, std::move(mesh));
+  }
+  const char* gap(const Record& record) {
+    if (record.to <= begun_with_) return nullptr;
+    enough_ = true;
+    if (options_.up_to_version && record.version > *options_.up_to_version) return nullptr;
+    recovered_.report.gap_from = record.version;
+    recovered_.report.gap_to = record.to;
+    return nullptr;
+  }
+
+  Disk& disk_;
+  const RecoveryOptions& options_;
+  Recovered& recovered_;
+  Version begun_with_;
+  Version beyond_ = 0;  // a version that was met and is after what is asked for
+  bool enough_ = false;
+  std::uint64_t group_ = 0;
+  Version version_before_group_ = 0;
+  std::string fault_;
+};
+
+bool is_asked_for(const CheckpointHeader& header, const RecoveryOptions& options) {
+  if (options.up_to_version && header.version > *options.up_to_version) return false;
+  return !options.up_to_time || world_time_ns(header.world_time_ns) <= *options.up_to_time;
+}
+
+/// Gives the geometries of a checkpoint their meshes, and holds its shapes to them.
+Result<void> read_meshes(Disk& disk, std::uint64_t database_id, World& world) {
+  for (WorldGeometry& geometry : world.geometries) {
+    auto mesh = read_geometry_file(disk, database_id, geometry.logged.file, geometry.logged.file_checksum);
+    if (!mesh) return mesh.error();
+    geometry.mesh = std::move(mesh).value();
+    if (!geometry.positions_m.empty() && geometry.positions_m.size() != geometry.mesh.positions_m.size())
+      return Error{ErrorCode::file, geometry_name(geometry.logged.file) +
+                                        ": the checkpoint has a shape of another number of positions"};
+  }
+  return {};
+}
+
+/// The newest checkpoint that is whole and not newer than what is asked for, into `recovered`; where reading goes on.
+Result<Position> begin_from_checkpoint(Disk& disk, const RecoveryOptions& options, Recovered& recovered) {
+  RecoveryReport& report = recovered.report;
+  const auto& numbers = recovered.listing.checkpoints;
+  for (auto number = numbers.rbegin(); number != numbers.rend(); ++number) {
+    auto header = read_checkpoint_header(disk, *number);
+    if (header && report.database_id != 0 && header.value().database_id != report.database_id)
+      return Error{ErrorCode::file, checkpoint_name(*number) + ": it belongs to another database"};
+    if (header && !is_asked_for(header.value(), options)) continue;
+    auto checkpoint = header ? read_checkpoint(disk, *number, header.value().database_id)
+                             : Result<Checkpoint>(header.error());
+    if (!checkpoint) {
+      report.damaged_checkpoints.push_back(checkpoint.error().message);
+      continue;
+    }
+    report.database_id = checkpoint.value().header.database_id;
+    report.checkpoint = *number;
+    report.checkpoint_version = checkpoint.value().header.version;
+    recovered.world = std::move(checkpoint.value().world);
+    if (auto read = read_meshes(disk, report.database_id, recovered.world); !read) return read.error();
+    return checkpoint.value().position();
+  }
+  return Position{};
+}
+
+/// A gap ends what can be known, and is no news to a log that was never said to be safe behind it; unless a checkpoint was there.
+std::optional<Error> refused_gap(const RecoveryReport& report, const RecoveryOptions& options) {
+  if (report.gap_from == 0 || report.damaged_checkpoints.empty() || options.salvage) return std::nullopt;
+  return Error{ErrorCode::file, report.damaged_checkpoints.front() +
+                                    "; it is the one that goes on behind versions " +
+                                    std::to_string(report.gap_from) + " to " + std::to_string(report.gap_to) +
+                                    ", which are not in the log"};
+}
+
+}  // namespace
+
+Result<Recovered> recover(Disk& disk, const RecoveryOptions& options) {
+  const ClockTime begun = options.clock != nullptr ? options.clock->now() : ClockTime{};
+  Recovered recovered;
+  auto listing = list_log(disk);
+  if (!listing) return Error{ErrorCode::file, listing.error().in_words()};
+  recovered.listing = std::move(listing.value());
+  auto database_id = database_id_of(disk, recovered.listing.segments);
+  if (!database_id) return database_id.error();
+  RecoveryReport& report = recovered.report;
+  report.database_id = database_id.value();
+
+  auto from = begin_from_checkpoint(disk, options, recovered);
+  if (!from) return from.error();
+  if (recovered.listing.segments.empty() && from.value().segment == 0 &&
+      !recovered.listing.geometries.empty())
+    return Error{ErrorCode::file, geometry_name(recovered.listing.geometries.front()) +
+                                      " is there, and no segment and no whole checkpoint"};
+  Replay replay(disk, options, recovered);
+  auto log =
+      read_log(disk, recovered.listing.segments,
+               {.database_id = report.database_id, .from = from.value(), .salvage = options.salvage}, replay);
+  if (!log) return log.error();
+  report.log = std::move(log).value();
+  report.version_of_groups = replay.version_of_groups();
+  if (auto refused = refused_gap(report, options)) return *refused;
+  if (options.clock != nullptr) report.duration = options.clock->now() - begun;
+  return recovered;
+}
+
+std::string RecoveryReport::in_words() const {
+  if (database_id == 0) return "there is no database yet";
+  std::string text;
+  for (const std::string& damaged : damaged_checkpoints)
+    text += damaged + "; ";
+  text += checkpoint == 0
+              ? "from the empty world"
+              : "from " + checkpoint_name(checkpoint) + " at version " + std::to_string(checkpoint_version);
+  text += ", " + std::to_string(versions) + " versions in " + std::to_string(log.groups) + " groups of " +
+          std::to_string(log.segments) + " segments; " + to_string(log.end);
+  if (log.end == LogEnd::torn)
+    text += ": " + std::to_string(log.cut_bytes) + " bytes cut from " + log.cut_file + " at offset " +
+            std::to_string(log.cut_offset) + ", " + log.cut_why;
+  if (!log.damage.empty()) text += ": " + log.damage;
+  if (gap_from != 0)
+    text +=
+        "; versions " + std::to_string(gap_from) + " to " + std::to_string(gap_to) + " are not in the log";
+  return text;
+}
+
+}  // namespace rtstdb::log

@@ -1,0 +1,63 @@
+#pragma once
+// Records on their way from the thread that commits to the one that writes: a ring of bytes with a fixed size. A record lies in
+// one piece; where it does not fit before the end, the end is left out.
+//
+// Threads: one puts, one takes; statistics are anybody's. Neither waits for the other. All memory is taken and touched when
+// the ring is made.
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace rtstdb::log {
+
+class Ring {
+ public:
+  /// Bytes are rounded up to a multiple of 8.
+  explicit Ring(std::size_t bytes);
+  Ring(const Ring&) = delete;
+  Ring& operator=(const Ring&) = delete;
+
+  std::size_t capacity() const noexcept { return bytes_.size(); }
+  /// The longest record that an empty ring takes wherever it stands.
+  std::size_t longest_record() const noexcept { return bytes_.size() / 2; }
+
+  // ---- the thread that puts
+
+  /// Whether reserve(bytes) would give room, and reserve(more) behind it.
+  bool room_for(std::size_t bytes, std::size_t more = 0) const noexcept;
+  /// Room for a record whose size is a multiple of 8; empty where there is none. The record is seen when it is committed.
+  std::span<std::byte> reserve(std::size_t bytes) noexcept;
+  void commit() noexcept;
+
+  // ---- the thread that takes
+
+  /// Whole records, oldest first, in one piece: not all of them where they go around the end. They stay until release.
+  std::span<const std::byte> view() noexcept;
+  /// The first `bytes` of what view gave: whole records.
+  void release(std::size_t bytes) noexcept;
+
+  // ---- any thread
+
+  std::size_t used() const noexcept;
+  /// The most that was ever used, with ends that were left out.
+  std::size_t high_water() const noexcept { return high_water_.load(std::memory_order_relaxed); }
+
+ private:
+  std::size_t place_of(std::uint64_t position) const noexcept {
+    return static_cast<std::size_t>(position % bytes_.size());
+  }
+  /// Bytes that a record at `position` takes, with the end that is left out before it.
+  std::size_t needed(std::uint64_t position, std::size_t bytes) const noexcept;
+
+  std::vector<std::byte> bytes_;
+  // Positions only grow. What each thread changes lies in cache lines of its own.
+  alignas(64) std::atomic<std::uint64_t> head_{0};
+  std::uint64_t reserved_ = 0;  // the head after commit
+  std::atomic<std::size_t> high_water_{0};
+  alignas(64) std::atomic<std::uint64_t> tail_{0};
+};
+
+}  // namespace rtstdb::log

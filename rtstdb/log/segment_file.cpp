@@ -1,0 +1,68 @@
+#include "rtstdb/log/segment_file.hpp"
+
+#include <array>
+#include <cstring>
+
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/log/bytes.hpp"
+#include "rtstdb/log/directory.hpp"
+
+namespace rtstdb::log {
+namespace {
+
+DiskFault write_begin(DiskFile& file, const SegmentHeader& header, std::span<const std::byte> first_groups,
+                      std::uint64_t bytes) {
+  if (auto fault = file.preallocate(bytes)) return fault;
+  std::array<std::byte, sector_bytes> sector{};
+  std::memcpy(sector.data(), &header, sizeof header);
+  if (auto fault = file.write(0, sector)) return fault;
+  if (!first_groups.empty()) {
+    if (auto fault = file.write(sector_bytes, first_groups)) return fault;
+  }
+  return file.sync();
+}
+
+}  // namespace
+
+DiskResult<std::unique_ptr<SegmentFile>> SegmentFile::create(Disk& disk, const Begin& begin,
+                                                             std::span<const std::byte> first_groups,
+                                                             std::uint64_t bytes) {
+  RTSTDB_ASSERT(first_groups.size() % sector_bytes == 0);
+  SegmentHeader header;
+  header.database_id = begin.database_id;
+  header.number = begin.number;
+  header.first_group = begin.first_group;
+  header.link = begin.link;
+  header.version_before = begin.version_before;
+  header.checksum = header_checksum(header, begin.database_id);
+
+  const std::string unfinished = unfinished_segment_name(begin.number);
+  const std::string name = segment_name(begin.number);
+  auto file = disk.create(unfinished);
+  if (!file) return file.error();
+  if (auto fault = write_begin(*file.value(), header, first_groups, bytes)) {
+    disk.remove(unfinished);
+    return *fault;
+  }
+  if (auto fault = disk.rename(unfinished, name)) {
+    disk.remove(unfinished);
+    return *fault;
+  }
+  if (auto fault = disk.sync_directory()) {
+    disk.remove(name);  // if it stays, a later segment takes its place all the same
+    return *fault;
+  }
+  return std::unique_ptr<SegmentFile>(
+      new SegmentFile(std::move(file.value()), begin.number, sector_bytes + first_groups.size()));
+}
+
+DiskFault SegmentFile::append(std::span<const std::byte> group) {
+  RTSTDB_ASSERT(group.size() % sector_bytes == 0);
+  if (auto fault = file_->write(offset_, group)) return fault;
+  if (auto fault = file_->sync()) return fault;
+  offset_ += group.size();
+  return std::nullopt;
+}
+
+}  // namespace rtstdb::log

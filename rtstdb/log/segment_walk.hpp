@@ -1,0 +1,53 @@
+#pragma once
+// One segment's bytes, group by group: what is whole, and how the rest is to be understood.
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "rtstdb/log/format.hpp"
+
+namespace rtstdb::log {
+
+class SegmentWalk {
+ public:
+  /// Of a whole file.
+  SegmentWalk(std::span<const std::byte> bytes, std::uint64_t database_id)
+      : bytes_(bytes), database_id_(database_id) {}
+
+  struct Expected {
+    std::uint64_t offset = sector_bytes;
+    std::uint64_t number = 1;
+    std::uint64_t link = 0;
+  };
+  struct Found {
+    GroupHeader header;
+    std::span<const std::byte> payload;
+  };
+  /// The group there, or null and in `fault` what is there instead.
+  std::optional<Found> group_at(const Expected& expected, const char*& fault) const noexcept;
+
+  /// The first whole group header of this database at or behind `offset` that has that number or a later one.
+  struct Later {
+    std::uint64_t offset = 0;
+    GroupHeader header;
+  };
+  std::optional<Later> later_group(std::uint64_t offset, std::uint64_t number) const noexcept;
+
+  /// Up to the last byte that is not zero; 0: there is none.
+  std::uint64_t bytes_in_use_from(std::uint64_t offset) const noexcept;
+
+ private:
+  bool header_at(std::uint64_t offset, GroupHeader& header) const noexcept;
+
+  std::span<const std::byte> bytes_;
+  std::uint64_t database_id_;
+};
+
+/// What a group takes in its file.
+constexpr std::uint64_t group_bytes(const GroupHeader& header) {
+  return round_up(sizeof(GroupHeader) + header.payload_bytes, sector_bytes);
+}
+
+}  // namespace rtstdb::log

@@ -1,0 +1,28 @@
+#pragma once
+// An entity's row as it lies in records and checkpoints. What is read back is held to the rules that every write passes, so
+// that bytes which no database wrote are refused.
+
+#include <cstdint>
+
+#include <rtstdb/entity.hpp>
+
+#include "rtstdb/log/bytes.hpp"
+
+namespace rtstdb::log {
+
+inline constexpr std::size_t motion_bytes = sizeof(StoredMotion);
+inline constexpr std::size_t row_bytes = sizeof(StoredLook) + sizeof(StoredMotion);
+
+void put_motion(ByteWriter& writer, const Motion& motion) noexcept;
+/// All but the geometry.
+void put_row(ByteWriter& writer, const EntityRow& row) noexcept;
+
+/// What is wrong, or null.
+[[nodiscard]] const char* get_motion(ByteReader& reader, Motion& motion) noexcept;
+/// The row's geometry is taken as it is.
+[[nodiscard]] const char* get_row(ByteReader& reader, EntityRow& row) noexcept;
+/// Of an index that says whether there is a geometry at all.
+[[nodiscard]] const char* check_geometry_index(std::uint32_t index) noexcept;
+[[nodiscard]] const char* check_time(std::int64_t time_ns) noexcept;
+
+}  // namespace rtstdb::log

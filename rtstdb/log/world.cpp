@@ -1,0 +1,115 @@
+#include "rtstdb/log/world.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace rtstdb::log {
+namespace {
+
+bool same(const LoggedGeometry& a, const LoggedGeometry& b) {
+  return a.id == b.id && a.name == b.name && a.file == b.file && a.file_checksum == b.file_checksum &&
+         a.options.deforms == b.options.deforms && a.options.kept_shapes == b.options.kept_shapes &&
+         a.options.rebuild_growth == b.options.rebuild_growth;
+}
+
+}  // namespace
+
+const char* World::apply(const store::WriteSet& set) {
+  if (set.version <= latest.version) return "its version is not after the one before it";
+  if (set.time < latest.time) return "its world time is before that of the version before it";
+  before_.clear();
+  shapes_before_.clear();
+  const char* fault = nullptr;
+  for (const store::Write& write : set.writes)
+    if (fault == nullptr) fault = apply(write);
+  for (const store::ShapeWrite& write : set.shapes)
+    if (fault == nullptr) fault = apply(write, set.version);
+  can_take_back_ = fault == nullptr;
+  if (fault != nullptr) {
+    undo();
+    return fault;
+  }
+  latest_before_ = std::exchange(latest, {set.version, set.time});
+  next_version = std::max(next_version, set.version + 1);
+  return nullptr;
+}
+
+const char* World::apply(const store::Write& write) {
+  const EntityId id = write.state.id;
+  const bool creates = write.kind == store::WriteKind::create;
+  const bool known = id.index < rows.size();
+  if (creates && !known) {
+    rows.resize(id.index + 1);
+    generations.resize(id.index + 1, 0);
+  }
+  if (creates) {
+    if (rows[id.index].id.valid()) return "it creates an entity where one lives";
+    if (id.generation != generations[id.index] + 1)
+      return "it creates an entity with a generation that is not the next";
+  } else if (!known || rows[id.index].id != id) {
+    return "it writes to an entity that is not there";
+  }
+  EntityState& state = rows[id.index];
+  const bool whole = creates || write.kind == store::WriteKind::update;
+  const GeometryId geometry = write.state.row.geometry;
+  if (whole && geometry.valid() && !knows(geometry)) return "it names a geometry that is not there";
+
+  before_.push_back({id.index, generations[id.index], state});
+  generations[id.index] = id.generation;
+  if (write.kind == store::WriteKind::remove) {
+    state = {};
+    return nullptr;
+  }
+  if (whole) {
+    state = write.state;
+  } else {
+    state.row.motion = write.state.row.motion;
+    state.written_by = write.state.written_by;
+  }
+  return nullptr;
+}
+
+const char* World::apply(const store::ShapeWrite& write, Version version) {
+  if (!knows(write.geometry)) return "it moves corners of a geometry that is not there";
+  WorldGeometry& geometry = geometries[write.geometry.index];
+  if (!geometry.logged.options.deforms) return "it moves corners of a geometry that does not deform";
+  if (write.positions_m.size() != geometry.mesh.positions_m.size())
+    return "it moves other corners than the geometry has";
+  shapes_before_.push_back({write.geometry.index, geometry.shape_version, std::move(geometry.positions_m)});
+  geometry.shape_version = version;
+  geometry.positions_m.assign(write.positions_m.begin(), write.positions_m.end());
+  return nullptr;
+}
+
+void World::undo() {
+  for (auto before = before_.rbegin(); before != before_.rend(); ++before) {
+    rows[before->index] = before->state;
+    generations[before->index] = before->generation;
+  }
+  for (auto before = shapes_before_.rbegin(); before != shapes_before_.rend(); ++before) {
+    WorldGeometry& geometry = geometries[before->geometry];
+    geometry.shape_version = before->version;
+    geometry.positions_m = std::move(before->positions_m);
+  }
+  before_.clear();
+  shapes_before_.clear();
+  can_take_back_ = false;
+}
+
+const char* World::take_back(Version version) {
+  if (!can_take_back_ || version != latest.version) return "a version is taken back that is not the last one";
+  undo();
+  latest = latest_before_;
+  return nullptr;
+}
+
+const char* World::add(const LoggedGeometry& geometry, TriangleMesh&& mesh) {
+  if (knows(geometry.id))
+    return same(geometries[geometry.id.index].logged, geometry) ? nullptr
+                                                                : "a geometry is added where another one is";
+  if (geometry.id.index != geometries.size()) return "a geometry is added that is not the next";
+  geometries.push_back({geometry, std::move(mesh), 0, {}});
+  return nullptr;
+}
+
+}  // namespace rtstdb::log

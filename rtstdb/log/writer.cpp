@@ -1,0 +1,283 @@
+#include "rtstdb/log/writer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "rtstdb/log/directory.hpp"
+
+namespace rtstdb::log {
+namespace {
+
+Error in_words(const DiskError& fault) {
+  return {ErrorCode::file, fault.in_words()};
+}
+
+/// The longest run of whole records that has room. A gap is the first record of its group, so that all before it are in groups
+/// that lead up to it.
+std::size_t whole_records(std::span<const std::byte> records, std::size_t room, bool first) {
+  std::size_t count = 0;
+  while (count < records.size()) {
+    RecordHeader header;
+    std::memcpy(&header, records.data() + count, sizeof header);
+    if (count + header.bytes > room) break;
+    if (header.kind == RecordKind::gap && !(first && count == 0)) break;
+    count += header.bytes;
+  }
+  return count;
+}
+
+}  // namespace
+
+Writer::Writer(Disk& disk, const Clock& clock, Ring& ring, WorldSource& source, const WriterOptions& options,
+               const LogStart& start)
+    : disk_(disk),
+      clock_(clock),
+      ring_(ring),
+      options_(options),
+      database_id_(start.database_id),
+      next_segment_(start.next_segment),
+      group_number_(start.next.group),
+      link_(start.next.link),
+      group_(ring.capacity()),
+      retry_(options.first_retry, options.longest_retry),
+      checkpointer_(disk, source, start.database_id, start.next_checkpoint, options.rows_per_slice, retry_),
+      bytes_since_checkpoint_(start.replayed_bytes),
+      synced_version_(start.newest_version),
+      waits_for_checkpoint_(start.needs_checkpoint),
+      needed_version_(start.version) {
+  group_.begin_at(start.version);
+}
+
+Result<std::unique_ptr<Writer>> Writer::start(Disk& disk, const Clock& clock, Ring& ring, WorldSource& source,
+                                              const WriterOptions& options, const LogStart& start) {
+  RTSTDB_ASSERT(start.database_id != 0);
+  auto listing = list_log(disk);
+  if (!listing) return in_words(listing.error());
+  // What was not finished counts for nothing where it stays.
+  for (const std::uint64_t number : listing.value().unfinished_segments)
+    disk.remove(unfinished_segment_name(number));
+  for (const std::uint64_t number : listing.value().unfinished_checkpoints)
+    disk.remove(unfinished_checkpoint_name(number));
+
+  std::unique_ptr<Writer> writer(new Writer(disk, clock, ring, source, options, start));
+  if (start.last) {
+    if (auto fault = writer->begin_with_last_group(*start.last, start.last_bytes)) return in_words(*fault);
+  } else if (auto fault = writer->open_segment()) {
+    return in_words(*fault);
+  }
+  if (start.version_of_groups < start.version)
+    writer->begin_with_gap(start.version_of_groups + 1, start.version);
+  writer->move_watermark();
+  return writer;
+}
+
+// ---- segments and groups
+
+DiskFault Writer::open_segment(std::span<const std::byte> first_groups) {
+  auto segment = SegmentFile::create(disk_,
+                                     {.database_id = database_id_,
+                                      .number = next_segment_++,
+                                      .first_group = group_number_,
+                                      .link = link_,
+                                      .version_before = synced_version_},
+                                     first_groups, options_.segment_bytes);
+  if (!segment) return segment.error();
+  segment_ = std::move(segment.value());
+  const std::lock_guard lock(statistics_mutex_);
+  ++statistics_.segments;
+  return std::nullopt;
+}
+
+DiskFault Writer::begin_with_last_group(const Position& last, std::uint64_t count) {
+  const std::string name = segment_name(last.segment);
+  auto file = disk_.open(name);
+  if (!file) return file.error();
+  std::vector<std::byte> bytes(count);
+  auto read = file.value()->read(last.offset, bytes);
+  if (!read) return read.error();
+  // Padding behind the last record may end with the file.
+  const std::uint64_t number_after = std::exchange(group_number_, last.group);
+  const std::uint64_t link_after = std::exchange(link_, last.link);
+  auto fault = open_segment(bytes);
+  group_number_ = number_after;
+  link_ = link_after;
+  return fault;
+}
+
+void Writer::begin_with_gap(Version from, Version to) {
+  std::array<std::byte, gap_bytes> record;
+  encode_gap(from, to, record);
+  group_.append(record);
+}
+
+void Writer::gather() noexcept {
+  for (;;) {
+    const auto records = ring_.view();
+    const std::size_t count = whole_records(records, group_.room(), group_.empty());
+    if (count == 0) return;
+    group_.append(records.first(count));
+    ring_.release(count);
+  }
+}
+
+bool Writer::group_is_due(ClockTime now) noexcept {
+  if (group_.empty()) return false;
+  if (options_.flush_interval.count() == 0 || group_.room() < ring_.capacity() / 2) return true;
+  if (flush_soon_.exchange(false, std::memory_order_relaxed)) return true;
+  return last_flush_ == ClockTime::min() || now - last_flush_ >= options_.flush_interval;
+}
+
+DiskFault Writer::write_group(std::int64_t real_time_ns) {
+  const auto bytes =
+      group_.seal({.database_id = database_id_, .number = group_number_, .link = link_}, real_time_ns);
+  // A group that is longer than a segment has one of its own.
+  const bool full = segment_ != nullptr && segment_->offset() > sector_bytes &&
+                    segment_->offset() + bytes.size() > options_.segment_bytes;
+  if (segment_ == nullptr || full) {
+    if (auto fault = open_segment()) return fault;
+  }
+  const ClockTime begun = clock_.now();
+  last_flush_ = begun;
+  if (auto fault = segment_->append(bytes)) return fault;
+  group_is_on_disk(bytes.size(), clock_.now() - begun);
+  return std::nullopt;
+}
+
+void Writer::group_is_on_disk(std::size_t bytes, Nanoseconds took) {
+  ++group_number_;
+  link_ = group_.next_link();
+  synced_version_ = std::max(synced_version_, group_.newest_version());
+  bytes_since_checkpoint_ += bytes;
+  const bool has_gap = group_.gap_to() != 0;
+  if (has_gap) {
+    waits_for_checkpoint_ = true;
+    needed_version_ = std::max(needed_version_, group_.gap_to());
+  }
+  group_.clear();
+  retry_.succeeded();
+  move_watermark();
+  const std::lock_guard lock(statistics_mutex_);
+  ++statistics_.groups;
+  statistics_.bytes += bytes;
+  statistics_.all_writes += took;
+  statistics_.longest_write = std::max(statistics_.longest_write, took);
+  if (has_gap) ++statistics_.gaps;
+}
+
+void Writer::segment_failed(const DiskError& fault, ClockTime now) {
+  segment_.reset();
+  checkpointer_.give_up();  // it tells to read on where nothing is written any more
+  waits_for_checkpoint_ = true;
+  retry_.failed(now);
+  note_fault(fault);
+}
+
+void Writer::note_fault(const DiskError& fault) {
+  const std::lock_guard lock(statistics_mutex_);
+  ++statistics_.faults;
+  statistics_.last_fault = fault.in_words();
+}
+
+void Writer::move_watermark() noexcept {
+  if (!waits_for_checkpoint_) durable_.store(synced_version_, std::memory_order_release);
+}
+
+// ---- checkpoints
+
+bool Writer::checkpoint_is_due(ClockTime now) const noexcept {
+  // From between two groups on, so that it is known where newer records begin.
+  if (segment_ == nullptr || !group_.empty() || !checkpointer_.may_begin(now)) return false;
+  const bool many_bytes =
+      options_.checkpoint_every_bytes != 0 && bytes_since_checkpoint_ >= options_.checkpoint_every_bytes;
+  return waits_for_checkpoint_ || many_bytes || checkpoint_soon_.load(std::memory_order_relaxed);
+}
+
+bool Writer::step_checkpoint(ClockTime now, std::int64_t real_time_ns) {
+  Checkpointer::Step step;
+  if (checkpointer_.under_way()) {
+    step = checkpointer_.go_on(synced_version_, now);
+  } else if (checkpoint_is_due(now)) {
+    step = checkpointer_.begin({segment_->number(), segment_->offset(), group_number_, link_},
+                               group_.newest_standing(), now, real_time_ns);
+    if (step.did == Checkpointer::Did::something) {
+      bytes_since_checkpoint_ = 0;
+      checkpoint_soon_.store(false, std::memory_order_relaxed);
+    }
+  }
+  if (step.did == Checkpointer::Did::finished) checkpoint_is_on_disk(step.version);
+  const bool again = step.did == Checkpointer::Did::failed || step.did == Checkpointer::Did::given_up;
+  if (again) checkpoint_soon_.store(true, std::memory_order_relaxed);
+  if (step.fault) note_fault(*step.fault);
+  return step.did != Checkpointer::Did::nothing && step.did != Checkpointer::Did::failed;
+}
+
+void Writer::checkpoint_is_on_disk(Version version) {
+  if (version >= needed_version_) waits_for_checkpoint_ = false;
+  move_watermark();
+  const std::lock_guard lock(statistics_mutex_);
+  ++statistics_.checkpoints;
+}
+
+// ---- driven from outside
+
+Writer::Step Writer::step(std::int64_t real_time_ns) {
+  Step step;
+  const ClockTime now = clock_.now();
+  gather();
+  if (now >= retry_.at() && group_is_due(now)) {
+    const auto fault = write_group(real_time_ns);
+    if (fault) segment_failed(*fault, now);
+    step.worked = !fault;
+  }
+  if (step_checkpoint(now, real_time_ns)) step.worked = true;
+  step.wake_at = step.worked ? now : wake_at();
+  return step;
+}
+
+ClockTime Writer::wake_at() const noexcept {
+  ClockTime at = ClockTime::max();
+  if (!group_.empty()) at = std::min(at, std::max(retry_.at(), last_flush_ + options_.flush_interval));
+  if (waits_for_checkpoint_ && !checkpointer_.under_way()) at = std::min(at, checkpointer_.retry_at());
+  return at;
+}
+
+Result<void> Writer::close(std::int64_t real_time_ns) {
+  flush_soon();
+  do {
+    gather();
+    if (group_.empty()) break;
+    if (auto fault = write_group(real_time_ns)) {
+      segment_failed(*fault, clock_.now());
+      return in_words(*fault);
+    }
+  } while (ring_.used() != 0);
+  if (segment_ == nullptr) {
+    if (auto fault = open_segment()) return in_words(*fault);
+  }
+  while (waits_for_checkpoint_) {
+    if (!step_checkpoint(clock_.now(), real_time_ns))
+      return Error{ErrorCode::file, "the checkpoint that the log needs can not be made"};
+  }
+  checkpointer_.give_up();
+  group_.make_closing();
+  auto fault = write_group(real_time_ns);
+  segment_.reset();
+  if (fault) return in_words(*fault);
+  return {};
+}
+
+WriterStatistics Writer::statistics() const {
+  WriterStatistics statistics;
+  {
+    const std::lock_guard lock(statistics_mutex_);
+    statistics = statistics_;
+  }
+  statistics.ring_high_water = ring_.high_water();
+  statistics.ring_bytes = ring_.capacity();
+  return statistics;
+}
+
+}  // namespace rtstdb::log
