@@ -1,0 +1,110 @@
+#pragma once
+// A disk in memory that does what real ones do at worst, by a seed: calls that fail, a full disk, calls that take long, and
+// crashes. After a crash only what was synced is certain: of sectors written since, any subset is there, and names that
+// changed since the directory was synced have changed or not. A sync that fails drops what it had to write, and later ones say
+// nothing of that.
+//
+// Threads: as the port says. Faults are set while no call is under way.
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "rtstdb/log/disk.hpp"
+
+namespace hil::test {
+
+class SimulatedDisk final : public rtstdb::log::Disk {
+ public:
+  using DiskCall = rtstdb::log::DiskCall;
+  template <class T>
+  using Result = rtstdb::log::DiskResult<T>;
+  using Fault = rtstdb::log::DiskFault;
+
+  explicit SimulatedDisk(std::uint64_t seed) : random_(seed) {}
+
+  // ---- what goes wrong
+
+  /// Calls so far: any of the port, on the directory or a file.
+  std::uint64_t calls() const noexcept { return calls_; }
+  /// The call that has that number (from 0) fails with that errno.
+  void fail_call(std::uint64_t number, int error_number) { failing_[number] = error_number; }
+  /// Each call fails with EIO so often in a thousand; reading never does.
+  void fail_per_mille(std::uint32_t chance) { chance_ = chance; }
+  /// All calls of that kind fail, until 0 is given.
+  void fail_kind(DiskCall call, int error_number) { failing_kinds_[call] = error_number; }
+  /// Files can not grow beyond that many bytes together.
+  void set_capacity(std::uint64_t bytes) { capacity_ = bytes; }
+  /// Called before each call, without a lock: it may wait, or move a clock.
+  void before_each(std::function<void(DiskCall)> hook) { hook_ = std::move(hook); }
+
+  /// The power goes. Files that are open are no good any more.
+  void crash();
+  /// The process goes: what was written stays for those that read, and is no safer than before.
+  void kill() { ++life_; }
+  /// From here on a crash keeps nothing that was not synced, or all of it; by default it is drawn by sectors.
+  enum class Keeps : std::uint8_t { any, nothing, everything };
+  void at_crash_keep(Keeps keeps) { keeps_ = keeps; }
+
+  // ---- for damage and comparison
+
+  std::map<std::string, std::vector<std::byte>> contents() const;
+  /// All of it is on disk.
+  void set_contents(const std::map<std::string, std::vector<std::byte>>& contents);
+
+  // ---- the port
+
+  Result<std::unique_ptr<rtstdb::log::DiskFile>> create(std::string_view name) override;
+  Result<std::unique_ptr<rtstdb::log::DiskFile>> open(std::string_view name) override;
+  Result<std::vector<std::string>> list() override;
+  Fault rename(std::string_view from, std::string_view to) override;
+  Fault remove(std::string_view name) override;
+  Fault sync_directory() override;
+  Result<std::unique_ptr<rtstdb::log::DiskLock>> lock(std::string_view name) override;
+
+ private:
+  friend class SimulatedFile;
+  friend class SimulatedLock;
+  struct Content {
+    std::vector<std::byte> now;
+    std::vector<std::byte> on_disk;
+    std::set<std::uint64_t> dirty;  ///< sectors that a sync writes
+    bool size_dirty = false;
+  };
+  using Names = std::map<std::string, std::shared_ptr<Content>, std::less<>>;
+  struct Change {
+    std::string from;  ///< empty: `content` is new
+    std::string to;    ///< empty: removed
+    std::shared_ptr<Content> content;
+  };
+
+  /// Tells of the call; the errno that it fails with, or 0.
+  int enter(DiskCall call);
+  bool draw() { return keeps_ == Keeps::any ? random_() % 2 == 0 : keeps_ == Keeps::everything; }
+  static void apply(const Change& change, Names& names);
+  static void put_on_disk(Content& content, std::uint64_t sector);
+  void drop_dirty(Content& content);
+  std::uint64_t bytes_in_use() const;
+
+  mutable std::mutex mutex_;
+  std::mt19937_64 random_;
+  Names now_, on_disk_;
+  std::vector<Change> changes_;  // of names, since the directory was synced
+  std::map<std::uint64_t, int> failing_;
+  std::map<DiskCall, int> failing_kinds_;
+  std::uint32_t chance_ = 0;
+  std::uint64_t capacity_ = ~std::uint64_t{0};
+  std::function<void(DiskCall)> hook_;
+  std::uint64_t calls_ = 0;
+  std::uint64_t life_ = 0;  // handles of an earlier one are stale
+  Keeps keeps_ = Keeps::any;
+  std::uint64_t locked_in_ = ~std::uint64_t{0};
+};
+
+}  // namespace hil::test

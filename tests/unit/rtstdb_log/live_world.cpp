@@ -1,0 +1,290 @@
+#include "live_world.hpp"
+
+#include <cstdio>
+#include <cstring>
+
+#include "rtstdb/log/geometry_file.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+bool same(const EntityState& a, const EntityState& b) {
+  const Motion& m = a.row.motion;
+  const Motion& n = b.row.motion;
+  return a.id == b.id && a.written_by == b.written_by && a.row.geometry == b.row.geometry &&
+         a.row.scale == b.row.scale && a.row.mask == b.row.mask && a.row.material == b.row.material &&
+         m.p_world_m == n.p_world_m && m.q_world == n.q_world && m.v_world_mps == n.v_world_mps &&
+         m.w_world_radps == n.w_world_radps && m.valid_from == n.valid_from;
+}
+
+}  // namespace
+
+bool operator==(const Image& a, const Image& b) {
+  const auto same_rows = [](const auto& x, const auto& y) {
+    return x.first == y.first && same(x.second, y.second);
+  };
+  return a.latest.version == b.latest.version && a.latest.time == b.latest.time &&
+         std::equal(a.rows.begin(), a.rows.end(), b.rows.begin(), b.rows.end(), same_rows) &&
+         a.generations == b.generations && a.shapes == b.shapes;
+}
+
+Image image_of(const World& world) {
+  Image image;
+  image.latest = world.latest;
+  for (std::uint32_t index = 0; index < world.rows.size(); ++index) {
+    if (world.rows[index].id.valid()) image.rows[index] = world.rows[index];
+    if (world.generations[index] != 0) image.generations[index] = world.generations[index];
+  }
+  for (const WorldGeometry& geometry : world.geometries)
+    if (geometry.shape_version != 0)
+      image.shapes[geometry.logged.id.index] = {geometry.shape_version, geometry.positions_m};
+  return image;
+}
+
+std::string in_lines(const World& world) {
+  std::string text;
+  char line[1024];
+  const auto add = [&](int count) { text.append(line, static_cast<std::size_t>(count)); };
+  add(std::snprintf(line, sizeof line, "version %llu time %lld next %llu\n",
+                    static_cast<unsigned long long>(world.latest.version),
+                    static_cast<long long>(world.latest.time.time_since_epoch().count()),
+                    static_cast<unsigned long long>(world.next_version)));
+  for (std::size_t index = 0; index < world.rows.size(); ++index) {
+    const EntityState& state = world.rows[index];
+    if (!state.id.valid()) {
+      if (world.generations[index] != 0)
+        add(std::snprintf(line, sizeof line, "free %zu generation %u\n", index, world.generations[index]));
+      continue;
+    }
+    const EntityRow& row = state.row;
+    const Motion& m = row.motion;
+    add(std::snprintf(line, sizeof line, "row %zu generation %u by %llu geometry %u mask %u material %u",
+                      index, state.id.generation, static_cast<unsigned long long>(state.written_by),
+                      row.geometry.index, row.mask, row.material));
+    for (const double value :
+         {row.scale.x, row.scale.y, row.scale.z, m.p_world_m.x, m.p_world_m.y, m.p_world_m.z, m.q_world.w,
+          m.q_world.x, m.q_world.y, m.q_world.z, m.v_world_mps.x, m.v_world_mps.y, m.v_world_mps.z,
+          m.w_world_radps.x, m.w_world_radps.y, m.w_world_radps.z}) {
+      std::uint64_t bits = 0;
+      std::memcpy(&bits, &value, sizeof bits);
+      add(std::snprintf(line, sizeof line, " %016llx", static_cast<unsigned long long>(bits)));
+    }
+    add(std::snprintf(line, sizeof line, " from %lld\n",
+                      static_cast<long long>(m.valid_from.time_since_epoch().count())));
+  }
+  for (const WorldGeometry& geometry : world.geometries) {
+    add(std::snprintf(line, sizeof line, "geometry %u %s positions %zu triangles %zu shape %llu",
+                      geometry.logged.id.index, geometry.logged.name.c_str(),
+                      geometry.mesh.positions_m.size(), geometry.mesh.triangles.size(),
+                      static_cast<unsigned long long>(geometry.shape_version)));
+    for (const glm::vec3& position : geometry.positions_m) {
+      std::uint32_t bits[3];
+      std::memcpy(bits, &position, sizeof bits);
+      add(std::snprintf(line, sizeof line, " %08x%08x%08x", bits[0], bits[1], bits[2]));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+void History::forget_after(Version version) {
+  images.erase(images.upper_bound(version), images.end());
+  standing.erase(standing.upper_bound(version), standing.end());
+}
+
+Version History::newest_standing(Version up_to) const {
+  const auto after = standing.upper_bound(up_to);
+  return after == standing.begin() ? 0 : *std::prev(after);
+}
+
+LiveWorld::LiveWorld(std::uint64_t seed, History& history, std::size_t ring_bytes)
+    : random_(seed),
+      history_(history),
+      store_(
+          {.max_entities = live_entities,
+           .retained_changes = 256,
+           .geometry_known = [this](GeometryId id) { return !id.valid() || id.index < geometries_.size(); },
+           .max_geometries = 16}),
+      generations_(live_entities, 0),
+      ring_(ring_bytes),
+      recorder_(ring_) {
+  history_.images.try_emplace(0, image_of(World{}));
+}
+
+LiveWorld::LiveWorld(std::uint64_t seed, History& history, std::size_t ring_bytes, const Recovered& recovered)
+    : LiveWorld(seed, history, ring_bytes) {
+  const World& world = recovered.world;
+  for (const WorldGeometry& geometry : world.geometries) {
+    geometries_.push_back(geometry.logged);
+    if (geometry.logged.options.deforms)
+      keep_shapes(geometry.logged, world.shape_of(geometry), geometry.shape_version);
+  }
+  store_.restore(world.restored());
+  std::copy(world.generations.begin(), world.generations.end(), generations_.begin());
+  next_version_ = world.next_version;
+}
+
+void LiveWorld::keep_shapes(const LoggedGeometry& geometry, std::span<const glm::vec3> positions_m,
+                            Version version) {
+  store_.keep_shapes(geometry.id,
+                     store::ShapeHistory::make(positions_m, geometry.options.kept_shapes, version));
+  positions_of_[geometry.id.index] = positions_m.size();
+}
+
+EntityRow LiveWorld::random_row() {
+  std::uniform_real_distribution<double> number(-100.0, 100.0);
+  EntityRow row;
+  if (!geometries_.empty() && below(4) != 0)
+    row.geometry = {below(static_cast<std::uint32_t>(geometries_.size()))};
+  row.scale = {1.0 + below(5), 1.0, 0.5};
+  row.mask = static_cast<std::uint32_t>(random_());
+  row.material = below(1000);
+  row.motion.p_world_m = {number(random_), number(random_), number(random_)};
+  row.motion.q_world = {number(random_), number(random_), number(random_), 1.0};
+  row.motion.v_world_mps = {number(random_), 0.0, -0.0};
+  row.motion.w_world_radps = {0.0, number(random_), 0.0};
+  row.motion.valid_from = world_time_ns(static_cast<std::int64_t>(random_() % 1'000'000));
+  return row;
+}
+
+store::WriteSet LiveWorld::random_set() {
+  using store::WriteKind;
+  const auto latest_ns = std::max<std::int64_t>(store_.latest().time.time_since_epoch().count(), 0);
+  store::WriteSet set{0, world_time_ns(latest_ns + below(3)), {}};
+  std::map<std::uint32_t, EntityId> living;
+  for (std::uint32_t index = 0; index < store_.latest_snapshot().index_limit(); ++index)
+    if (const EntityState* state = store_.latest_snapshot().row(index)) living[index] = state->id;
+  std::size_t count = living.size();
+  for (std::uint32_t k = 1 + below(3); k > 0; --k) {
+    const auto victim = living.empty()
+                            ? living.end()
+                            : std::next(living.begin(), below(static_cast<std::uint32_t>(living.size())));
+    const std::uint32_t kind = below(8);
+    if (victim == living.end() || kind < 2) {
+      if (count == live_entities) continue;
+      set.writes.push_back({WriteKind::create, {EntityId{}, random_row(), 0}});
+      ++count;
+    } else if (kind < 7) {
+      set.writes.push_back(
+          {kind < 5 ? WriteKind::update_motion : WriteKind::update, {victim->second, random_row(), 0}});
+    } else {
+      set.writes.push_back({WriteKind::remove, {victim->second, {}, 0}});
+      living.erase(victim);
+      --count;
+    }
+  }
+  if (!positions_of_.empty() && (set.writes.empty() || below(4) == 0)) {
+    const auto& [geometry, positions] =
+        *std::next(positions_of_.begin(), below(static_cast<std::uint32_t>(positions_of_.size())));
+    auto& shape = shapes_to_write_[geometry];
+    shape.resize(positions);
+    for (glm::vec3& position : shape)
+      position = {static_cast<float>(below(100)), 1.5f, -2.0f};
+    set.shapes.push_back({{geometry}, positions, positions, shape});
+  }
+  if (set.empty()) set.writes.push_back({WriteKind::update, {living.begin()->second, random_row(), 0}});
+  return set;
+}
+
+Image LiveWorld::image() const {
+  Image image;
+  const store::Snapshot snapshot = store_.latest_snapshot();
+  image.latest = store_.latest();
+  for (std::uint32_t index = 0; index < snapshot.index_limit(); ++index) {
+    if (const EntityState* state = snapshot.row(index)) image.rows[index] = *state;
+    if (generations_[index] != 0) image.generations[index] = generations_[index];
+  }
+  for (const auto& [geometry, positions] : positions_of_) {
+    const query::Shape shape = snapshot.shape({geometry});
+    if (shape.version != 0)
+      image.shapes[geometry] = {shape.version, {shape.positions_m.begin(), shape.positions_m.end()}};
+  }
+  return image;
+}
+
+void LiveWorld::commit() {
+  store::WriteSet set = random_set();
+  const auto fault = store_.stage(set);
+  RTSTDB_ASSERT(!fault);
+  store_.publish();
+  store_.settle();
+  for (const store::Write& write : set.writes)
+    if (write.kind == store::WriteKind::create)
+      generations_[write.state.id.index] = write.state.id.generation;
+  next_version_ = set.version + 1;
+  history_.images[set.version] = image();
+  history_.standing.insert(set.version);
+  recorder_.record(set);
+}
+
+void LiveWorld::commit_and_take_back() {
+  store::WriteSet set = random_set();
+  const auto fault = store_.stage(set);
+  RTSTDB_ASSERT(!fault);
+  if (!recorder_.room_for(set)) {
+    store_.discard();
+    next_version_ = set.version + 1;
+    return;
+  }
+  recorder_.record(set);
+  // Until the log has it that it came to nothing, a crash may leave it standing.
+  const std::vector<std::uint32_t> generations = generations_;
+  for (const store::Write& write : set.writes)
+    if (write.kind == store::WriteKind::create)
+      generations_[write.state.id.index] = write.state.id.generation;
+  store_.publish();
+  history_.images[set.version] = image();
+  store_.discard();
+  generations_ = generations;
+  next_version_ = set.version + 1;
+  recorder_.take_back(set.version);
+}
+
+bool LiveWorld::add_geometry(Disk& disk, std::uint64_t database_id, std::uint64_t file) {
+  if (geometries_.size() == 8) return false;
+  const TriangleMesh mesh = below(2) == 0 ? make_box({1.0, 2.0, 3.0}) : make_rectangle(1.0, 1.0);
+  LoggedGeometry geometry;
+  geometry.id = {static_cast<std::uint32_t>(geometries_.size())};
+  geometry.name = "geometry_" + std::to_string(file);
+  geometry.options.deforms = below(2) == 0;
+  geometry.file = file;
+  auto checksum = write_geometry_file(disk, database_id, file, mesh);
+  if (!checksum) return false;
+  geometry.file_checksum = checksum.value();
+  if (!recorder_.record(geometry)) return false;
+  geometries_.push_back(geometry);
+  if (geometry.options.deforms) keep_shapes(geometry, mesh.positions_m, 0);
+  return true;
+}
+
+// ---- checkpoints
+
+std::optional<WorldHead> LiveWorld::begin(Version not_before) {
+  if (latest() < not_before) return std::nullopt;
+  checkpoint_ = image();
+  WorldHead head;
+  head.version = checkpoint_.latest;
+  head.next_version = next_version_;
+  head.index_limit = store_.latest_snapshot().index_limit();
+  head.geometries = geometries_;
+  return head;
+}
+
+bool LiveWorld::rows(std::uint32_t first, std::span<EntityState> states) {
+  for (std::uint32_t k = 0; k < states.size(); ++k) {
+    const auto row = checkpoint_.rows.find(first + k);
+    const auto generation = checkpoint_.generations.find(first + k);
+    states[k] = row != checkpoint_.rows.end() ? row->second : EntityState{};
+    if (row == checkpoint_.rows.end())
+      states[k].id.generation = generation != checkpoint_.generations.end() ? generation->second : 0;
+  }
+  return !slice_is_lost();
+}
+
+bool LiveWorld::shape(GeometryId geometry, Shape& shape) {
+  const auto found = checkpoint_.shapes.find(geometry.index);
+  shape = found == checkpoint_.shapes.end() ? Shape{} : Shape{found->second.first, found->second.second};
+  return !slice_is_lost();
+}
+
+}  // namespace rtstdb::log::test

@@ -1,0 +1,95 @@
+#pragma once
+// Plays the database before a log: a store that commits by a seed, what it was at each version, the side of the log that
+// records, and the source of checkpoints.
+
+#include <glm/ext/vector_float3.hpp>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <random>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "rtstdb/log/recorder.hpp"
+#include "rtstdb/log/recovery.hpp"
+#include "rtstdb/log/ring.hpp"
+#include "rtstdb/log/world_source.hpp"
+#include "rtstdb/store/store.hpp"
+
+namespace rtstdb::log::test {
+
+/// All that a version is, to be compared.
+struct Image {
+  VersionInfo latest;
+  std::map<std::uint32_t, EntityState> rows;
+  std::map<std::uint32_t, std::uint32_t> generations;  ///< that are not 0
+  std::map<std::uint32_t, std::pair<Version, std::vector<glm::vec3>>> shapes;
+};
+bool operator==(const Image& a, const Image& b);
+Image image_of(const World& world);
+/// Everything of a version on one line each, for people and for comparison with the verifier in Python.
+std::string in_lines(const World& world);
+
+inline constexpr std::uint32_t live_entities = 12;
+
+/// What outlives a crash in a test: which states there were.
+struct History {
+  std::map<Version, Image> images;
+  std::set<Version> standing;  ///< published and not taken back
+  void forget_after(Version version);
+  /// The newest that stands up to a version.
+  Version newest_standing(Version up_to) const;
+};
+
+class LiveWorld final : public WorldSource {
+ public:
+  LiveWorld(std::uint64_t seed, History& history, std::size_t ring_bytes);
+  /// Goes on from what was recovered.
+  LiveWorld(std::uint64_t seed, History& history, std::size_t ring_bytes, const Recovered& recovered);
+
+  Ring& ring() { return ring_; }
+  Recorder& recorder() { return recorder_; }
+  Version latest() const { return store_.latest().version; }
+  const store::Store& store() const { return store_; }
+
+  /// A random commit, recorded when it is published.
+  void commit();
+  /// As a firm transaction in sync mode that is late: recorded, then taken back.
+  void commit_and_take_back();
+  /// A geometry with a file of its own; false: the disk or the ring refuses.
+  bool add_geometry(Disk& disk, std::uint64_t database_id, std::uint64_t file);
+
+  /// From now on checkpoints are told that their version is gone, so often in a thousand slices.
+  void lose_slices_per_mille(std::uint32_t chance) { lost_slices_ = chance; }
+
+  std::optional<WorldHead> begin(Version not_before) override;
+  bool rows(std::uint32_t first, std::span<EntityState> states) override;
+  bool shape(GeometryId geometry, Shape& shape) override;
+  void end() noexcept override {}
+
+ private:
+  std::uint32_t below(std::uint32_t limit) { return static_cast<std::uint32_t>(random_() % limit); }
+  void keep_shapes(const LoggedGeometry& geometry, std::span<const glm::vec3> positions_m, Version version);
+  store::WriteSet random_set();
+  EntityRow random_row();
+  Image image() const;
+  bool slice_is_lost() { return below(1000) < lost_slices_; }
+
+  std::mt19937_64 random_;
+  History& history_;
+  std::vector<LoggedGeometry> geometries_;
+  std::map<std::uint32_t, std::vector<glm::vec3>> shapes_to_write_;  // that a staged set points into
+  std::map<std::uint32_t, std::size_t> positions_of_;
+  store::Store store_;
+  std::vector<std::uint32_t> generations_;
+  Version next_version_ = 1;
+  Ring ring_;
+  Recorder recorder_;
+  std::uint32_t lost_slices_ = 0;
+
+  Image checkpoint_;
+};
+
+}  // namespace rtstdb::log::test
