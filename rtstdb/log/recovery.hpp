@@ -18,8 +18,8 @@ namespace rtstdb::log {
 
 struct RecoveryOptions {
   /// The world as it was: the newest version that is not above, or that had begun by then. Absent: the newest.
-  std::optional<Version> up_to_version;
-  std::optional<WorldTime> up_to_time;
+  std::optional<Version> up_to_version = std::nullopt;
+  std::optional<WorldTime> up_to_time = std::nullopt;
   /// A damaged log is opened up to the version before the damage.
   bool salvage = false;
   /// What `duration` is measured by; may be null.

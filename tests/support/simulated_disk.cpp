@@ -251,9 +251,11 @@ DiskFault SimulatedDisk::remove(std::string_view name) {
 DiskFault SimulatedDisk::sync_directory() {
   const int number = enter(DiskCall::sync_directory);
   const std::lock_guard lock(mutex_);
-  for (const Change& change : changes_)
-    if (number == 0 || draw()) apply(change, on_disk_);
-  changes_.clear();
+  // One that fails has written the first of them; journals keep the others for the next.
+  const std::size_t written = number == 0 ? changes_.size() : random_() % (changes_.size() + 1);
+  const auto end = changes_.begin() + static_cast<std::ptrdiff_t>(written);
+  std::for_each(changes_.begin(), end, [this](const Change& change) { apply(change, on_disk_); });
+  changes_.erase(changes_.begin(), end);
   return fault(DiskCall::sync_directory, number, ".");
 }
 

@@ -1,0 +1,287 @@
+// A log that was written whole and then changed: what is read back is a state that was, or it is refused; and where the log was
+// closed it is the last state, or it is refused.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "rtstdb/log/bytes.hpp"
+#include "rtstdb/log/recovery.hpp"
+#include "sample_log.hpp"
+#include "tests/support/simulated_disk.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr std::size_t stride = 61;  // of the bits that are flipped
+#else
+constexpr std::size_t stride = 1;
+#endif
+
+Result<Recovered> recovered_from(const Contents& contents, const RecoveryOptions& options = {}) {
+  hil::test::SimulatedDisk disk(1);
+  disk.set_contents(contents);
+  return recover(disk, options);
+}
+
+void expect_known(const SampleLog& sample, const Recovered& recovered) {
+  const auto image = sample.history.images.find(recovered.world.latest.version);
+  ASSERT_NE(image, sample.history.images.end());
+  ASSERT_TRUE(image->second == image_of(recovered.world)) << recovered.report.in_words();
+}
+
+struct Tally {
+  std::size_t refused = 0, latest = 0, earlier = 0;
+};
+
+void read_damaged(const SampleLog& sample, const Contents& contents, bool closed, Tally& tally) {
+  const auto recovered = recovered_from(contents);
+  if (!recovered) {
+    ++tally.refused;
+    ASSERT_FALSE(recovered.error().message.empty());
+    return;
+  }
+  expect_known(sample, recovered.value());
+  if (recovered.value().world.latest.version != sample.latest) {
+    ASSERT_FALSE(closed) << recovered.value().report.in_words();
+    ++tally.earlier;
+  } else {
+    ASSERT_EQ(in_lines(recovered.value().world), sample.latest_in_lines);
+    ++tally.latest;
+  }
+}
+
+void flip_every_bit(const SampleLog& sample, bool closed, std::size_t step, Tally& tally) {
+  Contents contents = sample.contents;
+  for (auto& [name, bytes] : contents) {
+    for (std::size_t bit = 0; bit < bytes.size() * 8; bit += step) {
+      const auto mask = static_cast<std::byte>(1u << bit % 8);
+      bytes[bit / 8] ^= mask;
+      read_damaged(sample, contents, closed, tally);
+      ASSERT_FALSE(testing::Test::HasFailure()) << name << " bit " << bit;
+      bytes[bit / 8] ^= mask;
+    }
+  }
+}
+
+TEST(LogDamage, EveryBitOfAClosedLogIsRefusedOrHarmless) {
+  const SampleLog sample = make_sample({.commits = 9, .segment_bytes = 2048});
+  Tally tally;
+  flip_every_bit(sample, true, stride, tally);
+  EXPECT_GT(tally.refused, 100u / stride);
+  EXPECT_GT(tally.latest, 100u / stride);
+}
+
+TEST(LogDamage, EveryBitOfAnOpenLogLeavesAStateThatWas) {
+  const SampleLog sample = make_sample({.seed = 2, .commits = 9, .segment_bytes = 2048, .closed = false});
+  Tally tally;
+  flip_every_bit(sample, false, stride, tally);
+  EXPECT_GT(tally.refused, 100u / stride);
+  EXPECT_GT(tally.earlier, 10u / stride);
+}
+
+TEST(LogDamage, SomeBitsOfALargerLogAreRefusedOrHarmless) {
+  const SampleLog sample = make_sample({.seed = 3, .commits = 400, .segment_bytes = 1 << 15});
+  Tally tally;
+  flip_every_bit(sample, true, 1009 * stride, tally);
+}
+
+TEST(LogDamage, ALogCutAnywhereIsAPrefixOrRefused) {
+  for (const bool closed : {false, true}) {
+    const SampleLog sample = make_sample({.seed = 4, .commits = 12, .segment_bytes = 4096, .closed = closed});
+    Tally tally;
+    for (const auto& [name, bytes] : sample.contents) {
+      for (std::size_t length = 0; length < bytes.size(); length += stride == 1 ? 1 : 7) {
+        Contents contents = sample.contents;
+        contents[name].resize(length);
+        read_damaged(sample, contents, false, tally);
+        ASSERT_FALSE(HasFailure()) << name << " cut at " << length;
+      }
+    }
+    EXPECT_GT(tally.earlier, 0u);
+  }
+}
+
+/// The last segment alone is what a crash cuts: it never makes a log that is refused.
+TEST(LogDamage, TheLastSegmentCutBehindItsHeaderIsAPrefix) {
+  const SampleLog sample = make_sample({.seed = 5, .commits = 20, .segment_bytes = 1 << 16, .closed = false});
+  ASSERT_EQ(sample.contents.count("segment.0000000002"), 0u);
+  Version before = 0;
+  const std::size_t end = groups_of(sample.contents).back().offset + groups_of(sample.contents).back().bytes;
+  for (std::size_t length = sector_bytes; length <= end; ++length) {
+    Contents contents = sample.contents;
+    contents["segment.0000000001"].resize(length);
+    contents.erase("checkpoint.0000000001");
+    contents.erase("checkpoint.0000000002");
+    const auto recovered = recovered_from(contents);
+    ASSERT_TRUE(recovered.ok()) << recovered.error().message << " at " << length;
+    expect_known(sample, recovered.value());
+    ASSERT_GE(recovered.value().world.latest.version, before);
+    before = recovered.value().world.latest.version;
+    const ReadReport& log = recovered.value().report.log;
+    ASSERT_LE(log.end == LogEnd::torn ? log.cut_offset + log.cut_bytes : 0, length);
+  }
+  EXPECT_EQ(before, sample.latest);
+}
+
+// ---- groups
+
+class DamagedGroups : public testing::Test {
+ protected:
+  DamagedGroups()
+      : sample(make_sample({.seed = 6, .commits = 30, .closed = false, .checkpoints = false})),
+        groups(groups_of(sample.contents)) {}
+
+  std::span<std::byte> bytes_of(Contents& contents, const GroupPlace& group) const {
+    return std::span(contents[group.file]).subspan(group.offset, group.bytes);
+  }
+  static void expect_refused(const Contents& contents, const GroupPlace& group) {
+    const auto recovered = recovered_from(contents);
+    ASSERT_FALSE(recovered.ok()) << recovered.value().report.in_words();
+    EXPECT_EQ(recovered.error().code, ErrorCode::file);
+    const std::string place = group.file + ", offset " + std::to_string(group.offset) + ", group " +
+                              std::to_string(group.header.number);
+    EXPECT_NE(recovered.error().message.find(place), std::string::npos) << recovered.error().message;
+  }
+
+  SampleLog sample;
+  std::vector<GroupPlace> groups;
+};
+
+TEST_F(DamagedGroups, AHoleIsRefusedWithItsPlaceAndVersions) {
+  ASSERT_GT(groups.size(), 10u);
+  for (std::size_t k = 0; k + 1 < groups.size(); ++k) {
+    Contents contents = sample.contents;
+    std::ranges::fill(bytes_of(contents, groups[k]), std::byte{0});
+    expect_refused(contents, groups[k]);
+    if (k > 0) {
+      const std::string after = "after version " + std::to_string(groups[k - 1].header.last_version);
+      EXPECT_NE(recovered_from(contents).error().message.find(after), std::string::npos)
+          << recovered_from(contents).error().message;
+    }
+  }
+}
+
+TEST_F(DamagedGroups, AHoleIsOpenedUpToItWhereItIsSalvaged) {
+  for (std::size_t k = 1; k + 1 < groups.size(); ++k) {
+    Contents contents = sample.contents;
+    std::ranges::fill(bytes_of(contents, groups[k]), std::byte{0});
+    const auto recovered = recovered_from(contents, {.salvage = true});
+    ASSERT_TRUE(recovered.ok());
+    expect_known(sample, recovered.value());
+    EXPECT_EQ(recovered.value().world.latest.version, groups[k - 1].header.last_version);
+    EXPECT_EQ(recovered.value().report.log.end, LogEnd::damaged);
+    EXPECT_FALSE(recovered.value().report.log.damage.empty());
+  }
+}
+
+TEST_F(DamagedGroups, ExchangedGroupsAreRefused) {
+  int exchanged = 0;
+  for (std::size_t k = 0; k + 1 < groups.size(); ++k) {
+    if (groups[k].file != groups[k + 1].file || groups[k].bytes != groups[k + 1].bytes) continue;
+    ++exchanged;
+    Contents contents = sample.contents;
+    std::ranges::swap_ranges(bytes_of(contents, groups[k]), bytes_of(contents, groups[k + 1]));
+    expect_refused(contents, groups[k]);
+  }
+  EXPECT_GT(exchanged, 0);
+}
+
+TEST_F(DamagedGroups, AGroupThatStandsTwiceIsRefused) {
+  int doubled = 0;
+  for (std::size_t k = 0; k + 2 < groups.size(); ++k) {
+    if (groups[k].file != groups[k + 1].file || groups[k].bytes != groups[k + 1].bytes) continue;
+    ++doubled;
+    Contents contents = sample.contents;
+    std::ranges::copy(bytes_of(contents, groups[k]), bytes_of(contents, groups[k + 1]).begin());
+    expect_refused(contents, groups[k + 1]);
+  }
+  EXPECT_GT(doubled, 0);
+}
+
+// ---- files
+
+TEST_F(DamagedGroups, AMissingSegmentIsRefused) {
+  std::set<std::string> names;
+  for (const GroupPlace& group : groups)
+    names.insert(group.file);
+  ASSERT_GT(names.size(), 2u);
+  names.erase(groups.back().file);
+  for (const std::string& name : names) {
+    Contents contents = sample.contents;
+    contents.erase(name);
+    EXPECT_FALSE(recovered_from(contents).ok()) << name;
+  }
+  Contents none = sample.contents;
+  std::erase_if(none, [](const auto& file) { return file.first.starts_with("segment."); });
+  EXPECT_FALSE(recovered_from(none).ok());
+}
+
+TEST_F(DamagedGroups, ASegmentOfAnotherDatabaseIsRefused) {
+  const SampleLog other =
+      make_sample({.seed = 6, .database_id = 99, .commits = 30, .closed = false, .checkpoints = false});
+  Contents contents = sample.contents;
+  const std::string name = "segment.0000000002";
+  contents[name] = other.contents.at(name);
+  const auto recovered = recovered_from(contents);
+  ASSERT_FALSE(recovered.ok());
+  EXPECT_NE(recovered.error().message.find(name + ": it belongs to database 0000000000000063"),
+            std::string::npos)
+      << recovered.error().message;
+}
+
+TEST_F(DamagedGroups, ASegmentUnderAnotherNumberIsRefused) {
+  Contents contents = sample.contents;
+  std::swap(contents["segment.0000000001"], contents["segment.0000000002"]);
+  EXPECT_FALSE(recovered_from(contents).ok());
+}
+
+TEST_F(DamagedGroups, AFormatThatIsNotKnownIsRefused) {
+  Contents contents = sample.contents;
+  auto& bytes = contents["segment.0000000001"];
+  SegmentHeader header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  header.format = 2;
+  header.checksum = header_checksum(header, header.database_id);
+  std::memcpy(bytes.data(), &header, sizeof header);
+  const auto recovered = recovered_from(contents);
+  ASSERT_FALSE(recovered.ok());
+  EXPECT_NE(recovered.error().message.find("format 2"), std::string::npos) << recovered.error().message;
+}
+
+TEST(LogDamage, AGeometryFileThatIsDamagedOrGoneIsRefused) {
+  const SampleLog sample = make_sample({.seed = 8});
+  for (const auto& [name, bytes] : sample.contents) {
+    if (!name.starts_with("geometry.")) continue;
+    Contents contents = sample.contents;
+    contents[name].back() ^= std::byte{1};
+    const auto damaged = recovered_from(contents);
+    ASSERT_FALSE(damaged.ok());
+    EXPECT_NE(damaged.error().message.find(name), std::string::npos) << damaged.error().message;
+    contents.erase(name);
+    EXPECT_FALSE(recovered_from(contents).ok());
+  }
+}
+
+TEST(LogDamage, ADamagedCheckpointGivesWayToAnOlderOne) {
+  const SampleLog sample = make_sample({.seed = 9});
+  ASSERT_EQ(sample.contents.count("checkpoint.0000000002"), 1u);
+  Contents contents = sample.contents;
+  contents["checkpoint.0000000002"][300] ^= std::byte{1};
+  auto recovered = recovered_from(contents);
+  ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+  EXPECT_EQ(recovered.value().report.checkpoint, 1u);
+  ASSERT_EQ(recovered.value().report.damaged_checkpoints.size(), 1u);
+  EXPECT_NE(recovered.value().report.in_words().find("checkpoint.0000000002"), std::string::npos);
+  EXPECT_EQ(in_lines(recovered.value().world), sample.latest_in_lines);
+
+  contents["checkpoint.0000000001"][300] ^= std::byte{1};
+  recovered = recovered_from(contents);
+  ASSERT_TRUE(recovered.ok());
+  EXPECT_EQ(recovered.value().report.checkpoint, 0u);
+  EXPECT_EQ(in_lines(recovered.value().world), sample.latest_in_lines);
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test

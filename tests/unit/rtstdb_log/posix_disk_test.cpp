@@ -1,0 +1,111 @@
+// The port on the machine's own file system.
+
+#include "rtstdb/log/posix_disk.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+
+#include "rtstdb/log/directory.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+class PosixDiskTest : public testing::Test {
+ protected:
+  PosixDiskTest()
+      : path_(std::filesystem::temp_directory_path() / ("posix_disk." + std::to_string(::getpid()))) {
+    std::filesystem::remove_all(path_);
+  }
+  ~PosixDiskTest() override { std::filesystem::remove_all(path_); }
+
+  static std::vector<std::byte> bytes(std::size_t count, int value) {
+    return std::vector<std::byte>(count, static_cast<std::byte>(value));
+  }
+
+  std::filesystem::path path_;
+};
+
+TEST_F(PosixDiskTest, WritesReadsAndNames) {
+  auto opened = open_directory(path_);
+  ASSERT_TRUE(opened);
+  Disk& disk = *opened.value();
+  {
+    auto file = disk.create("a");
+    ASSERT_TRUE(file);
+    EXPECT_FALSE(file.value()->preallocate(4096));
+    EXPECT_FALSE(file.value()->write(100, bytes(50, 7)));
+    EXPECT_FALSE(file.value()->sync());
+    EXPECT_EQ(file.value()->size().value(), 4096u);
+  }
+  EXPECT_FALSE(disk.rename("a", "b"));
+  EXPECT_FALSE(disk.sync_directory());
+  auto file = disk.open("b");
+  ASSERT_TRUE(file);
+  std::vector<std::byte> read(100);
+  EXPECT_EQ(file.value()->read(120, read).value(), 100u);
+  EXPECT_EQ(read[29], std::byte{7});
+  EXPECT_EQ(read[30], std::byte{0});
+  EXPECT_EQ(file.value()->read(4090, read).value(), 6u);
+  EXPECT_EQ(disk.list().value(), std::vector<std::string>{"b"});
+  EXPECT_FALSE(disk.remove("b"));
+  EXPECT_TRUE(disk.list().value().empty());
+}
+
+TEST_F(PosixDiskTest, FaultsSayWhatAndWhere) {
+  auto opened = open_directory(path_);
+  ASSERT_TRUE(opened);
+  Disk& disk = *opened.value();
+  ASSERT_TRUE(disk.create("a"));
+  const auto again = disk.create("a");
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().number, EEXIST);
+  EXPECT_EQ(again.error().in_words(), "create of a: File exists");
+  EXPECT_EQ(disk.open("none").error().number, ENOENT);
+  EXPECT_EQ(disk.remove("none")->number, ENOENT);
+  EXPECT_EQ(disk.rename("none", "b")->number, ENOENT);
+  auto reading = disk.open("a");
+  ASSERT_TRUE(reading);
+  EXPECT_EQ(reading.value()->write(0, bytes(1, 1))->number, EBADF);
+  EXPECT_FALSE(open_existing_directory(path_ / "none"));
+}
+
+TEST_F(PosixDiskTest, OneHoldsTheLock) {
+  auto first = open_directory(path_);
+  auto second = open_directory(path_);
+  {
+    auto held = first.value()->lock(lock_name);
+    ASSERT_TRUE(held);
+    const auto refused = second.value()->lock(lock_name);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().number, EWOULDBLOCK);
+  }
+  EXPECT_TRUE(second.value()->lock(lock_name));
+}
+
+TEST_F(PosixDiskTest, NamesOfFilesAreTheirOwn) {
+  auto opened = open_directory(path_);
+  Disk& disk = *opened.value();
+  for (const char* name :
+       {"segment.0000000002", "segment.0000000010", "segment.0000000003.new", "checkpoint.0000000001",
+        "checkpoint.0000000002.new", "geometry.0000000005", "lock", "segment.3", "segment.x",
+        "segment.00000000011", "geometry.0000000005.new", "other"})
+    ASSERT_TRUE(disk.create(name));
+  auto listing = list_log(disk);
+  ASSERT_TRUE(listing);
+  using Numbers = std::vector<std::uint64_t>;
+  EXPECT_EQ(listing.value().segments, (Numbers{2, 10}));
+  EXPECT_EQ(listing.value().unfinished_segments, Numbers{3});
+  EXPECT_EQ(listing.value().checkpoints, Numbers{1});
+  EXPECT_EQ(listing.value().unfinished_checkpoints, Numbers{2});
+  EXPECT_EQ(listing.value().geometries, Numbers{5});
+}
+
+TEST(DatabaseId, IsAnotherEachTime) {
+  EXPECT_NE(new_database_id(), new_database_id());
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test

@@ -1,0 +1,60 @@
+#pragma once
+// Write sets as staging leaves them, by a seed: every kind, ids and values at their limits too.
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <rtstdb/limits.hpp>
+
+#include "rtstdb/geometry/row_check.hpp"
+#include "rtstdb/store/write_set.hpp"
+
+namespace rtstdb::log::test {
+
+class RandomSets {
+ public:
+  explicit RandomSets(std::uint64_t seed) : random_(seed) {}
+
+  std::uint32_t below(std::uint32_t limit) { return static_cast<std::uint32_t>(random_() % limit); }
+
+  EntityRow row() {
+    EntityRow row;
+    if (below(3) != 0) row.geometry = {below(max_geometries)};
+    row.scale = {min_scale, 1.0 + below(9), max_scale};
+    row.mask = static_cast<std::uint32_t>(random_());
+    row.material = static_cast<std::uint32_t>(random_());
+    row.motion.p_world_m = {number(max_coordinate_m), -0.0, max_coordinate_m};
+    row.motion.q_world = {number(1.0), number(1e-3), number(1e3), 1.0};
+    row.motion.v_world_mps = {number(1e4), number(1e-300), 0.0};
+    row.motion.w_world_radps = {number(1e3), 0.0, number(1.0)};
+    row.motion.valid_from = world_time_ns(below(2) == 0 ? -max_world_time_ns : max_world_time_ns);
+    return normalised(row);
+  }
+
+  /// Its shapes point into this object.
+  store::WriteSet set(std::uint32_t most_writes) {
+    store::WriteSet set{1 + random_() % 1000, world_time_ns(static_cast<std::int64_t>(random_() >> 2)), {}};
+    for (std::uint32_t k = below(most_writes + 1); k > 0; --k) {
+      const auto kind = static_cast<store::WriteKind>(below(4));
+      const EntityId id{below(max_entities), static_cast<std::uint32_t>(random_())};
+      set.writes.push_back({kind, {id, row(), set.version}});
+    }
+    shapes_.clear();
+    shapes_.resize(set.writes.empty() ? 1 : below(3));
+    for (std::vector<glm::vec3>& shape : shapes_) {
+      for (std::uint32_t k = 1 + below(5); k > 0; --k)
+        shape.emplace_back(static_cast<float>(number(1e5)), -0.0f, 1.0f);
+      set.shapes.push_back({{below(max_geometries)}, shape.size(), shape.size(), shape});
+    }
+    return set;
+  }
+
+ private:
+  double number(double limit) { return std::uniform_real_distribution<double>(-limit, limit)(random_); }
+
+  std::mt19937_64 random_;
+  std::vector<std::vector<glm::vec3>> shapes_;
+};
+
+}  // namespace rtstdb::log::test

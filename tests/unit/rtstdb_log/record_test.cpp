@@ -1,0 +1,193 @@
+// Records to bytes and back, and what is refused.
+
+#include "rtstdb/log/record.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "random_sets.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+Bytes bytes_of(const store::WriteSet& set) {
+  Bytes bytes(commit_bytes(set));
+  encode_commit(set, bytes);
+  return bytes;
+}
+Bytes bytes_of(const LoggedGeometry& geometry) {
+  Bytes bytes(geometry_bytes(geometry));
+  encode_geometry(geometry, bytes);
+  return bytes;
+}
+Bytes bytes_of(const Record& record) {
+  if (record.kind == RecordKind::commit) return bytes_of(record.commit);
+  if (record.kind == RecordKind::geometry) return bytes_of(record.geometry);
+  Bytes bytes(record.kind == RecordKind::gap ? gap_bytes : taken_back_bytes);
+  if (record.kind == RecordKind::gap) {
+    encode_gap(record.version, record.to, bytes);
+  } else {
+    encode_taken_back(record.version, bytes);
+  }
+  return bytes;
+}
+
+bool same(const Motion& a, const Motion& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+void expect_same(const store::WriteSet& a, const store::WriteSet& b) {
+  ASSERT_EQ(a.version, b.version);
+  ASSERT_EQ(a.time, b.time);
+  ASSERT_EQ(a.writes.size(), b.writes.size());
+  ASSERT_EQ(a.shapes.size(), b.shapes.size());
+  for (std::size_t k = 0; k < a.writes.size(); ++k) {
+    const store::Write& x = a.writes[k];
+    const store::Write& y = b.writes[k];
+    ASSERT_EQ(x.kind, y.kind);
+    ASSERT_EQ(x.state.id, y.state.id);
+    ASSERT_EQ(x.state.written_by, y.state.written_by);
+    if (x.kind == store::WriteKind::remove) continue;
+    ASSERT_TRUE(same(x.state.row.motion, y.state.row.motion));
+    if (x.kind == store::WriteKind::update_motion) continue;
+    ASSERT_EQ(x.state.row.geometry, y.state.row.geometry);
+    ASSERT_EQ(x.state.row.scale, y.state.row.scale);
+    ASSERT_EQ(x.state.row.mask, y.state.row.mask);
+    ASSERT_EQ(x.state.row.material, y.state.row.material);
+  }
+  for (std::size_t k = 0; k < a.shapes.size(); ++k) {
+    ASSERT_EQ(a.shapes[k].geometry, b.shapes[k].geometry);
+    ASSERT_TRUE(std::ranges::equal(a.shapes[k].positions_m, b.shapes[k].positions_m));
+    ASSERT_EQ(b.shapes[k].given, b.shapes[k].positions_m.size());
+    ASSERT_EQ(b.shapes[k].room, b.shapes[k].positions_m.size());
+  }
+}
+
+LoggedGeometry geometry_named(const std::string& name) {
+  return {{7}, name, {.deforms = true, .kept_shapes = 3, .rebuild_growth = 2.5f}, 12, 0x1122'3344'5566'7788};
+}
+
+TEST(LogRecord, CommitsComeBack) {
+  RandomSets random(1);
+  RecordDecoder decoder;  // one for all: what it kept must not show
+  for (int round = 0; round < 2000; ++round) {
+    const store::WriteSet set = random.set(20);
+    const Bytes bytes = bytes_of(set);
+    ASSERT_EQ(bytes.size() % 8, 0u);
+    ASSERT_EQ(decoder.decode(bytes), nullptr) << "round " << round;
+    ASSERT_EQ(decoder.bytes(), bytes.size());
+    ASSERT_EQ(decoder.record().kind, RecordKind::commit);
+    expect_same(set, decoder.record().commit);
+  }
+}
+
+TEST(LogRecord, GeometriesComeBack) {
+  RecordDecoder decoder;
+  for (const std::size_t length : {0, 1, 7, 8, 9, 4096}) {
+    const LoggedGeometry geometry = geometry_named(std::string(length, 'x'));
+    const Bytes bytes = bytes_of(geometry);
+    ASSERT_EQ(decoder.decode(bytes), nullptr);
+    const LoggedGeometry& back = decoder.record().geometry;
+    EXPECT_EQ(back.id, geometry.id);
+    EXPECT_EQ(back.name, geometry.name);
+    EXPECT_EQ(back.file, geometry.file);
+    EXPECT_EQ(back.file_checksum, geometry.file_checksum);
+    EXPECT_EQ(back.options.deforms, geometry.options.deforms);
+    EXPECT_EQ(back.options.kept_shapes, geometry.options.kept_shapes);
+    EXPECT_EQ(back.options.rebuild_growth, geometry.options.rebuild_growth);
+  }
+}
+
+TEST(LogRecord, VersionsTakenBackAndGapsComeBack) {
+  RecordDecoder decoder;
+  Bytes bytes(taken_back_bytes);
+  encode_taken_back(77, bytes);
+  ASSERT_EQ(decoder.decode(bytes), nullptr);
+  EXPECT_EQ(decoder.record().kind, RecordKind::taken_back);
+  EXPECT_EQ(decoder.record().version, 77u);
+  bytes.resize(gap_bytes);
+  encode_gap(78, 99, bytes);
+  ASSERT_EQ(decoder.decode(bytes), nullptr);
+  EXPECT_EQ(decoder.record().kind, RecordKind::gap);
+  EXPECT_EQ(decoder.record().version, 78u);
+  EXPECT_EQ(decoder.record().to, 99u);
+  encode_gap(99, 78, bytes);
+  EXPECT_NE(decoder.decode(bytes), nullptr);
+}
+
+TEST(LogRecord, OneThatIsCutShortIsRefused) {
+  RandomSets random(2);
+  RecordDecoder decoder;
+  for (int round = 0; round < 50; ++round) {
+    const Bytes bytes = bytes_of(random.set(3));
+    for (std::size_t count = 0; count < bytes.size(); ++count) {
+      const Bytes cut(bytes.begin(),
+                      bytes.begin() + static_cast<std::ptrdiff_t>(count));  // ASan sees reads behind it
+      ASSERT_NE(decoder.decode(cut), nullptr) << count << " of " << bytes.size();
+    }
+  }
+}
+
+TEST(LogRecord, OneWhoseLengthLiesIsRefused) {
+  RandomSets random(3);
+  RecordDecoder decoder;
+  for (int round = 0; round < 200; ++round) {
+    Bytes bytes = bytes_of(random.set(3));
+    RecordHeader header;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    header.bytes -= 8;
+    std::memcpy(bytes.data(), &header, sizeof header);
+    ASSERT_NE(decoder.decode(bytes), nullptr);
+    header.bytes += 16;
+    std::memcpy(bytes.data(), &header, sizeof header);
+    bytes.resize(bytes.size() + 8);
+    ASSERT_NE(decoder.decode(bytes), nullptr);
+  }
+}
+
+// Whatever is changed: it is refused, or it is a record that would be written in just these bytes.
+TEST(LogRecord, NothingIsTakenThatWouldNotBeWritten) {
+  RandomSets random(4);
+  RecordDecoder decoder;
+  int taken = 0;
+  for (int round = 0; round < 20'000; ++round) {
+    Bytes bytes = round % 10 == 0 ? bytes_of(geometry_named("a name")) : bytes_of(random.set(3));
+    for (std::uint32_t k = 1 + random.below(3); k > 0; --k) {
+      std::byte& changed = bytes[random.below(static_cast<std::uint32_t>(bytes.size()))];
+      changed =
+          random.below(2) == 0 ? changed ^ std::byte(1u << random.below(8)) : std::byte(random.below(256));
+    }
+    if (decoder.decode(bytes) != nullptr) continue;
+    ++taken;
+    Bytes again = bytes_of(decoder.record());
+    bytes.resize(decoder.bytes());
+    ASSERT_EQ(again, bytes) << "round " << round;
+  }
+  EXPECT_GT(taken, 100);
+}
+
+TEST(LogRecord, RowsThatNoWriteMayHaveAreRefused) {
+  RandomSets random(5);
+  RecordDecoder decoder;
+  const auto refused = [&](const auto& change) {
+    store::WriteSet set{1, world_time_ns(0), {{store::WriteKind::update, {{1, 1}, random.row(), 1}}}};
+    EXPECT_EQ(decoder.decode(bytes_of(set)), nullptr);
+    change(set);
+    return decoder.decode(bytes_of(set)) != nullptr;
+  };
+  EXPECT_TRUE(
+      refused([](store::WriteSet& set) { set.writes[0].state.row.motion.p_world_m.x = std::nan(""); }));
+  EXPECT_TRUE(refused([](store::WriteSet& set) { set.writes[0].state.row.motion.q_world *= 1.001; }));
+  EXPECT_TRUE(refused([](store::WriteSet& set) { set.writes[0].state.row.scale.y = 0.0; }));
+  EXPECT_TRUE(refused([](store::WriteSet& set) { set.writes[0].state.row.geometry.index = max_geometries; }));
+  EXPECT_TRUE(refused([](store::WriteSet& set) { set.writes[0].state.id.index = max_entities; }));
+  EXPECT_TRUE(refused([](store::WriteSet& set) { set.time = WorldTime::max(); }));
+  EXPECT_TRUE(refused([](store::WriteSet& set) { set.version = 0; }));
+  EXPECT_TRUE(refused([](store::WriteSet& set) { set.writes.clear(); }));
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test
