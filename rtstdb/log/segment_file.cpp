@@ -59,8 +59,12 @@ DiskResult<std::unique_ptr<SegmentFile>> SegmentFile::create(Disk& disk, const B
 
 DiskFault SegmentFile::append(std::span<const std::byte> group) {
   RTSTDB_ASSERT(group.size() % sector_bytes == 0);
-  if (auto fault = file_->write(offset_, group)) return fault;
-  if (auto fault = file_->sync()) return fault;
+  auto fault = file_->write(offset_, group);
+  if (!fault) fault = file_->sync();
+  if (fault) {
+    fault->file = segment_name(number_);  // the file was opened under another name
+    return fault;
+  }
   offset_ += group.size();
   return std::nullopt;
 }

@@ -275,6 +275,7 @@ WriterStatistics Writer::statistics() const {
     const std::lock_guard lock(statistics_mutex_);
     statistics = statistics_;
   }
+  statistics.waits_for_checkpoint = waits_for_checkpoint_;
   statistics.ring_high_water = ring_.high_water();
   statistics.ring_bytes = ring_.capacity();
   return statistics;

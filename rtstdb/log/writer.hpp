@@ -113,7 +113,7 @@ class Writer {
   std::uint64_t bytes_since_checkpoint_;
 
   Version synced_version_;
-  bool waits_for_checkpoint_;
+  std::atomic<bool> waits_for_checkpoint_;
   Version needed_version_;  // that the checkpoint has at least
   std::atomic<Version> durable_{0};
   std::atomic<bool> flush_soon_{false}, checkpoint_soon_{false};

@@ -1,0 +1,188 @@
+// What is read back: the past, a log that is salvaged and goes on, and a store that goes on as if it had lived through it.
+
+#include "rtstdb/log/recovery.hpp"
+
+#include <gtest/gtest.h>
+
+#include "manual_clock.hpp"
+#include "rtstdb/log/writer.hpp"
+#include "sample_log.hpp"
+#include "tests/support/simulated_disk.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+using hil::test::SimulatedDisk;
+
+TEST(LogRecovery, AnEmptyDirectoryIsAnEmptyWorld) {
+  SimulatedDisk disk(1);
+  const Recovered recovered = recover(disk).value();
+  EXPECT_EQ(recovered.world.latest.version, 0u);
+  EXPECT_EQ(recovered.report.in_words(), "there is no database yet");
+}
+
+TEST(LogRecovery, EveryVersionOfThePastCanBeHad) {
+  const SampleLog sample = make_sample({.seed = 11, .commits = 60});
+  SimulatedDisk disk(1);
+  disk.set_contents(sample.contents);
+  Image expected = sample.history.images.at(0);
+  for (Version version = 0; version <= sample.latest + 1; ++version) {
+    if (sample.history.standing.count(version) != 0) expected = sample.history.images.at(version);
+    const auto recovered = recover(disk, {.up_to_version = version});
+    ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+    ASSERT_TRUE(image_of(recovered.value().world) == expected)
+        << "version " << version << ": " << recovered.value().report.in_words();
+  }
+}
+
+TEST(LogRecovery, EveryInstantOfThePastCanBeHad) {
+  const SampleLog sample = make_sample({.seed = 12, .commits = 60});
+  SimulatedDisk disk(1);
+  disk.set_contents(sample.contents);
+  const std::int64_t end_ns = sample.history.images.at(sample.latest).latest.time.time_since_epoch().count();
+  ASSERT_GT(end_ns, 20);
+  for (std::int64_t time_ns = -1; time_ns <= end_ns + 1; ++time_ns) {
+    Version newest = 0;
+    for (const Version version : sample.history.standing)
+      if (sample.history.images.at(version).latest.time <= world_time_ns(time_ns)) newest = version;
+    const auto recovered = recover(disk, {.up_to_time = world_time_ns(time_ns)});
+    ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+    ASSERT_EQ(recovered.value().world.latest.version, newest) << time_ns;
+    ASSERT_TRUE(image_of(recovered.value().world) == sample.history.images.at(newest));
+  }
+}
+
+TEST(LogRecovery, ASalvagedLogGoesOnAndIsWhole) {
+  SampleLog sample = make_sample({.seed = 13, .commits = 40, .closed = false, .checkpoints = false});
+  const auto groups = groups_of(sample.contents);
+  const GroupPlace& damaged = groups[groups.size() / 2];
+  sample.contents[damaged.file][damaged.offset + 100] ^= std::byte{4};
+  SimulatedDisk disk(1);
+  disk.set_contents(sample.contents);
+  ASSERT_FALSE(recover(disk).ok());
+  const Recovered salvaged = recover(disk, {.salvage = true}).value();
+  const Version version = salvaged.world.latest.version;
+  ASSERT_EQ(version, groups[groups.size() / 2 - 1].header.last_version);
+
+  ManualClock clock;
+  sample.history.forget_after(version);
+  LiveWorld world(3, sample.history, 1 << 14, salvaged);
+  auto writer = Writer::start(disk, clock, world.ring(), world,
+                              {.segment_bytes = 8192, .checkpoint_every_bytes = 0}, start_after(salvaged, 1));
+  ASSERT_TRUE(writer.ok());
+  for (int k = 0; k < 5; ++k) {
+    world.commit();
+    while (writer.value()->step(0).worked) {
+    }
+  }
+  EXPECT_EQ(writer.value()->durable(), version + 5);
+  disk.crash();
+  const auto recovered = recover(disk);
+  ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+  EXPECT_EQ(recovered.value().world.latest.version, version + 5);
+  EXPECT_TRUE(image_of(recovered.value().world) == sample.history.images.at(version + 5));
+}
+
+// ---- a store that goes on
+
+store::StoreOptions options() {
+  return {.max_entities = live_entities,
+          .retained_changes = 64,
+          .geometry_known = [](GeometryId id) { return !id.valid() || id.index < 8; },
+          .max_geometries = 8};
+}
+
+/// The ids that live, each with the version that wrote it.
+std::vector<std::pair<EntityId, Version>> states(const store::Store& store) {
+  std::vector<std::pair<EntityId, Version>> all;
+  const store::Snapshot snapshot = store.latest_snapshot();
+  for (std::uint32_t index = 0; index < snapshot.index_limit(); ++index) {
+    const EntityState* state = snapshot.row(index);
+    if (state != nullptr) all.emplace_back(state->id, state->written_by);
+  }
+  return all;
+}
+
+std::optional<BadInput> commit(store::Store& store, store::WriteSet& set) {
+  if (auto fault = store.stage(set)) return fault;
+  store.publish();
+  store.settle();
+  return std::nullopt;
+}
+
+TEST(LogRecovery, ARestoredStoreGivesTheSameIdsAndVersionsAsOneThatLived) {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    std::mt19937_64 random(seed);
+    store::Store lived(options());
+    World world;
+    const auto random_set = [&](const store::Store& store) {
+      store::WriteSet set{0, store.latest().version == 0 ? world_time_ns(0) : store.latest().time, {}};
+      for (std::uint32_t index = 0; index < store.latest_snapshot().index_limit(); ++index) {
+        const EntityState* state = store.latest_snapshot().row(index);
+        if (state != nullptr && random() % 4 == 0)
+          set.writes.push_back({store::WriteKind::remove, {state->id, {}, 0}});
+      }
+      for (std::uint64_t k = random() % 3; k > 0 || set.writes.empty(); k -= k > 0 ? 1 : 0)
+        set.writes.push_back({store::WriteKind::create, {{}, {}, 0}});
+      return set;
+    };
+    for (int k = 0; k < 40; ++k) {
+      store::WriteSet set = random_set(lived);
+      if (random() % 5 == 0) {
+        if (!lived.stage(set)) lived.discard();
+        continue;
+      }
+      if (commit(lived, set)) continue;
+      ASSERT_EQ(world.apply(set), nullptr);
+    }
+    store::WriteSet probe{0, lived.latest().time, {{store::WriteKind::create, {{}, {}, 0}}}};
+    world.next_version = [&] {
+      if (lived.stage(probe)) return world.next_version;
+      const Version next = probe.version;
+      lived.discard();
+      return next + 1;
+    }();
+
+    store::Store restored(options());
+    restored.restore(world.restored());
+    ASSERT_EQ(restored.latest().version, lived.latest().version);
+    ASSERT_EQ(states(restored), states(lived));
+    for (int k = 0; k < 40; ++k) {
+      store::WriteSet set = random_set(lived);
+      store::WriteSet same = set;
+      const auto fault = commit(lived, set);
+      ASSERT_EQ(commit(restored, same).has_value(), fault.has_value());
+      if (fault) continue;
+      ASSERT_EQ(same.version, set.version) << "seed " << seed;
+      for (std::size_t write = 0; write < set.writes.size(); ++write)
+        ASSERT_EQ(same.writes[write].state.id, set.writes[write].state.id) << "seed " << seed;
+      ASSERT_EQ(states(restored), states(lived));
+    }
+  }
+}
+
+TEST(LogRecovery, WhatWasBeforeARestoredStoreIsTooOld) {
+  World world;
+  store::WriteSet set{9, world_time_ns(1000), {{store::WriteKind::create, {{0, 1}, {}, 9}}}};
+  ASSERT_EQ(world.apply(set), nullptr);
+  store::Store restored(options());
+  restored.restore(world.restored());
+  const auto reason = [&](const ReadAt& at) {
+    const auto answer = restored.read(at);
+    const auto* fault = std::get_if<BadInput>(&answer);
+    return fault != nullptr ? fault->reason : BadInputReason::none;
+  };
+  EXPECT_EQ(reason(ReadAt::pinned(9)), BadInputReason::none);
+  EXPECT_EQ(reason(ReadAt::pinned(8)), BadInputReason::snapshot_too_old);
+  EXPECT_EQ(reason(ReadAt::pinned(0)), BadInputReason::snapshot_too_old);
+  EXPECT_EQ(reason(ReadAt::pinned(10)), BadInputReason::unknown_version);
+  EXPECT_EQ(reason(ReadAt::as_of(world_time_ns(1000))), BadInputReason::none);
+  EXPECT_EQ(reason(ReadAt::as_of(world_time_ns(999))), BadInputReason::snapshot_too_old);
+  store::WriteSet next{0, world_time_ns(1000), {{store::WriteKind::remove, {{0, 1}, {}, 0}}}};
+  ASSERT_FALSE(commit(restored, next));
+  EXPECT_EQ(next.version, 10u);
+  EXPECT_EQ(reason(ReadAt::pinned(9)), BadInputReason::none);
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test

@@ -1,0 +1,375 @@
+// The writer on a disk that does as it is told: what is written when, when the watermark moves, and what it does about faults.
+
+#include "rtstdb/log/writer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cerrno>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "live_world.hpp"
+#include "manual_clock.hpp"
+#include "tests/support/allocation_guard.hpp"
+#include "tests/support/simulated_disk.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+using hil::test::SimulatedDisk;
+
+constexpr std::uint64_t database_id = 77;
+
+class WriterTest : public testing::Test {
+ protected:
+  explicit WriterTest(std::size_t ring_bytes = 1 << 14) : world(1, history, ring_bytes) {}
+
+  void start(const WriterOptions& options = {.segment_bytes = 8192, .checkpoint_every_bytes = 0}) {
+    auto started = Writer::start(disk, clock, world.ring(), world, options,
+                                 start_after(recover(disk).value(), database_id));
+    ASSERT_TRUE(started.ok()) << started.error().message;
+    writer = std::move(started).value();
+  }
+  void settle() {
+    while (writer->step(0).worked) {
+    }
+  }
+  void commit(int count) {
+    for (; count > 0; --count)
+      world.commit();
+  }
+  /// What a loss of power leaves, at worst.
+  Version version_after_crash() {
+    disk.at_crash_keep(SimulatedDisk::Keeps::nothing);
+    disk.crash();
+    auto recovered = recover(disk);
+    EXPECT_TRUE(recovered.ok()) << recovered.error().message;
+    if (!recovered) return 0;
+    const Version version = recovered.value().world.latest.version;
+    EXPECT_TRUE(image_of(recovered.value().world) == history.images.at(version));
+    return version;
+  }
+
+  SimulatedDisk disk{1};
+  ManualClock clock;
+  History history;
+  LiveWorld world;
+  std::unique_ptr<Writer> writer;
+};
+
+TEST_F(WriterTest, AGroupIsDurableWhenItWasSynced) {
+  start();
+  EXPECT_EQ(writer->durable(), 0u);
+  commit(3);
+  EXPECT_EQ(writer->durable(), 0u);
+  writer->step(0);
+  EXPECT_EQ(writer->durable(), 3u);
+  commit(1);
+  EXPECT_EQ(writer->durable(), 3u);
+  EXPECT_EQ(version_after_crash(), 3u);
+  EXPECT_EQ(writer->statistics().groups, 1u);
+}
+
+TEST_F(WriterTest, ACloseIsSeenAndNothingIsCut) {
+  start();
+  commit(5);
+  ASSERT_TRUE(writer->close(0).ok());
+  EXPECT_EQ(version_after_crash(), 5u);
+  const Recovered recovered = recover(disk).value();
+  EXPECT_EQ(recovered.report.log.end, LogEnd::closed);
+  EXPECT_EQ(recovered.report.log.cut_bytes, 0u);
+}
+
+TEST_F(WriterTest, ALogThatWasClosedGoesOn) {
+  start();
+  commit(5);
+  ASSERT_TRUE(writer->close(0).ok());
+  start();
+  EXPECT_EQ(writer->durable(), 5u);
+  commit(2);
+  settle();
+  EXPECT_EQ(version_after_crash(), 7u);
+}
+
+TEST_F(WriterTest, SegmentsEndWhereTheyAreFull) {
+  start({.segment_bytes = 4096, .checkpoint_every_bytes = 0});
+  for (int k = 0; k < 50; ++k) {
+    commit(1);
+    writer->step(0);
+  }
+  EXPECT_GT(writer->statistics().segments, 3u);
+  for (const auto& [name, bytes] : disk.contents())
+    EXPECT_LE(bytes.size(), 4096u) << name;
+  EXPECT_EQ(version_after_crash(), 50u);
+}
+
+TEST_F(WriterTest, AGroupLongerThanASegmentHasOneOfItsOwn) {
+  start({.segment_bytes = 1024, .checkpoint_every_bytes = 0});
+  commit(20);
+  settle();
+  commit(1);
+  settle();
+  EXPECT_EQ(version_after_crash(), 21u);
+}
+
+TEST_F(WriterTest, RecordsWaitForOthersAndNoLonger) {
+  start({.segment_bytes = 8192, .checkpoint_every_bytes = 0, .flush_interval = Nanoseconds(5'000'000)});
+  commit(1);
+  settle();
+  EXPECT_EQ(writer->durable(), 1u);
+  commit(1);
+  const Writer::Step step = writer->step(0);
+  EXPECT_FALSE(step.worked);
+  EXPECT_EQ(step.wake_at, clock.now() + Nanoseconds(5'000'000));
+  clock.advance(Nanoseconds(4'999'999));
+  settle();
+  EXPECT_EQ(writer->durable(), 1u);
+  clock.advance(Nanoseconds(1));
+  settle();
+  EXPECT_EQ(writer->durable(), 2u);
+  commit(1);
+  writer->flush_soon();
+  settle();
+  EXPECT_EQ(writer->durable(), 3u);
+}
+
+TEST_F(WriterTest, ACheckpointShortensWhatIsReplayed) {
+  start({.segment_bytes = 1 << 16, .checkpoint_every_bytes = 8192, .rows_per_slice = 3});
+  for (int k = 0; k < 60; ++k) {
+    commit(1);
+    writer->step(0);
+  }
+  settle();
+  EXPECT_GE(writer->statistics().checkpoints, 2u);
+  EXPECT_EQ(version_after_crash(), 60u);
+  const RecoveryReport report = recover(disk).value().report;
+  EXPECT_GT(report.checkpoint, 1u);
+  EXPECT_LT(report.versions, 40u);
+}
+
+// ---- faults
+
+TEST_F(WriterTest, AFailedSyncHoldsTheWatermarkUntilACheckpointIsThere) {
+  start();
+  commit(2);
+  settle();
+  commit(2);
+  disk.fail_kind(DiskCall::sync, EIO);
+  settle();
+  EXPECT_EQ(writer->durable(), 2u);
+  EXPECT_EQ(writer->statistics().last_fault, "sync of segment.0000000001: Input/output error");
+  EXPECT_TRUE(writer->statistics().waits_for_checkpoint);
+  disk.fail_kind(DiskCall::sync, 0);
+  settle();
+  EXPECT_EQ(writer->durable(), 2u) << "tried again before its time";
+  clock.advance(Nanoseconds(1'000'000'000));
+  writer->step(0);
+  EXPECT_EQ(writer->durable(), 2u) << "the checkpoint is not there yet";
+  settle();
+  EXPECT_EQ(writer->durable(), 4u);
+  EXPECT_EQ(writer->statistics().checkpoints, 1u);
+  EXPECT_FALSE(writer->statistics().waits_for_checkpoint);
+  EXPECT_EQ(version_after_crash(), 4u);
+}
+
+// The sync after a failed one says yes, and the pages are gone: what the writer had in that file is nowhere else on disk.
+TEST_F(WriterTest, WhatAFailedSyncDroppedIsWrittenElsewhere) {
+  start();
+  disk.at_crash_keep(SimulatedDisk::Keeps::nothing);
+  for (int round = 0; round < 5; ++round) {
+    commit(2);
+    disk.fail_kind(DiskCall::sync, EIO);
+    settle();
+    disk.fail_kind(DiskCall::sync, 0);
+    clock.advance(Nanoseconds(10'000'000'000));
+    commit(1);
+    settle();
+    EXPECT_EQ(writer->durable(), world.latest());
+  }
+  EXPECT_EQ(version_after_crash(), world.latest());
+}
+
+TEST_F(WriterTest, AFullDiskIsTriedAgainAtGrowingIntervals) {
+  start();
+  commit(2);
+  settle();
+  disk.set_capacity(0);
+  ClockTime before = clock.now();
+  Nanoseconds longest{0};
+  for (int k = 0; k < 400; ++k) {
+    if (k % 20 == 0) commit(2);
+    const std::uint64_t faults = writer->statistics().faults;
+    writer->step(0);
+    if (writer->statistics().faults != faults) {
+      longest = std::max(longest, clock.now() - before);
+      before = clock.now();
+    }
+    clock.advance(Nanoseconds(10'000'000));
+  }
+  EXPECT_LT(writer->durable(), world.latest() - 10) << "what was allocated ahead does not last so long";
+  EXPECT_NE(writer->statistics().last_fault.find("No space left on device"), std::string::npos);
+  EXPECT_LT(writer->statistics().faults, 20u);
+  EXPECT_GE(longest, Nanoseconds(900'000'000));
+  disk.set_capacity(~std::uint64_t{0});
+  clock.advance(Nanoseconds(2'000'000'000));
+  settle();
+  EXPECT_EQ(writer->durable(), world.latest());
+  EXPECT_EQ(version_after_crash(), world.latest());
+}
+
+class SmallRing : public WriterTest {
+ protected:
+  SmallRing() : WriterTest(2048) {}
+};
+
+TEST_F(SmallRing, WhatFindsNoRoomIsAGapAndACheckpointEndsIt) {
+  start();
+  commit(40);
+  EXPECT_TRUE(world.recorder().in_gap());
+  EXPECT_GT(world.recorder().gap_versions(), 20u);
+  settle();
+  const Version before_gap = writer->durable();
+  EXPECT_LT(before_gap, 40u);
+  world.recorder().tend();
+  EXPECT_FALSE(world.recorder().in_gap());
+  commit(2);
+  writer->step(0);
+  EXPECT_EQ(writer->durable(), before_gap);
+  settle();
+  EXPECT_EQ(writer->durable(), 42u);
+  EXPECT_EQ(writer->statistics().gaps, 1u);
+  EXPECT_EQ(version_after_crash(), 42u);
+}
+
+TEST_F(SmallRing, ACrashWithinAGapLeavesWhatWasBeforeIt) {
+  start();
+  commit(40);
+  settle();
+  const Version before_gap = writer->durable();
+  world.recorder().tend();
+  commit(2);
+  writer->step(0);
+  writer.reset();
+  EXPECT_EQ(version_after_crash(), before_gap);
+  const RecoveryReport report = recover(disk).value().report;
+  EXPECT_EQ(report.gap_from, before_gap + 1);
+  EXPECT_EQ(report.gap_to, 40u);
+  EXPECT_NE(report.in_words().find("are not in the log"), std::string::npos);
+}
+
+/// The same life of a log each time, with whatever faults the disk has been told of; the watermark at its end.
+struct Life {
+  History history;
+  Version told = 0;
+  std::uint64_t calls = 0;
+};
+Life live(SimulatedDisk& disk) {
+  Life life;
+  ManualClock clock;
+  LiveWorld world(5, life.history, 1 << 12);
+  auto writer = Writer::start(disk, clock, world.ring(), world,
+                              {.segment_bytes = 4096, .checkpoint_every_bytes = 6000, .rows_per_slice = 5},
+                              start_after(recover(disk).value(), database_id));
+  if (writer) {
+    for (int k = 0; k < 40; ++k) {
+      if (k == 5 || k == 20) world.add_geometry(disk, database_id, static_cast<std::uint64_t>(k));
+      if (k % 9 == 4) world.commit_and_take_back();
+      world.commit();
+      writer.value()->step(0);
+      if (k % 4 == 0) clock.advance(Nanoseconds(2'000'000'000));
+      life.told = std::max(life.told, writer.value()->durable());
+    }
+    world.recorder().tend();
+    if (writer.value()->close(0).ok()) life.told = world.latest();
+  }
+  life.calls = disk.calls();
+  return life;
+}
+
+void expect_nothing_lost(SimulatedDisk& disk, const Life& life) {
+  disk.crash();
+  const auto recovered = recover(disk);
+  ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+  const Version version = recovered.value().world.latest.version;
+  ASSERT_TRUE(life.history.images.at(version) == image_of(recovered.value().world));
+  ASSERT_GE(version, life.history.newest_standing(life.told)) << recovered.value().report.in_words();
+}
+
+TEST(LogFaults, AnErrorAtAnyCallLosesNothingThatWasTold) {
+  SimulatedDisk whole(1);
+  const std::uint64_t calls = live(whole).calls;
+  ASSERT_GT(calls, 150u);
+  for (const int number : {EIO, ENOSPC}) {
+    for (std::uint64_t call = 3; call < calls; ++call) {  // before that the empty directory is read
+      SCOPED_TRACE("error " + std::to_string(number) + " at call " + std::to_string(call));
+      SimulatedDisk disk(call);
+      disk.fail_call(call, number);
+      const Life life = live(disk);
+      ASSERT_NO_FATAL_FAILURE(expect_nothing_lost(disk, life));
+    }
+  }
+}
+
+TEST(LogFaults, ACrashAtAnyCallLosesNothingThatWasTold) {
+  SimulatedDisk whole(1);
+  const std::uint64_t calls = live(whole).calls;
+  for (std::uint64_t call = 3; call < calls; ++call) {
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      SCOPED_TRACE("crash at call " + std::to_string(call) + ", seed " + std::to_string(seed));
+      SimulatedDisk disk(100 * call + seed);
+      for (std::uint64_t later = call; later < calls + 500; ++later)
+        disk.fail_call(later, EIO);
+      const Life life = live(disk);
+      for (std::uint64_t later = call; later < disk.calls() + 500; ++later)
+        disk.fail_call(later, 0);
+      ASSERT_NO_FATAL_FAILURE(expect_nothing_lost(disk, life));
+    }
+  }
+}
+
+// ---- the committing thread
+
+TEST_F(WriterTest, RecordingNeitherAllocatesNorCallsTheDiskWhileItStalls) {
+  start();
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool stalled = true;
+  bool waiting = false;
+  const std::thread::id here = std::this_thread::get_id();
+  bool called_here = false;
+  disk.before_each([&](DiskCall) {
+    std::unique_lock lock(mutex);
+    if (std::this_thread::get_id() == here) called_here = true;
+    waiting = true;
+    changed.notify_all();
+    changed.wait(lock, [&] { return !stalled; });
+  });
+  commit(1);
+  std::thread writing([&] { settle(); });
+  {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return waiting; });
+  }
+  store::WriteSet set{world.latest() + 1, world_time_ns(100), {{store::WriteKind::remove, {{0, 1}, {}, 2}}}};
+  hil::allocation_guard::reset();
+  hil::allocation_guard::enter_tick();
+  for (int k = 0; k < 2000; ++k, ++set.version)
+    world.recorder().record(set);
+  world.recorder().tend();
+  hil::allocation_guard::leave_tick();
+  EXPECT_EQ(hil::allocation_guard::seen().total(), 0u);
+  EXPECT_TRUE(world.recorder().in_gap());
+  EXPECT_EQ(writer->durable(), 0u);
+  {
+    const std::lock_guard lock(mutex);
+    stalled = false;
+  }
+  changed.notify_all();
+  writing.join();
+  EXPECT_FALSE(called_here);
+  EXPECT_GT(writer->statistics().ring_high_water, writer->statistics().ring_bytes * 9 / 10);
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test
