@@ -1,0 +1,371 @@
+#!/usr/bin/env python3
+"""verify_log.py DIRECTORY...   reads logs of rtstdb and says what each holds, or where it is damaged.
+
+Written from the description of the format alone (rtstdb/log/format.hpp), sharing no code with what writes it. For each directory
+a line "== DIRECTORY", then "refused: WHY", or the newest version: its rows, free indices and geometries, one to a line, numbers of
+double and single precision by their bits. Exits with 1 when any was refused.
+"""
+import os
+import re
+import struct
+import sys
+
+from xxh3 import xxh3_64
+
+SECTOR = 512
+MAX_ENTITIES, MAX_GEOMETRIES, NONE = 1 << 20, 1 << 16, 0xFFFFFFFF
+COMMIT, GEOMETRY, TAKEN_BACK, GAP = 1, 2, 3, 4
+CREATE, UPDATE, UPDATE_MOTION, REMOVE = 1, 2, 3, 4
+
+
+class Refused(Exception):
+    pass
+
+
+def check(condition, why):
+    if not condition:
+        raise Refused(why)
+
+
+class Cursor:
+    """Fields one behind the other, never past the end."""
+
+    def __init__(self, data, at=0):
+        self.data, self.at = data, at
+
+    def get(self, layout):
+        size = struct.calcsize("<" + layout)
+        check(self.at + size <= len(self.data), "cut short")
+        values = struct.unpack_from("<" + layout, self.data, self.at)
+        self.at += size
+        return values
+
+    def take(self, count):
+        check(self.at + count <= len(self.data), "cut short")
+        self.at += count
+        return self.data[self.at - count:self.at]
+
+    def skip_zeros(self, unit):
+        while self.at % unit:
+            check(self.take(1) == b"\0", "not padded with zeros")
+
+    def left(self):
+        return len(self.data) - self.at
+
+
+class Segment:
+    def __init__(self, directory, number):
+        self.number = number
+        self.data = directory.read(f"segment.{number:010}")
+        self.ok = False
+        if len(self.data) < 64:
+            return
+        (magic, self.format, _, self.database, told, self.first_group, self.link, _, checksum) = struct.unpack_from(
+            "<8sIIQQQQQQ", self.data)
+        if magic != b"RTSTLOG1" or checksum != xxh3_64(self.data[:56], self.database):
+            return
+        check(self.format == 1, f"segment {number}: format {self.format}")
+        check(told == number, f"segment {number}: written as {told}")
+        self.ok = True
+
+    def header_at(self, at):
+        """(flags, number, payload bytes, records, link, payload checksum, checksum), or None."""
+        if at + 72 > len(self.data):
+            return None
+        (magic, flags, number, length, records, _, _, _, link, payload, checksum) = struct.unpack_from(
+            "<IIQIIQQqQQQ", self.data, at)
+        if magic != 0x47545352 or checksum != xxh3_64(self.data[at:at + 64], self.database):
+            return None
+        return flags, number, length, records, link, payload, checksum
+
+    def later_group(self, at, number):
+        while at < len(self.data):
+            header = self.header_at(at)
+            if header and header[1] >= number:
+                return True
+            at += SECTOR
+        return False
+
+
+class Directory:
+    def __init__(self, path):
+        self.path = path
+        self.names = sorted(os.listdir(path))
+
+    def numbers(self, kind):
+        found = (re.fullmatch(rf"{kind}\.(\d{{10}})", name) for name in self.names)
+        return [int(match.group(1)) for match in found if match]
+
+    def read(self, name):
+        check(name in self.names, f"{name} is missing")
+        with open(os.path.join(self.path, name), "rb") as file:
+            return file.read()
+
+
+class World:
+    def __init__(self):
+        self.version, self.time, self.next = 0, -((1 << 62) - 1), 1
+        self.rows, self.generations, self.geometries = {}, {}, []
+        self.before = None
+
+    def add_geometry(self, geometry):
+        index = geometry["index"]
+        if index < len(self.geometries):
+            old = self.geometries[index]
+            check(all(old[key] == geometry[key] for key in ("file", "checksum", "name", "options")),
+                  f"geometry {index} is told differently")
+            return
+        check(index == len(self.geometries), f"geometry {index} is not the next")
+        self.geometries.append(geometry)
+
+    def knows(self, geometry):
+        return geometry == NONE or geometry < len(self.geometries)
+
+    def apply(self, commit):
+        version, time, writes, shapes = commit
+        check(version > self.version and time >= self.time, f"version {version} does not follow {self.version}")
+        self.before = (self.version, self.time, dict(self.rows), dict(self.generations),
+                       [(g["shape"], g["shape_by"]) for g in self.geometries])
+        for kind, index, generation, geometry, body in writes:
+            lives = self.rows.get(index)
+            if kind == CREATE:
+                check(lives is None, f"version {version} creates {index}, which lives")
+                check(generation == (self.generations.get(index, 0) + 1) % (1 << 32), "another generation is next")
+            else:
+                check(lives is not None and self.generations[index] == generation, f"{index} is not there")
+            check(self.knows(geometry), f"geometry {geometry} is not there")
+            self.generations[index] = generation
+            if kind == REMOVE:
+                del self.rows[index]
+            elif kind == UPDATE_MOTION:
+                self.rows[index] = (version, lives[1], lives[2], body)
+            else:
+                self.rows[index] = (version, geometry, body[:32], body[32:])
+        for index, positions in shapes:
+            check(index < len(self.geometries) and self.geometries[index]["options"][0] == 1, "it does not deform")
+            geometry = self.geometries[index]
+            check(len(positions) == 12 * geometry["positions"], "another number of corners")
+            geometry["shape"], geometry["shape_by"] = positions, version
+        self.version, self.time, self.next = version, time, max(self.next, version + 1)
+
+    def take_back(self, version):
+        check(self.before is not None and version == self.version, f"{version} is not the last")
+        self.version, self.time, self.rows, self.generations, shapes = self.before
+        for geometry, (shape, by) in zip(self.geometries, shapes):
+            geometry["shape"], geometry["shape_by"] = shape, by
+        self.before = None
+
+    def lines(self):
+        yield f"version {self.version} time {self.time} next {self.next}"
+        for index in sorted(self.generations):
+            if index not in self.rows:
+                if self.generations[index]:
+                    yield f"free {index} generation {self.generations[index]}"
+                continue
+            by, geometry, look, motion = self.rows[index]
+            mask, material = struct.unpack_from("<II", look, 24)
+            doubles = struct.unpack("<3Q", look[:24]) + struct.unpack("<13Q", motion[:104])
+            yield (f"row {index} generation {self.generations[index]} by {by} geometry {geometry} mask {mask} "
+                   f"material {material} " + " ".join(f"{bits:016x}" for bits in doubles) +
+                   f" from {struct.unpack('<q', motion[104:])[0]}")
+        for g in self.geometries:
+            floats = struct.unpack(f"<{len(g['shape']) // 4}I", g["shape"])
+            corners = ["".join(f"{bits:08x}" for bits in floats[k:k + 3]) for k in range(0, len(floats), 3)]
+            yield " ".join([f"geometry {g['index']} {g['name']} positions {g['positions']} triangles {g['triangles']} "
+                            f"shape {g['shape_by']}"] + corners)
+
+
+def read_geometry(cursor):
+    file, checksum, index, deforms, kept, growth, length, reserved = cursor.get("QQIIIfII")
+    check(index < MAX_GEOMETRIES and deforms <= 1 and reserved == 0 and length <= 4096 and file, "no geometry")
+    name = cursor.take(length).decode()
+    cursor.skip_zeros(8)
+    return {"index": index, "file": file, "checksum": checksum, "name": name, "options": (deforms, kept, growth),
+            "shape": b"", "shape_by": 0, "positions": 0, "triangles": 0}
+
+
+def read_mesh(directory, geometry, database):
+    data = directory.read(f"geometry.{geometry['file']:010}")
+    magic, form, _, told, number, positions, triangles, payload, checksum = Cursor(data).get("8sIIQQIIQQ")
+    check(magic == b"RTSTGEO1" and form == 1 and told == database and number == geometry["file"], "another file")
+    check(checksum == geometry["checksum"] == xxh3_64(data[:48], database), f"geometry {number}: damaged header")
+    check(len(data) == 56 + 12 * (positions + triangles), f"geometry {number}: another length")
+    check(payload == xxh3_64(data[56:], database), f"geometry {number}: damaged mesh")
+    geometry["positions"], geometry["triangles"] = positions, triangles
+
+
+def read_shape(cursor):
+    index, positions = cursor.get("II")
+    data = cursor.take(12 * positions)
+    cursor.skip_zeros(8)
+    return index, data
+
+
+def read_records(payload):
+    """(kind, value) each."""
+    cursor = Cursor(payload)
+    while cursor.left():
+        kind, length = cursor.get("II")
+        check(length >= 8 and length % 8 == 0, "no length of a record")
+        body = Cursor(cursor.take(length - 8))
+        if kind == COMMIT:
+            version, time, writes, shapes = body.get("QqII")
+            check(writes + shapes > 0 and version > 0, "an empty commit")
+            listed = []
+            for _ in range(writes):
+                write, index, generation, geometry = body.get("IIII")
+                check(CREATE <= write <= REMOVE and index < MAX_ENTITIES, "no write")
+                check(write <= UPDATE or geometry == 0, "a geometry where none can be")
+                size = {CREATE: 144, UPDATE: 144, UPDATE_MOTION: 112, REMOVE: 0}[write]
+                listed.append((write, index, generation, geometry if write <= UPDATE else NONE, body.take(size)))
+            value = (version, time, listed, [read_shape(body) for _ in range(shapes)])
+        elif kind == GEOMETRY:
+            value = read_geometry(body)
+        elif kind == TAKEN_BACK:
+            value = body.get("Q")[0]
+        elif kind == GAP:
+            value = body.get("QQ")
+        else:
+            raise Refused(f"a record of kind {kind}")
+        check(body.left() == 0, "bytes left over in a record")
+        yield kind, value
+
+
+def read_checkpoint(directory, number, database):
+    """The world, and the position from which the log goes on."""
+    cursor = Cursor(directory.read(f"checkpoint.{number:010}"))
+    (magic, form, limit, told, as_number, version, time, following, segment, offset, group, link, _,
+     checksum) = cursor.get("8sIIQQQqQQQQQqQ")
+    check(magic == b"RTSTCKP1" and form == 1 and as_number == number, f"checkpoint {number}: another header")
+    check(checksum == xxh3_64(cursor.data[:96], told), f"checkpoint {number}: damaged header")
+    if told != database:
+        raise LookupError(f"checkpoint {number}: of another database")
+    world = World()
+    world.version, world.time, world.next = version, time, following
+    index, chunk, kind = 0, 0, 0
+    while kind != 4:
+        at = cursor.at
+        magic, kind, as_chunk, as_checkpoint, length, entries, payload, checksum = cursor.get("IIQQIIQQ")
+        check(magic == 0x43545352 and as_chunk == chunk and as_checkpoint == number, "another chunk")
+        check(checksum == xxh3_64(cursor.data[at:at + 40], database), "a chunk's header is damaged")
+        body = Cursor(cursor.take(length))
+        check(payload == xxh3_64(body.data, database), "a chunk is damaged")
+        chunk += 1
+        if kind == 1:
+            world.add_geometry(read_geometry(body))
+        elif kind == 2:
+            for _ in range(entries):
+                generation, lives, by, geometry, _ = body.get("IIQII")
+                world.generations[index] = generation
+                if lives:
+                    world.rows[index] = (by, geometry, body.take(32), body.take(112))
+                index += 1
+        elif kind == 3:
+            by = body.get("Q")[0]
+            where, positions = read_shape(body)
+            world.geometries[where].update(shape=positions, shape_by=by)
+        check(body.left() == 0, "bytes left over in a chunk")
+    check(cursor.left() == 0 and index == limit, f"checkpoint {number}: it does not end as it should")
+    return world, (segment, offset, group, link)
+
+
+def segments_from(segments, position):
+    """(segment, first group, end group) in order: those of a newer segment take the place of an older one's."""
+    chosen, end = [], None
+    for segment in reversed(segments):
+        if not segment.ok:
+            check(chosen, f"segment {segment.number}: damaged header")
+            continue
+        if end is not None and (segment.first_group >= end or end <= position[2]):
+            continue
+        chosen.append((segment, end))
+        end = segment.first_group
+    return chosen[::-1]
+
+
+def groups(segments, position):
+    """Payload of each group from the position on."""
+    at_segment, offset, expected, link = position
+    chosen = segments_from(segments, position)
+    check(chosen or at_segment == 0, "all segments are missing")
+    if chosen:
+        first = chosen[0][0]
+        check(first.first_group <= expected, f"group {expected} is missing")
+        check(first.number == at_segment or (first.first_group == expected and first.link == link),
+              f"segment {at_segment} is missing")
+    for segment, end in chosen:
+        at = offset if segment.number == at_segment else SECTOR
+        check(at != SECTOR or segment.first_group != expected or segment.link == link, "it does not follow")
+        while end is None or expected < end:
+            place = f"segment {segment.number}, offset {at}, group {expected}"
+            header = segment.header_at(at)
+            whole = header and header[1] == expected and header[4] == link and header[0] <= 1
+            payload = segment.data[at + 72:at + 72 + header[2]] if whole else b""
+            whole = whole and len(payload) == header[2] and xxh3_64(payload, segment.database) == header[5]
+            if not whole or header[0] == 1:
+                later = segment.later_group(at + SECTOR, expected)
+                check(end is None and not later, f"{place}: damaged")
+                return
+            records = list(read_records(payload))
+            check(len(records) == header[3] > 0, f"{place}: another number of records")
+            yield place, records
+            at += -(-(72 + header[2]) // SECTOR) * SECTOR
+            expected, link = expected + 1, header[6]
+
+
+def verify(path):
+    directory = Directory(path)
+    segments = [Segment(directory, number) for number in directory.numbers("segment")]
+    databases = [segment.database for segment in segments if segment.ok]
+    check(len(set(databases)) <= 1, "segments of several databases")
+    world, position, damaged = World(), (0, 0, 1, 0), []
+    database = databases[0] if databases else None
+    for number in reversed(directory.numbers("checkpoint")):
+        try:
+            if database is None:
+                database = struct.unpack_from("<Q", directory.read(f"checkpoint.{number:010}"), 16)[0]
+            world, position = read_checkpoint(directory, number, database)
+            break
+        except LookupError as other:
+            raise Refused(str(other)) from other
+        except (Refused, struct.error, IndexError, UnicodeDecodeError) as why:
+            damaged.append(str(why))
+            world, position = World(), (0, 0, 1, 0)
+    check(position[0] or segments or not directory.numbers("geometry"), "geometries without a log")
+    for geometry in world.geometries:
+        read_mesh(directory, geometry, database)
+    begun_with = world.version
+    for place, records in groups(segments, position):
+        for kind, value in records:
+            try:
+                if kind == COMMIT and value[0] > begun_with:
+                    world.apply(value)
+                elif kind == TAKEN_BACK and value > begun_with:
+                    world.take_back(value)
+                elif kind == GEOMETRY:
+                    if value["index"] >= len(world.geometries):
+                        read_mesh(directory, value, database)
+                    world.add_geometry(value)
+                elif kind == GAP and value[1] > begun_with:
+                    check(not damaged, f"only a damaged checkpoint goes on behind {value}")
+                    return world
+            except Refused as why:
+                raise Refused(f"{place}: {why}") from why
+    return world
+
+
+def main():
+    refused = False
+    for path in sys.argv[1:]:
+        print(f"== {path}")
+        try:
+            for line in verify(path).lines():
+                print(line)
+        except Refused as why:
+            refused = True
+            print(f"refused: {why}")
+    return 1 if refused else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
