@@ -14,7 +14,7 @@ namespace rtstdb::log::test {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr std::size_t stride = 61;  // of the bits that are flipped
+constexpr std::size_t stride = 7;  // of the bits that are flipped
 #else
 constexpr std::size_t stride = 1;
 #endif

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cerrno>
 #include <condition_variable>
 #include <mutex>
@@ -369,6 +370,40 @@ TEST_F(WriterTest, RecordingNeitherAllocatesNorCallsTheDiskWhileItStalls) {
   writing.join();
   EXPECT_FALSE(called_here);
   EXPECT_GT(writer->statistics().ring_high_water, writer->statistics().ring_bytes * 9 / 10);
+}
+
+TEST(LogThreads, OneCommitsOneWritesAndOthersLookOn) {
+  SimulatedDisk disk(1);
+  ManualClock clock;
+  History history;
+  LiveWorld world(9, history, 1 << 20);
+  auto started =
+      Writer::start(disk, clock, world.ring(), world, {.segment_bytes = 1 << 16, .checkpoint_every_bytes = 0},
+                    start_after(recover(disk).value(), 1));
+  Writer& writer = *started.value();
+  std::atomic<bool> over{false};
+  std::thread writing([&] {
+    while (!over || world.ring().used() != 0)
+      if (!writer.step(0).worked) std::this_thread::yield();
+  });
+  std::thread looking([&] {
+    Version before = 0;
+    while (!over) {
+      const Version durable = writer.durable();
+      EXPECT_GE(durable, before);
+      before = durable;
+      EXPECT_LE(writer.statistics().ring_high_water, world.ring().capacity());
+      std::this_thread::yield();
+    }
+  });
+  for (int k = 0; k < 1500; ++k)
+    world.commit();
+  over = true;
+  writing.join();
+  looking.join();
+  EXPECT_EQ(writer.durable(), world.latest());
+  EXPECT_EQ(world.recorder().gap_versions(), 0u);
+  EXPECT_EQ(recover(disk).value().world.latest.version, world.latest());
 }
 
 }  // namespace
