@@ -52,11 +52,11 @@ class Ring {
   /// Bytes that a record at `position` takes, with the end that is left out before it.
   std::size_t needed(std::uint64_t position, std::size_t bytes) const noexcept;
 
-  std::vector<std::byte> bytes_;
   // Positions only grow. What each thread changes lies in cache lines of its own.
   alignas(64) std::atomic<std::uint64_t> head_{0};
   std::uint64_t reserved_ = 0;  // the head after commit
   std::atomic<std::size_t> high_water_{0};
+  std::vector<std::byte> bytes_;
   alignas(64) std::atomic<std::uint64_t> tail_{0};
 };
 
