@@ -43,7 +43,11 @@ class Replay final : public RecordVisitor {
   bool enough() const override { return enough_; }
 
   Version version_of_groups() const {
-    const auto& last = recovered_.report.log.last;
+    // A checkpoint may lie within the gap.
+    const RecoveryReport& report = recovered_.report;
+    if (report.gap_from != 0 && report.gap_from <= recovered_.world.latest.version)
+      return report.gap_from - 1;
+    const auto& last = report.log.last;
     const bool whole = group_ == 0 || (last && last->group == group_);
     return whole ? recovered_.world.latest.version : version_before_group_;
   }

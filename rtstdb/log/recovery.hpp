@@ -36,7 +36,7 @@ struct RecoveryReport {
   std::uint64_t versions = 0;  ///< applied from records
   /// Versions that are not in the log; the world is as it was before them. 0: none were met.
   Version gap_from = 0, gap_to = 0;
-  /// The version that whole groups lead to: before the world's where reading ended within a group.
+  /// The version that whole groups lead to: before the world's where reading ended within a group, or began within a gap.
   Version version_of_groups = 0;
   Nanoseconds duration{0};
 

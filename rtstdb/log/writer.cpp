@@ -169,7 +169,6 @@ void Writer::group_is_on_disk(std::size_t bytes, Nanoseconds took) {
 
 void Writer::segment_failed(const DiskError& fault, ClockTime now) {
   segment_.reset();
-  checkpointer_.give_up();  // it tells to read on where nothing is written any more
   waits_for_checkpoint_ = true;
   retry_.failed(now);
   note_fault(fault);

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "manual_clock.hpp"
 #include "rtstdb/log/writer.hpp"
 #include "sample_log.hpp"
@@ -81,6 +83,74 @@ TEST(LogRecovery, ASalvagedLogGoesOnAndIsWhole) {
   ASSERT_TRUE(recovered.ok()) << recovered.error().message;
   EXPECT_EQ(recovered.value().world.latest.version, version + 5);
   EXPECT_TRUE(image_of(recovered.value().world) == sample.history.images.at(version + 5));
+}
+
+// ---- where reading ends between records
+
+/// No checkpoint is to be had.
+class NoWorld final : public WorldSource {
+ public:
+  std::optional<WorldHead> begin(Version) override { return std::nullopt; }
+  bool rows(std::uint32_t, std::span<EntityState>) override { return false; }
+  bool shape(GeometryId, Shape&) override { return false; }
+  void end() noexcept override {}
+};
+
+store::WriteSet one_write(Version version, store::WriteKind kind) {
+  return {version, world_time_ns(0), {{kind, {{0, 1}, {}, version}}}};
+}
+
+class EndWithinRecords : public testing::Test {
+ protected:
+  /// A writer begins where the log is read to; what `put` records is on disk when the power goes.
+  void live(const RecoveryOptions& options, const std::function<void(Recorder&)>& put) {
+    Ring ring(2048);
+    Recorder recorder(ring);
+    const Recovered recovered = recover(disk, options).value();
+    auto writer =
+        Writer::start(disk, clock, ring, source, {.segment_bytes = 4096}, start_after(recovered, 1));
+    ASSERT_TRUE(writer.ok());
+    put(recorder);
+    while (writer.value()->step(0).worked) {
+    }
+    disk.crash();
+  }
+
+  SimulatedDisk disk{1};
+  ManualClock clock;
+  NoWorld source;
+};
+
+TEST_F(EndWithinRecords, WhatIsBeforeAGapIsKeptWithoutACheckpoint) {
+  live({}, [](Recorder& recorder) {
+    recorder.record(one_write(1, store::WriteKind::create));
+    store::WriteSet long_one = one_write(2, store::WriteKind::update);
+    long_one.writes.resize(12, long_one.writes[0]);
+    EXPECT_FALSE(recorder.record(long_one));
+    EXPECT_TRUE(recorder.record(one_write(3, store::WriteKind::update)));
+  });
+  for (int life = 0; life < 3; ++life) {
+    const auto recovered = recover(disk);
+    ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+    ASSERT_EQ(recovered.value().world.latest.version, 1u) << "life " << life;
+    ASSERT_NO_FATAL_FAILURE(live({}, [](Recorder&) {}));
+  }
+}
+
+TEST_F(EndWithinRecords, WhatIsSalvagedOfAGroupIsNotTakenForTheLogs) {
+  live({}, [](Recorder& recorder) {
+    recorder.record(one_write(1, store::WriteKind::create));
+    recorder.record(one_write(2, store::WriteKind::create));  // where one lives
+  });
+  ASSERT_FALSE(recover(disk).ok());
+  ASSERT_EQ(recover(disk, {.salvage = true}).value().world.latest.version, 1u);
+  live({.salvage = true},
+       [](Recorder& recorder) { recorder.record(one_write(2, store::WriteKind::update)); });
+  const auto recovered = recover(disk);
+  ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+  EXPECT_EQ(recovered.value().world.latest.version, 0u);
+  EXPECT_EQ(recovered.value().report.gap_from, 1u);
+  EXPECT_EQ(recovered.value().report.gap_to, 1u);
 }
 
 // ---- a store that goes on

@@ -161,6 +161,7 @@ TEST_F(WriterTest, AFailedSyncHoldsTheWatermarkUntilACheckpointIsThere) {
   EXPECT_EQ(writer->durable(), 2u);
   EXPECT_EQ(writer->statistics().last_fault, "sync of segment.0000000001: Input/output error");
   EXPECT_TRUE(writer->statistics().waits_for_checkpoint);
+  const auto distrusted = disk.contents().at("segment.0000000001");
   disk.fail_kind(DiskCall::sync, 0);
   settle();
   EXPECT_EQ(writer->durable(), 2u) << "tried again before its time";
@@ -171,6 +172,8 @@ TEST_F(WriterTest, AFailedSyncHoldsTheWatermarkUntilACheckpointIsThere) {
   EXPECT_EQ(writer->durable(), 4u);
   EXPECT_EQ(writer->statistics().checkpoints, 1u);
   EXPECT_FALSE(writer->statistics().waits_for_checkpoint);
+  EXPECT_EQ(writer->statistics().segments, 2u);
+  EXPECT_EQ(disk.contents().at("segment.0000000001"), distrusted);
   EXPECT_EQ(version_after_crash(), 4u);
 }
 
