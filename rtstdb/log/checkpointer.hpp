@@ -39,7 +39,8 @@ class Checkpointer {
     Version version = 0;  ///< finished: of the checkpoint
     DiskFault fault;      ///< failed
   };
-  /// Records newer than its version begin at `position`; every version up to `not_before` was told before that.
+  /// The group that comes next lies at `position`; `not_before` is the newest version that stands of all that were taken from
+  /// the ring.
   Step begin(const Position& position, Version not_before, ClockTime now, std::int64_t real_time_ns);
   /// Publishes once the log has all versions up to its own on disk.
   Step go_on(Version synced_version, ClockTime now);

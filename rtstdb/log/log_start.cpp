@@ -24,7 +24,7 @@ LogStart start_after(const Recovered& recovered, std::uint64_t new_database_id) 
   start.last_bytes = report.log.last_bytes;
   start.version = recovered.world.latest.version;
   start.newest_version = recovered.world.next_version - 1;
-  start.needs_checkpoint = report.log.end == LogEnd::stopped || report.log.end == LogEnd::damaged;
+
   start.version_of_groups = report.version_of_groups;
   start.replayed_bytes = report.log.bytes;
   return start;

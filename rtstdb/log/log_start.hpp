@@ -18,9 +18,8 @@ struct LogStart {
   std::uint64_t last_bytes = 0;
   Version version = 0;         ///< the world's
   Version newest_version = 0;  ///< that was ever told of
-  /// The log goes on differently from how it was read: the world is safe when a checkpoint has it.
-  bool needs_checkpoint = false;
-  Version version_of_groups = 0;     ///< that the groups before `next` lead to
+  /// That the groups before `next` lead to. Where it is not the world's, the world is safe when a checkpoint has it.
+  Version version_of_groups = 0;
   std::uint64_t replayed_bytes = 0;  ///< since the last checkpoint
 };
 

@@ -46,7 +46,7 @@ Writer::Writer(Disk& disk, const Clock& clock, Ring& ring, WorldSource& source, 
       checkpointer_(disk, source, start.database_id, start.next_checkpoint, options.rows_per_slice, retry_),
       bytes_since_checkpoint_(start.replayed_bytes),
       synced_version_(start.newest_version),
-      waits_for_checkpoint_(start.needs_checkpoint),
+      waits_for_checkpoint_(start.version_of_groups < start.version),
       needed_version_(start.version) {
   group_.begin_at(start.version);
 }
@@ -187,8 +187,7 @@ void Writer::move_watermark() noexcept {
 // ---- checkpoints
 
 bool Writer::checkpoint_is_due(ClockTime now) const noexcept {
-  // From between two groups on, so that it is known where newer records begin.
-  if (segment_ == nullptr || !group_.empty() || !checkpointer_.may_begin(now)) return false;
+  if (segment_ == nullptr || !checkpointer_.may_begin(now)) return false;
   const bool many_bytes =
       options_.checkpoint_every_bytes != 0 && bytes_since_checkpoint_ >= options_.checkpoint_every_bytes;
   return waits_for_checkpoint_ || many_bytes || checkpoint_soon_.load(std::memory_order_relaxed);

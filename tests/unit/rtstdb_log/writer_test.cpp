@@ -149,6 +149,17 @@ TEST_F(WriterTest, ACheckpointShortensWhatIsReplayed) {
   EXPECT_LT(report.versions, 40u);
 }
 
+TEST_F(WriterTest, ACheckpointDoesNotWaitForAVersionThatWasTakenBack) {
+  start();
+  commit(2);
+  world.commit_and_take_back();
+  settle();
+  writer->checkpoint_soon();
+  settle();
+  EXPECT_EQ(writer->statistics().checkpoints, 1u);
+  EXPECT_EQ(version_after_crash(), 2u);
+}
+
 // ---- faults
 
 TEST_F(WriterTest, AFailedSyncHoldsTheWatermarkUntilACheckpointIsThere) {

@@ -1,0 +1,182 @@
+#pragma once
+// Seeded lives of a log: commits, checkpoints, rotations, disks that fail, are full or lie, crashes and processes that die. After each
+// the log is read back: it is a state that was, and not before what was said to be safe.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "live_world.hpp"
+#include "manual_clock.hpp"
+#include "rtstdb/log/writer.hpp"
+#include "tests/support/simulated_disk.hpp"
+
+namespace rtstdb::log::test {
+
+class Simulation {
+  using SimulatedDisk = hil::test::SimulatedDisk;
+  static constexpr std::uint64_t database_id = 0x1234'5678'9abc'def0;
+
+ public:
+  explicit Simulation(std::uint64_t seed) : seed_(seed), random_(seed), disk_(seed + 1) {}
+
+  void run(int lives) {
+    for (int life = 0; life < lives && !testing::Test::HasFatalFailure(); ++life) {
+      SCOPED_TRACE("HIL_LOG_SEED=" + std::to_string(seed_) + ", life " + std::to_string(life) +
+                   ", after step " + std::to_string(steps_));
+      live();
+    }
+  }
+
+  std::uint64_t steps() const { return steps_; }
+
+ private:
+  std::uint32_t below(std::uint32_t limit) { return static_cast<std::uint32_t>(random_() % limit); }
+
+  void live() {
+    auto recovered = recover(disk_);
+    ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+    check(recovered.value());
+    if (testing::Test::HasFatalFailure()) return;
+    LiveWorld world(random_(), history_, std::size_t{1} << (10 + below(4)), recovered.value());
+    world.lose_slices_per_mille(below(2) == 0 ? 0 : 50);
+    WriterOptions options;
+    options.segment_bytes = 512u << below(5);
+    options.checkpoint_every_bytes = 2048u << below(5);
+    options.rows_per_slice = 1 + below(16);
+    if (below(2) == 0) options.flush_interval = Nanoseconds(3'000'000);
+    set_faults();
+    const std::uint64_t next_file =
+        recovered.value().listing.geometries.empty() ? 1 : recovered.value().listing.geometries.back() + 1;
+    auto started = Writer::start(disk_, clock_, world.ring(), world, options,
+                                 start_after(recovered.value(), database_id));
+    if (started) {
+      told_ = std::max(told_, started.value()->durable());
+      drive(world, *started.value(), next_file);
+      if (testing::Test::HasFatalFailure()) return;
+      die(world, *started.value());
+    } else {
+      crash_or_kill();
+    }
+    // What the dead process would clean up stays.
+    disk_.fail_kind(DiskCall::remove, EIO);
+    started = Error{};
+    disk_.fail_kind(DiskCall::remove, 0);
+    set_no_faults();
+  }
+
+  void set_faults() {
+    disk_.fail_per_mille(below(3) == 0 ? 1 + below(200) : 0);
+    if (below(6) == 0) disk_.set_capacity(below(60'000));
+  }
+  void set_no_faults() {
+    disk_.fail_per_mille(0);
+    disk_.set_capacity(~std::uint64_t{0});
+  }
+
+  void drive(LiveWorld& world, Writer& writer, std::uint64_t next_file) {
+    for (std::uint32_t step = 5 + below(150); step > 0; --step, ++steps_) {
+      const std::uint32_t what = below(100);
+      if (what < 45) world.commit();
+      if (what >= 45 && what < 50) world.commit_and_take_back();
+      if (what >= 50 && what < 53) world.add_geometry(disk_, database_id, next_file++);
+      if (what == 53) writer.checkpoint_soon();
+      if (what == 54) writer.flush_soon();
+      if (what == 55) set_faults();
+      if (what == 56) set_no_faults();
+      if (what >= 57 && what < 62) world.recorder().tend();
+      if (what >= 62 && what < 70) clock_.advance(Nanoseconds(1'000'000 << below(12)));
+      if (what >= 70) writer.step(0);
+      ASSERT_GE(writer.durable(), told_in_life_);
+      told_in_life_ = writer.durable();
+      told_ = std::max(told_, writer.durable());
+      ASSERT_LE(told_, world.latest() + 1000);
+    }
+    told_in_life_ = 0;
+  }
+
+  void die(LiveWorld& world, Writer& writer) {
+    if (below(4) == 0) {
+      if (below(2) == 0) set_no_faults();
+      world.recorder().tend();
+      const bool closed = writer.close(0).ok();
+      if (closed && !world.recorder().in_gap()) must_be_ = world.latest();
+    }
+    crash_or_kill();
+  }
+
+  void crash_or_kill() {
+    if (below(3) == 0) {
+      disk_.kill();
+    } else {
+      disk_.crash();
+    }
+  }
+
+  void check(const Recovered& recovered) {
+    const Version version = recovered.world.latest.version;
+    const auto image = history_.images.find(version);
+    ASSERT_NE(image, history_.images.end())
+        << "version " << version << " never was; " << recovered.report.in_words();
+    ASSERT_TRUE(image_of(recovered.world) == image->second)
+        << "version " << version << " was another; " << recovered.report.in_words();
+    ASSERT_GE(version, history_.newest_standing(told_))
+        << "told were " << told_ << "; " << recovered.report.in_words();
+    ASSERT_EQ(version, must_be_.value_or(version)) << recovered.report.in_words();
+    must_be_.reset();
+    ASSERT_TRUE(recovered.report.damaged_checkpoints.empty()) << recovered.report.damaged_checkpoints.front();
+    check_without_checkpoints(recovered);
+    history_.forget_after(version);
+    history_.standing.insert(version);
+    told_ = std::min(told_, version);
+  }
+
+  /// The log alone tells the same, up to a gap: no checkpoint is ahead of it.
+  void check_without_checkpoints(const Recovered& recovered) {
+    auto contents = disk_.contents();
+    std::erase_if(contents, [](const auto& file) { return file.first.starts_with("checkpoint."); });
+    SimulatedDisk disk(1);
+    disk.set_contents(contents);
+    const auto replayed = recover(disk);
+    ASSERT_TRUE(replayed.ok()) << replayed.error().message;
+    const Version version = replayed.value().world.latest.version;
+    const auto image = history_.images.find(version);
+    ASSERT_NE(image, history_.images.end()) << "version " << version << " never was";
+    ASSERT_TRUE(image_of(replayed.value().world) == image->second)
+        << "without checkpoints version " << version;
+    ASSERT_TRUE(version == recovered.world.latest.version || replayed.value().report.gap_from != 0)
+        << replayed.value().report.in_words();
+  }
+
+  std::uint64_t seed_;
+  std::mt19937_64 random_;
+  SimulatedDisk disk_;
+  ManualClock clock_;
+  History history_{{{0, image_of(World{})}}, {0}};
+  Version told_ = 0, told_in_life_ = 0;
+  std::optional<Version> must_be_;
+  std::uint64_t steps_ = 0;
+};
+
+// HIL_LOG_SEED runs one seed, as a failure prints it; HIL_LOG_SEEDS another number of them.
+inline std::uint64_t from_environment(const char* name, std::uint64_t otherwise) {
+  const char* text = std::getenv(name);
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
+}
+
+/// Twelve lives of each of so many seeds.
+inline void simulate(std::uint64_t seeds) {
+  const std::uint64_t only = from_environment("HIL_LOG_SEED", 0);
+  const std::uint64_t first = std::max<std::uint64_t>(only, 1);
+  seeds = only != 0 ? 1 : from_environment("HIL_LOG_SEEDS", seeds);
+  std::uint64_t steps = 0;
+  for (std::uint64_t seed = first; seed < first + seeds && !testing::Test::HasFatalFailure(); ++seed) {
+    Simulation simulation(seed);
+    simulation.run(12);
+    steps += simulation.steps();
+  }
+  EXPECT_TRUE(steps > 50 * seeds || only != 0);
+}
+
+}  // namespace rtstdb::log::test
