@@ -49,6 +49,10 @@ Result<void> check_options(const DatabaseOptions& options) {
   if (options.retained_changes == 0 || options.retained_changes > max_retained_changes) {
     return refuse("retained_changes", options.retained_changes, max_retained_changes);
   }
+  if (options.chunk < Nanoseconds(0)) {
+    return Error{ErrorCode::bad_input,
+                 "chunk is " + std::to_string(options.chunk.count()) + " ns; 0 and more are possible"};
+  }
   return {};
 }
 
@@ -104,6 +108,7 @@ class DatabaseImpl final : public Database {
                            .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); },
                            .max_geometries = options.max_geometries},
                  .queue_capacity = options.queue_capacity,
+                 .chunk = options.chunk,
                  .thread_priority = options.thread_priority},
                 *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_) {}
 

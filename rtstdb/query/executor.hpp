@@ -78,23 +78,39 @@ class PreparedQuery {
 struct Request {
   PreparedQuery* query = nullptr;
   std::uint32_t count = 0;
+  /// Elements that take about half of what an urgent transaction may wait; 0: the batch is not divided.
+  std::uint32_t per_chunk = 0;
 };
 
-enum class RunStatus : std::uint8_t { done, truncated, device_lost };
+enum class RunStatus : std::uint8_t {
+  done,
+  truncated,
+  stopped,  ///< given up in a gap, no answer may be drawn from it
+  device_lost,
+};
 
 struct RunReport {
   RunStatus status = RunStatus::done;
   std::int64_t gpu_ns = 0;
 };
 
-/// Told around an executor's waits for the device, on the thread that called run. Between the two calls
-/// others may commit; rows of the version being asked stay as they are.
+/// Told around an executor's waits for the device, and in the gaps between the chunks of a run, on the thread that
+/// called run. Rows of the version being asked stay as they are.
 class Meanwhile {
  public:
+  enum class Gap : std::uint8_t { go_on, stop };
+
   virtual ~Meanwhile() = default;
+  /// From here to end_wait others may commit.
   virtual void begin_wait() noexcept = 0;
   virtual void end_wait() noexcept = 0;
+  /// A chunk is done and others are to come. Inside the call the executor may be run again, on any version and with
+  /// other queries, also with gaps of its own, and others may commit.
+  virtual Gap between_chunks() noexcept = 0;
 };
+
+/// So deep may runs stand in one another's gaps.
+inline constexpr std::uint32_t max_nesting = 4;
 
 /// Carries out batches of prepared queries on a version: brings the device's copy of rows and structure to
 /// that version, runs the queries, leaves the answers in their output spans.
@@ -102,8 +118,8 @@ class Executor {
  public:
   virtual ~Executor() = default;
   /// `times` covers every element of every request and spans at most max_query_window_ns. Blocks until the
-  /// answers stand.
-  /// `meanwhile` may be null.
+  /// answers stand, or a gap says stop.
+  /// `meanwhile` may be null: then nothing is divided.
   virtual RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
                         Meanwhile* meanwhile) noexcept = 0;
 };

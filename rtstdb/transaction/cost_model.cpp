@@ -10,6 +10,9 @@ namespace {
 /// A sample's weight halves every 34 samples after it.
 constexpr double fading = 0.98;
 
+/// Takes between a tenth of a millisecond and a few on any device.
+constexpr std::uint32_t per_chunk_unmeasured = 4096;
+
 double positions_of(const store::WriteSet& writes) noexcept {
   double sum = 0.0;
   for (const store::ShapeWrite& shape : writes.shapes)
@@ -28,21 +31,27 @@ void CostLine::learn(double count, double cost_ns) noexcept {
   ++samples_;
 }
 
-double CostLine::predict_ns(double count) const noexcept {
-  if (samples_ == 0) return 0.0;
+std::optional<CostLine::Line> CostLine::fitted() const noexcept {
+  if (samples_ == 0) return std::nullopt;
   const double mean_count = counts_ / weight_;
   const double mean_cost = costs_ / weight_;
   const double variance = counts_squared_ / weight_ - mean_count * mean_count;
-  if (variance <= 1e-6 * std::max(1.0, mean_count * mean_count)) {
-    return mean_cost * (mean_count > 0.0 ? std::max(1.0, count / mean_count) : 1.0);
-  }
-  double slope = std::max(0.0, (counts_costs_ / weight_ - mean_count * mean_cost) / variance);
-  double base = mean_cost - slope * mean_count;
-  if (base < 0.0) {
-    base = 0.0;
-    slope = counts_costs_ / counts_squared_;
-  }
-  return base + slope * count;
+  if (variance <= 1e-6 * std::max(1.0, mean_count * mean_count)) return std::nullopt;
+  const double slope = std::max(0.0, (counts_costs_ / weight_ - mean_count * mean_cost) / variance);
+  const double base = mean_cost - slope * mean_count;
+  if (base < 0.0) return Line{0.0, counts_costs_ / counts_squared_};
+  return Line{base, slope};
+}
+
+double CostLine::predict_ns(double count) const noexcept {
+  if (samples_ == 0) return 0.0;
+  if (const auto line = fitted()) return line->base_ns + line->slope_ns * count;
+  return costs_ / weight_ * (counts_ > 0.0 ? std::max(1.0, count * weight_ / counts_) : 1.0);
+}
+
+double CostLine::per_element_ns(double count) const noexcept {
+  if (const auto line = fitted()) return line->slope_ns;
+  return count > 0.0 ? predict_ns(count) / count : 0.0;
 }
 
 std::optional<Nanoseconds> CostModel::predict(const store::WriteSet& writes,
@@ -58,6 +67,15 @@ std::optional<Nanoseconds> CostModel::predict(const store::WriteSet& writes,
     sum_ns += line(request).predict_ns(request.count);
   }
   return Nanoseconds(std::llround(sum_ns));
+}
+
+std::uint32_t CostModel::per_chunk(const query::Request& request, Nanoseconds chunk) const noexcept {
+  const CostLine& costs = line(request);
+  if (costs.samples() == 0) return per_chunk_unmeasured;
+  const auto chunk_ns = static_cast<double>(chunk.count());
+  const double per_element_ns = costs.per_element_ns(request.count);
+  if (per_element_ns * request.count <= chunk_ns) return request.count;
+  return static_cast<std::uint32_t>(std::max(1.0, 0.5 * chunk_ns / per_element_ns));
 }
 
 void CostModel::learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept {

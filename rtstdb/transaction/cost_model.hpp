@@ -23,9 +23,17 @@ class CostLine {
   /// Zero before the first sample. Where only one count was ever seen, more is taken to cost in proportion
   /// and less to cost the same.
   double predict_ns(double count) const noexcept;
+  /// What one more costs, where there are so many; zero before the first sample.
+  double per_element_ns(double count) const noexcept;
   std::uint64_t samples() const noexcept { return samples_; }
 
  private:
+  struct Line {
+    double base_ns = 0.0, slope_ns = 0.0;
+  };
+  /// None while all samples have about the same count.
+  std::optional<Line> fitted() const noexcept;
+
   double weight_ = 0.0, counts_ = 0.0, costs_ = 0.0, counts_squared_ = 0.0, counts_costs_ = 0.0;
   std::uint64_t samples_ = 0;
 };
@@ -38,6 +46,9 @@ class CostModel {
   /// None while a kind that takes part has too few samples.
   std::optional<Nanoseconds> predict(const store::WriteSet& writes,
                                      std::span<const query::Request> requests) const noexcept;
+
+  /// As many elements of the request as take half of `chunk`; all of them where they take no longer than it.
+  std::uint32_t per_chunk(const query::Request& request, Nanoseconds chunk) const noexcept;
 
   /// A transaction with those writes took so long, its queries not counted. Bringing a shape to the device is part of
   /// the queries that want it.

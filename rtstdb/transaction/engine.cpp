@@ -17,8 +17,6 @@ namespace rtstdb::transaction {
 
 namespace {
 
-constexpr std::uint32_t refusals_before_one_is_let_in = 15;
-
 class CallErrand final : public Errand {
  public:
   explicit CallErrand(const std::function<void()>& work) : work_(work) {}
@@ -55,7 +53,7 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
       store_(std::move(options.store)),
       latest_(store_.latest()),
       queue_(options.queue_capacity),
-      runner_(store_, executor, clock, costs_) {
+      runner_(store_, executor, clock, costs_, options.chunk) {
   const SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run_thread(); });
   try {
@@ -184,101 +182,10 @@ bool Engine::work_once() noexcept {
   return most_urgent != nullptr || stepped;
 }
 
-void Engine::begin_wait() noexcept {
-  // Pairs with ring: either the submitter sees the flag or its ring is heard here.
-  waits_for_device_.store(true, std::memory_order_seq_cst);
-  const bool work_there = bell_.load(std::memory_order_seq_cst) != received_at_ || !queue_.empty();
-  working_.unlock();
-  if (work_there) wake_relief();
-}
-
-void Engine::end_wait() noexcept {
-  working_.lock();
-  waits_for_device_.store(false, std::memory_order_relaxed);
-}
-
-void Engine::wake_relief() noexcept {
-  relief_bell_.fetch_add(1, std::memory_order_seq_cst);
-  futex_wake_all(&relief_bell_);
-}
-
-void Engine::relieve() noexcept {
-  while (!closing_.load(std::memory_order_acquire)) {
-    const std::uint32_t heard = relief_bell_.load(std::memory_order_seq_cst);
-    if (waits_for_device_.load(std::memory_order_seq_cst)) {
-      const std::lock_guard lock(working_);
-      if (waits_for_device_.load(std::memory_order_relaxed)) carry_out_writes();
-    }
-    futex_wait(relief_bell_, heard);
-  }
-}
-
-void Engine::carry_out_writes() noexcept {
-  receive();
-  const auto only_writes = [this](const TransactionImpl& waiting) {
-    return !waiting.write_set().empty() && waiting.requests().empty() &&
-           store_.keeps_after(*runner_.reading(), waiting.write_set());
-  };
-  while (TransactionImpl* const writer = queue_.pop_first(only_writes))
-    carry_out(*writer);
-}
-
 void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
   asleep_.store(true, std::memory_order_seq_cst);
   futex_wait(bell_, heard);
   asleep_.store(false, std::memory_order_relaxed);
-}
-
-void Engine::receive() noexcept {
-  received_at_ = bell_.load(std::memory_order_seq_cst);
-  receive(submitted_.take_all());
-}
-
-void Engine::receive(HandOverLink* transactions) noexcept {
-  while (transactions != nullptr) {
-    HandOverLink* const next = transactions->next;
-    admit(static_cast<TransactionImpl&>(*transactions));
-    transactions = next;
-  }
-}
-
-void Engine::admit(TransactionImpl& transaction) noexcept {
-  const ClockTime now = clock_.now();
-  transaction.arrival = arrivals_++;
-  if (!passes_admission(transaction, now)) return;
-  if (queue_.full()) {
-    TransactionImpl& victim = queue_.shed(transaction);
-    finish(victim, Status::cancelled);
-    if (&victim == &transaction) return;
-  }
-  transaction.draft().admitted = now;
-  queue_.push(transaction);
-}
-
-bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexcept {
-  Outcome& outcome = transaction.draft();
-  const ClockTime deadline = transaction.terms().deadline;
-  const bool firm = transaction.is(DeadlineClass::firm);
-  if (firm && now > deadline) {
-    outcome.lateness = now - deadline;
-    finish(transaction, Status::missed);
-    return false;
-  }
-  if (clock_.is_virtual()) return true;
-  const auto cost = costs_.predict(transaction.write_set(), transaction.requests());
-  if (!cost) return true;
-  outcome.predicted_cost = *cost;
-  if (!firm || queue_.expected_end(now, transaction, deadline, *cost) <= deadline) {
-    if (firm) refused_in_a_row_ = 0;
-    return true;
-  }
-  if (refused_in_a_row_++ == refusals_before_one_is_let_in) {
-    refused_in_a_row_ = 0;
-    return true;
-  }
-  outcome.earliest_feasible = queue_.earliest_feasible(now, transaction, *cost);
-  finish(transaction, Status::refused);
-  return false;
 }
 
 void Engine::carry_out(TransactionImpl& transaction) noexcept {

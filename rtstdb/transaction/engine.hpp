@@ -10,7 +10,8 @@
 //   of work in it has been measured often enough, and not under a virtual clock. Refused work gives no
 //   measurements: so that a prediction that has become too high does not refuse for ever, each 16th of a row
 //   is let in. queue full: the least urgent best-effort transaction is cancelled, else the newcomer.
-// Order: importance, then earliest deadline, then arrival.
+// Order: importance, then earliest deadline, then arrival. What asks is interrupted between two chunks by what goes
+// before it, which runs inside that gap; so transactions stand in one another, the most urgent innermost.
 //
 // Two threads: the engine's, and a relief that only works while the engine's waits for the device.
 //
@@ -44,6 +45,7 @@ namespace rtstdb::transaction {
 struct EngineOptions {
   store::StoreOptions store;  ///< geometry_known is called on the engine's thread
   std::uint32_t queue_capacity = 256;
+  Nanoseconds chunk{0};  ///< see DatabaseOptions
   /// SCHED_FIFO priority of the engine's thread, 0: ordinary. Where it is refused, degraded() says so.
   int thread_priority = 0;
 };
@@ -90,16 +92,18 @@ class Engine final : private query::Meanwhile {
  private:
   void run_thread() noexcept;
   bool work_once() noexcept;
+  // gaps.cpp: what is done while a transaction waits for the device, and between its chunks.
   void begin_wait() noexcept override;
   void end_wait() noexcept override;
-  /// The relief's thread: while a transaction that only reads waits for the device, carries out those that
-  /// only write, since they need none. So a tick's write waits microseconds, not for another thread's
-  /// queries.
+  Gap between_chunks() noexcept override;
+  /// The relief's thread: while a transaction waits for the device, admits or refuses what comes; and carries out those
+  /// that only write, since they need no device, where the one that waits only reads. So a tick's write waits
+  /// microseconds, not for another thread's queries.
   void relieve() noexcept;
   void carry_out_writes() noexcept;
   void wake_relief() noexcept;
+  // admission.cpp
   void receive() noexcept;
-  void receive(HandOverLink* transactions) noexcept;
   void admit(TransactionImpl& transaction) noexcept;
   bool passes_admission(TransactionImpl& transaction, ClockTime now) noexcept;
   void carry_out(TransactionImpl& transaction) noexcept;

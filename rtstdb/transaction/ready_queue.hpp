@@ -22,6 +22,13 @@ class ReadyQueue {
   void push(TransactionImpl& transaction) noexcept;
   /// The most urgent one, or null.
   TransactionImpl* pop() noexcept;
+  /// Whether one that waits goes before this.
+  bool holds_before(const TransactionImpl& transaction) const noexcept {
+    return !heap_.empty() && goes_before(*heap_.front(), transaction);
+  }
+  static bool goes_before(const TransactionImpl& a, const TransactionImpl& b) noexcept {
+    return less_urgent(&b, &a);
+  }
 
   /// The most urgent one that `wanted` says yes to, or null.
   template <class Wanted>

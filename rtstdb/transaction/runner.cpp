@@ -1,5 +1,6 @@
 #include "rtstdb/transaction/runner.hpp"
 
+#include <algorithm>
 #include <variant>
 
 #include <rtstdb/limits.hpp>
@@ -15,24 +16,34 @@ Status Runner::run(TransactionImpl& transaction, query::Meanwhile* meanwhile) no
     return Status::missed;
   }
   outcome.started = now;
-  queries_cost_ = Nanoseconds(0);
-  return transaction.write_set().empty() ? read(transaction, meanwhile) : write(transaction);
+  Running& running = running_.push(transaction);
+  const Status status = transaction.write_set().empty() ? read(transaction, running, meanwhile)
+                                                        : write(transaction, running, meanwhile);
+  running_.pop();
+  return status;
 }
 
-Status Runner::write(TransactionImpl& transaction) noexcept {
+bool Runner::fits_beside(const TransactionImpl& transaction) const noexcept {
+  if (transaction.write_set().empty()) return true;
+  return !running_.one_is_staged() && std::ranges::all_of(running_.all(), [&](const Running& running) {
+    return !running.reading || store_.keeps_after(*running.reading, transaction.write_set());
+  });
+}
+
+Status Runner::write(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept {
   if (!expectations_hold(transaction, store_.latest_snapshot())) return Status::conflict;
   if (auto fault = store_.stage(transaction.write_set())) {
     transaction.draft().bad_input = *fault;
     return Status::bad_input;
   }
+  running.staged = true;
   const store::Snapshot version = store_.staged_snapshot();
-  // Nothing is served meanwhile: this version is staged, and only one can be.
-  if (auto failure = answer(transaction, version, nullptr)) {
+  if (auto failure = answer(transaction, running, version, meanwhile)) {
     store_.discard();
     return *failure;
   }
   store_.publish();
-  if (!published_in_time(transaction)) {
+  if (!published_in_time(transaction, running)) {
     store_.discard();
     return Status::missed;
   }
@@ -41,7 +52,7 @@ Status Runner::write(TransactionImpl& transaction) noexcept {
   return status;
 }
 
-Status Runner::read(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept {
+Status Runner::read(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept {
   const auto purpose =
       transaction.requests().empty() ? store::ReadFor::rows : store::ReadFor::rows_and_shapes;
   const auto found = store_.read(transaction.terms().read_at, purpose);
@@ -51,11 +62,9 @@ Status Runner::read(TransactionImpl& transaction, query::Meanwhile* meanwhile) n
   }
   const auto& version = *std::get_if<store::Snapshot>(&found);
   if (!expectations_hold(transaction, version)) return Status::conflict;
-  reading_ = version.version();
-  const auto failure = answer(transaction, version, meanwhile);
-  reading_.reset();
-  if (failure) return *failure;
-  if (!published_in_time(transaction)) return Status::missed;
+  running.reading = version.version();
+  if (const auto failure = answer(transaction, running, version, meanwhile)) return *failure;
+  if (!published_in_time(transaction, running)) return Status::missed;
   return done(transaction, version);
 }
 
@@ -76,8 +85,8 @@ bool Runner::expectations_hold(TransactionImpl& transaction, const query::RowSou
   return true;
 }
 
-std::optional<Status> Runner::answer(TransactionImpl& transaction, const query::RowSource& rows,
-                                     query::Meanwhile* meanwhile) noexcept {
+std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& running,
+                                     const query::RowSource& rows, query::Meanwhile* meanwhile) noexcept {
   Outcome& outcome = transaction.draft();
   transaction.answer_reads(rows);
   if (transaction.requests().empty()) {
@@ -89,14 +98,28 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, const query::
     outcome.bad_input = *fault;
     return Status::bad_input;
   }
+  divide(transaction);
   const ClockTime begun = clock_.now();
   const query::RunReport report = executor_.run(rows, transaction.requests(), times, meanwhile);
   outcome.computed = clock_.now();
-  queries_cost_ = outcome.computed - begun;
+  running.queries_cost = outcome.computed - begun - running.interrupted;
   outcome.gpu_time = Nanoseconds(report.gpu_ns);
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
+  if (report.status == query::RunStatus::stopped) return stopped(transaction);
   outcome.truncated = report.status == query::RunStatus::truncated;
   return std::nullopt;
+}
+
+void Runner::divide(TransactionImpl& transaction) const noexcept {
+  const bool divided = chunk_ > Nanoseconds(0) && !clock_.is_virtual();
+  for (query::Request& request : transaction.requests())
+    request.per_chunk = divided ? costs_.per_chunk(request, chunk_) : 0;
+}
+
+Status Runner::stopped(TransactionImpl& transaction) noexcept {
+  Outcome& outcome = transaction.draft();
+  outcome.lateness = clock_.now() - transaction.terms().deadline;
+  return Status::missed;
 }
 
 std::optional<BadInput> Runner::check_queries(TransactionImpl& transaction, const query::RowSource& rows,
@@ -122,13 +145,14 @@ std::optional<BadInput> Runner::check_queries(TransactionImpl& transaction, cons
   return fault;
 }
 
-bool Runner::published_in_time(TransactionImpl& transaction) noexcept {
+bool Runner::published_in_time(TransactionImpl& transaction, const Running& running) noexcept {
   Outcome& outcome = transaction.draft();
   const ClockTime now = clock_.now();
-  outcome.actual_cost = now - outcome.started;
+  outcome.interrupted = running.interrupted;
+  outcome.actual_cost = now - outcome.started - running.interrupted;
   if (!clock_.is_virtual()) {
-    costs_.learn_writes(transaction.write_set(), outcome.actual_cost - queries_cost_);
-    if (!transaction.requests().empty()) costs_.learn_queries(transaction.requests(), queries_cost_);
+    costs_.learn_writes(transaction.write_set(), outcome.actual_cost - running.queries_cost);
+    if (!transaction.requests().empty()) costs_.learn_queries(transaction.requests(), running.queries_cost);
   }
   const ClockTime deadline = transaction.terms().deadline;
   if (transaction.is(DeadlineClass::firm) && now > deadline) {

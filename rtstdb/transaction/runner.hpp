@@ -19,42 +19,49 @@
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/store/store.hpp"
 #include "rtstdb/transaction/cost_model.hpp"
+#include "rtstdb/transaction/running.hpp"
 #include "rtstdb/transaction/transaction_impl.hpp"
 
 namespace rtstdb::transaction {
 
 class Runner {
  public:
-  Runner(store::Store& store, query::Executor& executor, const Clock& clock, CostModel& costs)
-      : store_(store), executor_(executor), clock_(clock), costs_(costs) {}
+  /// `chunk`: how long an urgent transaction may wait for one that asks; zero: nothing is divided.
+  Runner(store::Store& store, query::Executor& executor, const Clock& clock, CostModel& costs,
+         Nanoseconds chunk)
+      : store_(store), executor_(executor), clock_(clock), costs_(costs), chunk_(chunk) {}
 
-  /// Fills the transaction's outcome and returns its status; does not give the transaction back. While a
-  /// transaction that only reads waits for the device, `meanwhile` is served and may run others that only
-  /// write: the version being read stays.
+  /// Fills the transaction's outcome and returns its status; does not give the transaction back. In its waits and gaps
+  /// `meanwhile` is served and may run others by this: those that fits_beside says yes to.
   Status run(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept;
-  /// The version that a transaction under way reads, which commits made meanwhile have to leave readable.
-  std::optional<Version> reading() const noexcept { return reading_; }
+  /// Whether this could be carried out now: no second one can be staged, and what others read stays readable.
+  bool fits_beside(const TransactionImpl& transaction) const noexcept;
+  RunningStack& running() noexcept { return running_; }
+  const RunningStack& running() const noexcept { return running_; }
 
  private:
-  Status write(TransactionImpl& transaction) noexcept;
-  Status read(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept;
+  Status write(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept;
+  Status read(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept;
   static bool expectations_hold(TransactionImpl& transaction, const query::RowSource& rows) noexcept;
   /// The status with which the transaction fails; none when its answers stand.
-  std::optional<Status> answer(TransactionImpl& transaction, const query::RowSource& rows,
+  std::optional<Status> answer(TransactionImpl& transaction, Running& running, const query::RowSource& rows,
                                query::Meanwhile* meanwhile) noexcept;
+  void divide(TransactionImpl& transaction) const noexcept;
+  /// Why a run was given up in a gap.
+  Status stopped(TransactionImpl& transaction) noexcept;
   static std::optional<BadInput> check_queries(TransactionImpl& transaction, const query::RowSource& rows,
                                                query::TimeSpan& times) noexcept;
   /// Reads the clock, notes the cost and sets `published`. False: a firm deadline has passed, `published`
   /// stays unset.
-  bool published_in_time(TransactionImpl& transaction) noexcept;
+  bool published_in_time(TransactionImpl& transaction, const Running& running) noexcept;
   Status done(TransactionImpl& transaction, const query::RowSource& rows) noexcept;
 
   store::Store& store_;
   query::Executor& executor_;
   const Clock& clock_;
   CostModel& costs_;
-  Nanoseconds queries_cost_{0};  ///< of the transaction being run
-  std::optional<Version> reading_;
+  Nanoseconds chunk_;
+  RunningStack running_;
 };
 
 }  // namespace rtstdb::transaction

@@ -58,6 +58,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   store::WriteSet& write_set() noexcept { return write_set_; }
   const store::WriteSet& write_set() const noexcept { return write_set_; }
   std::span<const query::Request> requests() const noexcept { return requests_; }
+  std::span<query::Request> requests() noexcept { return requests_; }
   Outcome& draft() noexcept { return outcome_; }
   void answer_reads(const query::RowSource& rows) noexcept;
   void mark_pending() noexcept;

@@ -41,6 +41,10 @@ struct DatabaseOptions {
   std::uint32_t retained_changes = 1u << 16;
   /// Transactions waiting at once; one more is cancelled (best effort first).
   std::uint32_t queue_capacity = 256;
+  /// So long an urgent transaction that asks waits, about, for one that is being carried out: large batches are divided
+  /// into chunks, two of which are under way at a time. What brings a version's structures to the device is not
+  /// divided. Zero: nothing is, as with a virtual clock.
+  Nanoseconds chunk{1'000'000};
   /// The deadline clock; null: CLOCK_MONOTONIC. Must outlive the database.
   const Clock* clock = nullptr;
   /// SCHED_FIFO priority of the database's thread, 0: ordinary. The driver's threads, which do the computing

@@ -126,7 +126,8 @@ struct Outcome {
   ClockTime submitted{}, admitted{}, started{}, computed{}, published{};
   /// Late: published - deadline. Missed: how long the deadline had passed when the transaction was given up.
   Nanoseconds lateness{0};
-  Nanoseconds predicted_cost{0}, actual_cost{0};  ///< started to published
+  Nanoseconds predicted_cost{0}, actual_cost{0};  ///< started to published, but for `interrupted`
+  Nanoseconds interrupted{0};                     ///< spent on more urgent transactions, which ran in between
   Nanoseconds gpu_time{0};                        ///< of the actual cost, spent on the device
   ClockTime earliest_feasible{};  ///< refused: the earliest deadline that would have been admitted
   bool durable = false;           ///< written to a log that survives a crash

@@ -1,6 +1,7 @@
 #pragma once
 // A clock, queries and an executor that tests hold in their hand, and an engine around them.
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -85,6 +86,7 @@ class SimulatedExecutor final : public query::Executor {
 
   query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
                        const query::TimeSpan& times, query::Meanwhile* meanwhile) noexcept override {
+    if (chunk && !run_chunks(rows, requests, meanwhile)) return {query::RunStatus::stopped, 0};
     if (while_waiting && meanwhile != nullptr) {
       meanwhile->begin_wait();
       while_waiting();
@@ -95,8 +97,29 @@ class SimulatedExecutor final : public query::Executor {
 
   /// Set before the first transaction, or while none is under way.
   Work work;
+  /// One chunk of a batch that is divided: elements [first, end) of a request. None: a batch is one step.
+  std::function<void(const query::RowSource&, const query::Request&, std::uint32_t first, std::uint32_t end)>
+      chunk;
   /// What happens while a run waits for the device; none: it never waits.
   std::function<void()> while_waiting;
+
+ private:
+  bool run_chunks(const query::RowSource& rows, std::span<const query::Request> requests,
+                  query::Meanwhile* meanwhile) {
+    for (std::size_t k = 0; k < requests.size(); ++k) {
+      const query::Request& request = requests[k];
+      const std::uint32_t step = request.per_chunk == 0 ? request.count : request.per_chunk;
+      for (std::uint32_t first = 0; first < request.count; first += step) {
+        const bool last = k + 1 == requests.size() && first + step >= request.count;
+        if (meanwhile != nullptr) meanwhile->begin_wait();
+        chunk(rows, request, first, std::min(first + step, request.count));
+        if (meanwhile != nullptr) meanwhile->end_wait();
+        if (!last && meanwhile != nullptr && meanwhile->between_chunks() == query::Meanwhile::Gap::stop)
+          return false;
+      }
+    }
+    return true;
+  }
 };
 
 /// Holds the engine's thread inside the executor until opened.
@@ -116,7 +139,10 @@ class Gate {
 
 inline EngineOptions engine_options(std::uint32_t queue_capacity = 64, std::uint32_t max_entities = 64,
                                     std::uint32_t retained_changes = 1024) {
-  return {{max_entities, retained_changes, [](GeometryId id) { return id.index == 0; }}, queue_capacity, 0};
+  return {{max_entities, retained_changes, [](GeometryId id) { return id.index == 0; }},
+          queue_capacity,
+          Nanoseconds(1'000'000),
+          0};
 }
 
 inline EntityRow row_of(std::uint32_t material) {

@@ -1,0 +1,65 @@
+// The engine in the waits and gaps of a transaction that asks: others pass it there.
+
+#include "rtstdb/transaction/engine.hpp"
+#include "rtstdb/transaction/futex.hpp"
+
+namespace rtstdb::transaction {
+
+void Engine::begin_wait() noexcept {
+  // Pairs with ring: either the submitter sees the flag or its ring is heard here.
+  waits_for_device_.store(true, std::memory_order_seq_cst);
+  const bool work_there = bell_.load(std::memory_order_seq_cst) != received_at_ || !queue_.empty();
+  working_.unlock();
+  if (work_there) wake_relief();
+}
+
+void Engine::end_wait() noexcept {
+  working_.lock();
+  waits_for_device_.store(false, std::memory_order_relaxed);
+}
+
+query::Meanwhile::Gap Engine::between_chunks() noexcept {
+  receive();
+  Running& running = runner_.running().innermost();
+  const TransactionImpl& transaction = *running.transaction;
+  if (queue_.holds_before(transaction) && runner_.running().depth() <= query::max_nesting) {
+    const ClockTime begun = clock_.now();
+    const auto urgent = [&](const TransactionImpl& waiting) {
+      return ReadyQueue::goes_before(waiting, transaction) && runner_.fits_beside(waiting);
+    };
+    while (TransactionImpl* const next = queue_.pop_first(urgent)) {
+      carry_out(*next);
+      receive();
+    }
+    running.interrupted += clock_.now() - begun;
+  }
+  const bool in_vain = transaction.is(DeadlineClass::firm) && clock_.now() > transaction.terms().deadline;
+  return in_vain ? Gap::stop : Gap::go_on;
+}
+
+void Engine::wake_relief() noexcept {
+  relief_bell_.fetch_add(1, std::memory_order_seq_cst);
+  futex_wake_all(&relief_bell_);
+}
+
+void Engine::relieve() noexcept {
+  while (!closing_.load(std::memory_order_acquire)) {
+    const std::uint32_t heard = relief_bell_.load(std::memory_order_seq_cst);
+    if (waits_for_device_.load(std::memory_order_seq_cst)) {
+      const std::lock_guard lock(working_);
+      if (waits_for_device_.load(std::memory_order_relaxed)) carry_out_writes();
+    }
+    futex_wait(relief_bell_, heard);
+  }
+}
+
+void Engine::carry_out_writes() noexcept {
+  receive();
+  const auto only_writes = [this](const TransactionImpl& waiting) {
+    return !waiting.write_set().empty() && waiting.requests().empty() && runner_.fits_beside(waiting);
+  };
+  while (TransactionImpl* const writer = queue_.pop_first(only_writes))
+    carry_out(*writer);
+}
+
+}  // namespace rtstdb::transaction
