@@ -1,5 +1,6 @@
 #include "rtstdb/accel/submit.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <limits>
 
@@ -15,8 +16,9 @@ std::int64_t nanoseconds(std::chrono::steady_clock::duration duration) noexcept 
 
 }  // namespace
 
-Result<Submit> Submit::create(gpu::Device& device) {
+Result<Submit> Submit::create(gpu::Device& device, std::shared_ptr<DeviceFree> device_free) {
   Submit submit;
+  submit.device_free_ = std::move(device_free);
   auto recorder = device.create_recorder();
   if (!recorder) return recorder.error();
   submit.recorder_ = std::move(recorder).value();
@@ -28,23 +30,32 @@ Result<Submit> Submit::create(gpu::Device& device) {
 }
 
 void Submit::begin() {
+  lost_ = false;
   recorder_.begin();
   if (!timed_by_host_) recorder_.timestamp(begin_slot);
 }
 
-bool Submit::run() {
+bool Submit::start() {
   if (!timed_by_host_) recorder_.timestamp(end_slot);
   recorder_.end();
-  const auto submitted = std::chrono::steady_clock::now();
-  const std::uint64_t number = timeline_.submit(recorder_);
-  if (number == 0) return false;
+  started_ = std::chrono::steady_clock::now();
+  under_way_ = timeline_.submit(recorder_);
+  lost_ = under_way_ == 0;
+  return !lost_;
+}
+
+bool Submit::finish() {
+  if (under_way_ == 0) return !lost_;
   if (meanwhile_ != nullptr) meanwhile_->begin_wait();
-  const gpu::WaitResult waited = timeline_.wait(number, std::numeric_limits<std::int64_t>::max());
+  const gpu::WaitResult waited =
+      timeline_.wait(std::exchange(under_way_, 0), std::numeric_limits<std::int64_t>::max());
   const auto finished = std::chrono::steady_clock::now();
   if (meanwhile_ != nullptr) meanwhile_->end_wait();
-  if (waited != gpu::WaitResult::done) return false;
-  gpu_ns_ += timed_by_host_ ? nanoseconds(finished - submitted)
+  lost_ = waited != gpu::WaitResult::done;
+  if (lost_) return false;
+  gpu_ns_ += timed_by_host_ ? nanoseconds(finished - std::max(started_, *device_free_))
                             : timeline_.elapsed_ns(recorder_, begin_slot, end_slot);
+  *device_free_ = finished;
   return true;
 }
 

@@ -1,6 +1,10 @@
 #pragma once
-// One recorder and one timeline used in turn: record, run, wait.
+// One recorder and one timeline used in turn: record, start, finish. Several may be under way at a time; the device
+// takes them in the order of their starts.
 
+#include <chrono>
+#include <cstdint>
+#include <memory>
 #include <utility>
 
 #include "rtstdb/gpu/device.hpp"
@@ -10,15 +14,23 @@ namespace rtstdb::accel {
 
 class Submit {
  public:
-  static Result<Submit> create(gpu::Device& device);
+  /// When the device was last seen to be done; what is timed by the host begins no earlier.
+  using DeviceFree = std::chrono::steady_clock::time_point;
+
+  /// Those that may be under way together share `device_free`.
+  static Result<Submit> create(gpu::Device& device,
+                               std::shared_ptr<DeviceFree> device_free = std::make_shared<DeviceFree>());
 
   /// The recorder, begun.
   gpu::Recorder& recorder() noexcept { return recorder_; }
   void begin();
-  /// From now on run() tells this about its waits; null: nobody.
+  /// From now on finish() tells this about its waits; null: nobody.
   void while_waiting(query::Meanwhile* meanwhile) noexcept { meanwhile_ = meanwhile; }
-  /// Ends the recorder, submits it and waits. False: the device is lost.
-  bool run();
+  /// Ends the recorder and submits it. False: the device is lost.
+  bool start();
+  /// Waits for what was started; asked again, it says the same. False: the device is lost.
+  bool finish();
+  bool run() { return start() && finish(); }
   /// Time that the device spent on all runs since the last call. A device that is the processor itself is timed
   /// by the host, from the submission until the wait is over: lavapipe draws a scene with all its threads for each
   /// timestamp, which takes longer than a small dispatch.
@@ -27,6 +39,10 @@ class Submit {
  private:
   gpu::Recorder recorder_;
   gpu::Timeline timeline_;
+  std::shared_ptr<DeviceFree> device_free_;
+  DeviceFree started_;
+  std::uint64_t under_way_ = 0;  // its number; 0: nothing
+  bool lost_ = false;
   bool timed_by_host_ = false;
   std::int64_t gpu_ns_ = 0;
   query::Meanwhile* meanwhile_ = nullptr;

@@ -1,15 +1,17 @@
 #pragma once
-// The executor on the GPU: geometry pool, TLAS slots and prepared queries, carried out in one submission
-// where the scene is small enough for it.
+// The executor on the GPU: geometry pool, TLAS slots and prepared queries. What takes no longer than a chunk is carried
+// out in one submission where the scene is small enough for it.
 //
 // Threads: after create, the database's thread alone; setup calls are brought there by whoever owns the
 // engine.
 
+#include <array>
 #include <atomic>
 #include <memory>
 
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas.hpp"
+#include "rtstdb/query/chunked_run.hpp"
 #include "rtstdb/query/gpu_query.hpp"
 
 namespace rtstdb::query {
@@ -34,17 +36,15 @@ class GpuExecutor final : public Executor {
   explicit GpuExecutor(gpu::Device& device) : device_(device) {}
   Result<void> rebind_structures();
   Result<void> connect(GpuQuery& query);
-  /// What GpuQuery::record_again is for. False: the device is lost.
-  RunReport run_bound(const RowSource& rows, std::span<const Request> requests,
-                      const TimeSpan& times) noexcept;
-  bool show_shapes(const RowSource& rows) noexcept;
-  bool run_again(std::span<const Request> requests, const accel::TlasView& view) noexcept;
+  accel::Submit& setup_lane() noexcept { return lanes_[0][0]; }
 
   std::shared_ptr<PreparedQueries> prepared_ = std::make_shared<PreparedQueries>();
   gpu::Device& device_;
   accel::GeometryPool pool_;
   accel::Tlas tlas_;
-  accel::Submit submit_;
+  Structures structures_{device_, pool_, tlas_};
+  std::array<Lanes, max_nesting + 1> lanes_;  // by depth: a run in another's gap has its own
+  std::uint32_t depth_ = 0;
   std::uint32_t tlas_generation_ = 0;
   std::atomic<std::uint64_t> refits_{0}, builds_{0};
 };

@@ -11,6 +11,13 @@
 
 namespace rtstdb::query {
 
+inline constexpr std::uint32_t places_per_group = 64;
+
+/// From `first` to before `end`.
+struct PlaceRange {
+  std::uint32_t first = 0, end = 0;
+};
+
 class GpuQuery : public PreparedQuery {
  public:
   /// Connects to the pool and the slots; again whenever the pool's generation changed. Setup.
@@ -18,19 +25,25 @@ class GpuQuery : public PreparedQuery {
                             const accel::Tlas& tlas) = 0;
   /// A dispatch that answers nothing, on the first slot: drivers compile at the first dispatch.
   virtual void record_warm_up(gpu::Recorder& recorder) noexcept = 0;
-  /// The first `count` elements, which have passed check, to device form; and the dispatch that answers them.
-  virtual void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
+  /// A batch of the first `count` elements, which have passed check, begins: brings them into the order that suits the
+  /// device. Places count in that order from here on.
+  virtual void arrange(std::uint32_t count) noexcept = 0;
+  /// The elements at these places to device form, and the dispatch that answers them. Ranges of a batch begin at
+  /// multiples of places_per_group; two of them may be under way at a time, and their views may differ in all but the
+  /// version.
+  virtual void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                       const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
   /// Answers to the caller's span.
-  virtual void unpack(std::uint32_t count, const accel::TlasView& view) noexcept = 0;
+  virtual void unpack(PlaceRange range, const accel::TlasView& view) noexcept = 0;
 
   // On lavapipe the elements of a group share one allowance of work, so that whether an element finishes
   // could depend on its neighbours in the batch. Those left incomplete are asked again, each in a group of
-  // its own.
-  virtual bool has_incomplete() const noexcept = 0;
-  /// Records the dispatch that does it, after unpack.
-  virtual void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
-  virtual void unpack_again(const accel::TlasView& view) noexcept = 0;
+  // its own, once the whole batch is unpacked.
+  virtual std::uint32_t incomplete_count() const noexcept = 0;
+  /// Of those that are incomplete, these.
+  virtual void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
+                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
+  virtual void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept = 0;
 
   /// Whether at least one answer of the batch is incomplete or overflowed.
   virtual bool truncated() const noexcept = 0;

@@ -183,69 +183,77 @@ void GpuNearestQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
   if (sign_) recorder.dispatch(sign_, sign_bindings_.front(), nothing, 1);
 }
 
-void GpuNearestQuery::record(std::uint32_t count, const RowSource& /*rows*/, const accel::Tlas& tlas,
-                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
-  const auto records = point_records_.host_as<shared::NearestRecord>();
-  const auto order = order_.of(std::span(points_).first(count));
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Nearest& point = points_[order[i]];
-    const accel::Moment moment = view.moment(point.t);
-    records[i] = {.point_m = point.point_m,
-                  .radius_m = point.radius_m,
-                  .t_s = moment.t_s,
-                  .mask = point.mask,
-                  .carrier = place_of(point.carrier, tlas, view),
-                  .excluded = place_of(point.excluded, tlas, view),
-                  .instance_base = moment.instance_base,
-                  .share = moment.share,
-                  .place = i};
-  }
-  dispatch(count, false, view, recorder);
+void GpuNearestQuery::arrange(std::uint32_t count) noexcept {
+  order_.of(std::span(points_).first(count));
+  incomplete_.clear();
+  answered_ = 0;
 }
 
-void GpuNearestQuery::dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
+void GpuNearestQuery::pack(std::uint32_t at, std::uint32_t place, const accel::Tlas& tlas,
+                           const accel::TlasView& view) noexcept {
+  const Nearest& point = points_[order_.last()[place]];
+  const accel::Moment moment = view.moment(point.t);
+  point_records_.host_as<shared::NearestRecord>()[at] = {.point_m = point.point_m,
+                                                         .radius_m = point.radius_m,
+                                                         .t_s = moment.t_s,
+                                                         .mask = point.mask,
+                                                         .carrier = place_of(point.carrier, tlas, view),
+                                                         .excluded = place_of(point.excluded, tlas, view),
+                                                         .instance_base = moment.instance_base,
+                                                         .share = moment.share,
+                                                         .place = place};
+}
+
+void GpuNearestQuery::record(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,
+                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  for (std::uint32_t place = range.first; place < range.end; ++place)
+    pack(place, place, tlas, view);
+  dispatch(range, false, view, recorder);
+}
+
+void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasView& view,
                                gpu::Recorder& recorder) noexcept {
   const auto in_pieces = [&](const gpu::Pipeline& pipeline, const gpu::Bindings& bindings,
-                             std::uint32_t lanes) {
-    const std::uint32_t groups = alone ? lanes : (lanes + 63) / 64;
-    for (std::uint32_t first = 0; first < groups; first += most_groups) {
+                             std::uint32_t lanes_per_place) {
+    const std::uint32_t per_group = alone ? 1 : places_per_group;
+    const std::uint32_t end = (range.end * lanes_per_place + per_group - 1) / per_group;
+    for (std::uint32_t first = range.first * lanes_per_place / per_group; first < end; first += most_groups) {
       const shared::NearestArgs args{.root = view.root,
-                                     .count = count,
+                                     .count = range.end,
                                      .k = options_.k,
                                      .alone = alone ? 1u : 0u,
                                      .first_group = first,
                                      .two = 2};
-      recorder.dispatch(pipeline, bindings, args, std::min(groups - first, most_groups));
+      recorder.dispatch(pipeline, bindings, args, std::min(end - first, most_groups));
     }
   };
   const bool still = still_ && view.window_begin == view.window_end;
   if (still)
-    in_pieces(still_, still_bindings_[view.slot], count);
+    in_pieces(still_, still_bindings_[view.slot], 1);
   else
-    in_pieces(search_, search_bindings_[view.slot], count);
+    in_pieces(search_, search_bindings_[view.slot], 1);
   if (!sign_) return;
   recorder.barrier();
-  in_pieces(sign_, sign_bindings_[view.slot], count * options_.k);
+  in_pieces(sign_, sign_bindings_[view.slot], options_.k);
 }
 
-void GpuNearestQuery::unpack(std::uint32_t count, const accel::TlasView& /*view*/) noexcept {
-  answered_ = count;
-  incomplete_.clear();
-  for (std::uint32_t place = 0; place < count; ++place) {
+void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
+  answered_ = range.end;
+  for (std::uint32_t place = range.first; place < range.end; ++place) {
     if (!take_answer(place)) incomplete_.push_back(place);
   }
 }
 
-void GpuNearestQuery::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
-  const auto all = point_records_.host_as<shared::NearestRecord>();
-  for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
-    all[i] = all[incomplete_[i]];
-  dispatch(static_cast<std::uint32_t>(incomplete_.size()), true, view, recorder);
+void GpuNearestQuery::record_again(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,
+                                   const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  for (std::uint32_t i = range.first; i < range.end; ++i)
+    pack(i, incomplete_[i], tlas, view);
+  dispatch(range, true, view, recorder);
 }
 
-void GpuNearestQuery::unpack_again(const accel::TlasView& /*view*/) noexcept {
-  for (const std::uint32_t place : incomplete_)
-    take_answer(place);
+void GpuNearestQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
+  for (std::uint32_t i = range.first; i < range.end; ++i)
+    take_answer(incomplete_[i]);
 }
 
 bool GpuNearestQuery::truncated() const noexcept {

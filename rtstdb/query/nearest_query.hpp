@@ -25,18 +25,24 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
                                 TimeSpan& times) const noexcept override;
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
   void record_warm_up(gpu::Recorder& recorder) noexcept override;
-  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
-              const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
-  void unpack(std::uint32_t count, const accel::TlasView& view) noexcept override;
-  bool has_incomplete() const noexcept override { return !incomplete_.empty(); }
-  void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
-  void unpack_again(const accel::TlasView& view) noexcept override;
+  void arrange(std::uint32_t count) noexcept override;
+  void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
+              gpu::Recorder& recorder) noexcept override;
+  void unpack(PlaceRange range, const accel::TlasView& view) noexcept override;
+  std::uint32_t incomplete_count() const noexcept override {
+    return static_cast<std::uint32_t>(incomplete_.size());
+  }
+  void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
+                    const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+  void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override;
   bool truncated() const noexcept override;
 
  private:
   Result<void> create_buffers(gpu::Device& device);
-  void dispatch(std::uint32_t count, bool alone, const accel::TlasView& view,
-                gpu::Recorder& recorder) noexcept;
+  /// To the record at `at`.
+  void pack(std::uint32_t at, std::uint32_t place, const accel::Tlas& tlas,
+            const accel::TlasView& view) noexcept;
+  void dispatch(PlaceRange range, bool alone, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
   /// To the point at that place. False: the device did not come to an end with it.
   bool take_answer(std::uint32_t place) noexcept;
 

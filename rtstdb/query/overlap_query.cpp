@@ -40,28 +40,44 @@ Result<void> GpuOverlapQuery::bind(gpu::Device& device, const accel::GeometryPoo
   return runner_.bind(device, pool, tlas);
 }
 
-void GpuOverlapQuery::record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
+void GpuOverlapQuery::arrange(std::uint32_t count) noexcept {
+  runner_.arrange(std::span(order_).first(count), {count, count, count});
+}
+
+shared::RegionRecord GpuOverlapQuery::packed(const Overlap& overlap, const RowSource& rows,
+                                             const accel::Tlas& tlas,
+                                             const accel::TlasView& view) const noexcept {
+  const accel::Moment moment = view.moment(overlap.t);
+  const EntityRow& row = rows.find(overlap.entity)->row;
+  const Bounds bounds = pool_->bounds(row.geometry.index);
+  const glm::vec3 scale(row.scale);
+  return {.center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m) * scale,
+          .flags = 0,
+          .half_extent_m = 0.5f * (bounds.maximum_m - bounds.minimum_m) * scale,
+          .mask = overlap.mask,
+          .q = glm::vec4(0.0f, 0.0f, 0.0f, 1.0f),
+          .t_s = moment.t_s,
+          .carrier = tlas.place_of(view.slot, overlap.entity.index),
+          .excluded = overlap.entity.index,
+          .instance_base = moment.instance_base,
+          .share = moment.share,
+          .near_m = 0.0f};
+}
+
+void GpuOverlapQuery::record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                              const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto records = runner_.records();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Overlap& overlap = overlaps_[i];
-    const accel::Moment moment = view.moment(overlap.t);
-    const EntityRow& row = rows.find(overlap.entity)->row;
-    const Bounds bounds = pool_->bounds(row.geometry.index);
-    const glm::vec3 scale(row.scale);
-    records[i] = {.center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m) * scale,
-                  .flags = 0,
-                  .half_extent_m = 0.5f * (bounds.maximum_m - bounds.minimum_m) * scale,
-                  .mask = overlap.mask,
-                  .q = glm::vec4(0.0f, 0.0f, 0.0f, 1.0f),
-                  .t_s = moment.t_s,
-                  .carrier = tlas.place_of(view.slot, overlap.entity.index),
-                  .excluded = overlap.entity.index,
-                  .instance_base = moment.instance_base,
-                  .share = moment.share,
-                  .near_m = 0.0f};
-  }
-  runner_.record(std::span(order_).first(count), {count, count, count}, view, recorder);
+  for (std::uint32_t i = range.first; i < range.end; ++i)
+    records[i] = packed(overlaps_[i], rows, tlas, view);
+  runner_.record(range, view, recorder);
+}
+
+void GpuOverlapQuery::record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
+                                   const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const auto records = runner_.records();
+  for (std::uint32_t i = range.first; i < range.end; ++i)
+    records[i] = packed(overlaps_[runner_.incomplete()[i]], rows, tlas, view);
+  runner_.record_again(range, view, recorder);
 }
 
 }  // namespace rtstdb::query

@@ -24,19 +24,26 @@ class GpuOverlapQuery final : public OverlapQuery, public GpuQuery {
                                 TimeSpan& times) const noexcept override;
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
   void record_warm_up(gpu::Recorder& recorder) noexcept override { runner_.record_warm_up(recorder); }
-  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
-              const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
-  void unpack(std::uint32_t count, const accel::TlasView& view) noexcept override {
-    runner_.unpack(count, view);
+  void arrange(std::uint32_t count) noexcept override;
+  void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
+              gpu::Recorder& recorder) noexcept override;
+  void unpack(PlaceRange range, const accel::TlasView& view) noexcept override {
+    runner_.unpack(range, view);
   }
-  bool has_incomplete() const noexcept override { return runner_.has_incomplete(); }
-  void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept override {
-    runner_.record_again(view, recorder);
+  std::uint32_t incomplete_count() const noexcept override {
+    return static_cast<std::uint32_t>(runner_.incomplete().size());
   }
-  void unpack_again(const accel::TlasView& view) noexcept override { runner_.unpack_again(view); }
+  void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
+                    const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+  void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override {
+    runner_.unpack_again(range, view);
+  }
   bool truncated() const noexcept override { return runner_.truncated(); }
 
  private:
+  shared::RegionRecord packed(const Overlap& overlap, const RowSource& rows, const accel::Tlas& tlas,
+                              const accel::TlasView& view) const noexcept;
+
   std::vector<Overlap> overlaps_;
   std::vector<std::uint32_t> order_;  // as they come
   RegionRunner runner_;

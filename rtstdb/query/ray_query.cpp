@@ -199,57 +199,67 @@ void GpuRayQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
     recorder.dispatch(kernel.pipeline, kernel.bindings.front(), shared::RayArgs{}, 1);
 }
 
-void GpuRayQuery::record(std::uint32_t count, const RowSource& rows, const accel::Tlas& /*tlas*/,
-                         const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+void GpuRayQuery::arrange(std::uint32_t /*count*/) noexcept {
   some_incomplete_.host_as<std::uint32_t>()[0] = 0;
-  const double window_s = seconds_between(view.window_begin, view.window_end);
-  moving_ = carried_ || window_s > 0.0;
-  args_ = {.root = view.root,
-           .count = count,
-           .alone = 0,
-           .first = 0,
-           .epoch_ns = low_word(view.epoch),
-           .late_base = view.late_base,
-           .still = options_.ignore_motion ? 1u : 0u,
-           .still_ns = low_word(rows.time()),
-           .window_begin_ns = low_word(view.window_begin),
-           .per_window_ns = window_s > 0.0 ? static_cast<float>(1e-9 / window_s) : 0.0f,
-           .hits_per_ray = options_.hits_per_ray,
-           .faces = options_.faces == Faces::both    ? 0.0f
-                    : options_.faces == Faces::front ? 1.0f
-                                                     : -1.0f,
-           .two = 2};
-  dispatch_groups((count + 63) / 64, view, recorder);
-}
-
-void GpuRayQuery::unpack(std::uint32_t count, const accel::TlasView& /*view*/) noexcept {
-  answered_ = count;
   incomplete_.clear();
-  if (count > 0 && some_incomplete_.host_as<const std::uint32_t>()[0] != 0) {
-    for (std::uint32_t i = 0; i < count; ++i) {
-      if (is_incomplete(i)) incomplete_.push_back(i);
-    }
-  }
-  truncated_ = !incomplete_.empty();
+  answered_ = 0;
 }
 
-void GpuRayQuery::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
-  std::ranges::copy(incomplete_, again_.host_as<std::uint32_t>().begin());
-  args_.alone = 1;
-  dispatch_groups(static_cast<std::uint32_t>(incomplete_.size()), view, recorder);
+void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
+                         const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const PlaceRange groups{range.first / places_per_group,
+                          (range.end + places_per_group - 1) / places_per_group};
+  dispatch(groups, range.end, false, rows, view, recorder);
 }
 
-void GpuRayQuery::dispatch_groups(std::uint32_t groups, const accel::TlasView& view,
-                                  gpu::Recorder& recorder) noexcept {
-  const Kernel& kernel = chosen();
-  for (args_.first = 0; args_.first < groups; args_.first += max_groups_) {
-    recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args_,
-                      std::min(groups - args_.first, max_groups_));
+void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
+  answered_ = range.end;
+  // A chunk after this one may have raised it; then this one is looked at in vain.
+  if (some_incomplete_.host_as<const std::uint32_t>()[0] == 0) return;
+  for (std::uint32_t i = range.first; i < range.end; ++i) {
+    if (is_incomplete(i)) incomplete_.push_back(i);
   }
 }
 
-void GpuRayQuery::unpack_again(const accel::TlasView& /*view*/) noexcept {
-  truncated_ = std::ranges::any_of(incomplete_, [&](std::uint32_t ray) { return is_incomplete(ray); });
+void GpuRayQuery::record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
+                               const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const auto again = again_.host_as<std::uint32_t>();
+  for (std::uint32_t i = range.first; i < range.end; ++i)
+    again[i] = incomplete_[i];
+  dispatch(range, answered_, true, rows, view, recorder);
+}
+
+void GpuRayQuery::dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone, const RowSource& rows,
+                           const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const double window_s = seconds_between(view.window_begin, view.window_end);
+  const Kernel& kernel = carried_ || window_s > 0.0 ? kernels_.back() : kernels_.front();
+  shared::RayArgs args{.root = view.root,
+                       .count = end_ray,
+                       .alone = alone ? 1u : 0u,
+                       .first = groups.first,
+                       .epoch_ns = low_word(view.epoch),
+                       .late_base = view.late_base,
+                       .still = options_.ignore_motion ? 1u : 0u,
+                       .still_ns = low_word(rows.time()),
+                       .window_begin_ns = low_word(view.window_begin),
+                       .per_window_ns = window_s > 0.0 ? static_cast<float>(1e-9 / window_s) : 0.0f,
+                       .hits_per_ray = options_.hits_per_ray,
+                       .faces = options_.faces == Faces::both    ? 0.0f
+                                : options_.faces == Faces::front ? 1.0f
+                                                                 : -1.0f,
+                       .two = 2};
+  for (; args.first < groups.end; args.first += max_groups_) {
+    recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args,
+                      std::min(groups.end - args.first, max_groups_));
+  }
+}
+
+void GpuRayQuery::unpack_again(PlaceRange /*range*/, const accel::TlasView& /*view*/) noexcept {
+  // The answers lie where they are read.
+}
+
+bool GpuRayQuery::truncated() const noexcept {
+  return std::ranges::any_of(incomplete_, [&](std::uint32_t ray) { return is_incomplete(ray); });
 }
 
 }  // namespace rtstdb::query

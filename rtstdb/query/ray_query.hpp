@@ -36,13 +36,17 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
                                 TimeSpan& times) const noexcept override;
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
   void record_warm_up(gpu::Recorder& recorder) noexcept override;
-  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
-              const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
-  void unpack(std::uint32_t count, const accel::TlasView& view) noexcept override;
-  bool has_incomplete() const noexcept override { return !incomplete_.empty(); }
-  void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
-  void unpack_again(const accel::TlasView& view) noexcept override;
-  bool truncated() const noexcept override { return truncated_; }
+  void arrange(std::uint32_t count) noexcept override;
+  void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
+              gpu::Recorder& recorder) noexcept override;
+  void unpack(PlaceRange range, const accel::TlasView& view) noexcept override;
+  std::uint32_t incomplete_count() const noexcept override {
+    return static_cast<std::uint32_t>(incomplete_.size());
+  }
+  void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
+                    const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+  void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override;
+  bool truncated() const noexcept override;
 
  private:
   /// A kernel for rays of the world that all ask at one instant, and a dearer one for all others.
@@ -51,21 +55,20 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
     std::vector<gpu::Bindings> bindings;  // one per slot
   };
 
-  /// In pieces, where the device runs fewer groups at once.
-  void dispatch_groups(std::uint32_t groups, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
-  const Kernel& chosen() const noexcept { return moving_ ? kernels_.back() : kernels_.front(); }
+  /// Groups from `first` to before `end`, in pieces where the device runs fewer at once. `end_ray`: no ray from there
+  /// on is asked.
+  void dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone, const RowSource& rows,
+                const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
   bool is_incomplete(std::uint32_t ray) const noexcept {
-    return hits()[std::size_t{ray} * options_.hits_per_ray].status == HitStatus::incomplete;
+    return hits_.host_as<const RayHit>()[std::size_t{ray} * options_.hits_per_ray].status ==
+           HitStatus::incomplete;
   }
   std::optional<BadInput> fault_of(std::uint32_t element, const RowSource& rows,
                                    TimeSpan& times) const noexcept;
 
   RayQueryOptions options_;
   std::uint32_t answered_ = 0;
-  bool truncated_ = false;
   mutable bool carried_ = false;           // what check saw in the batch that is recorded next
-  bool moving_ = false;                    // which kernel the last dispatch ran
-  shared::RayArgs args_{};                 // of the last dispatch
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
   std::uint32_t max_groups_ = 0;
   std::vector<Kernel> kernels_;

@@ -63,7 +63,7 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
   return std::nullopt;
 }
 
-RegionKindEnds GpuRegionQuery::arrange(std::uint32_t count) noexcept {
+void GpuRegionQuery::arrange(std::uint32_t count) noexcept {
   const auto beside = point_order_.of(std::span(regions_).first(count));
   RegionKindEnds ends{};
   std::uint32_t next = 0;
@@ -73,32 +73,42 @@ RegionKindEnds GpuRegionQuery::arrange(std::uint32_t count) noexcept {
     }
     ends[kind] = next;
   }
-  return ends;
+  runner_.arrange(std::span(order_).first(count), ends);
 }
 
-void GpuRegionQuery::record(std::uint32_t count, const RowSource& /*rows*/, const accel::Tlas& tlas,
+shared::RegionRecord GpuRegionQuery::packed(const Region& region, const accel::Tlas& tlas,
+                                            const accel::TlasView& view) const noexcept {
+  const accel::Moment moment = view.moment(region.t);
+  const glm::quat q = glm::normalize(region.q);
+  return {
+      .center_m = region.center_m,
+      .flags = (region.shape == RegionShape::sphere ? shared::region_is_sphere : 0u) |
+               (region.test == RegionTest::inside ? shared::region_wants_inside : 0u),
+      .half_extent_m = region.half_extent_m,
+      .mask = region.mask,
+      .q = glm::vec4(q.x, q.y, q.z, q.w),
+      .t_s = moment.t_s,
+      .carrier = region.carrier.valid() ? tlas.place_of(view.slot, region.carrier.index) : shared::no_entity,
+      .excluded = shared::no_entity,
+      .instance_base = moment.instance_base,
+      .share = moment.share,
+      .near_m = region.near_m};
+}
+
+void GpuRegionQuery::record(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto records = runner_.records();
-  const RegionKindEnds ends = arrange(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Region& region = regions_[order_[i]];
-    const accel::Moment moment = view.moment(region.t);
-    const glm::quat q = glm::normalize(region.q);
-    records[i] = {.center_m = region.center_m,
-                  .flags = (region.shape == RegionShape::sphere ? shared::region_is_sphere : 0u) |
-                           (region.test == RegionTest::inside ? shared::region_wants_inside : 0u),
-                  .half_extent_m = region.half_extent_m,
-                  .mask = region.mask,
-                  .q = glm::vec4(q.x, q.y, q.z, q.w),
-                  .t_s = moment.t_s,
-                  .carrier = region.carrier.valid() ? tlas.place_of(view.slot, region.carrier.index)
-                                                    : shared::no_entity,
-                  .excluded = shared::no_entity,
-                  .instance_base = moment.instance_base,
-                  .share = moment.share,
-                  .near_m = region.near_m};
-  }
-  runner_.record(std::span(order_).first(count), ends, view, recorder);
+  for (std::uint32_t i = range.first; i < range.end; ++i)
+    records[i] = packed(regions_[order_[i]], tlas, view);
+  runner_.record(range, view, recorder);
+}
+
+void GpuRegionQuery::record_again(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,
+                                  const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  const auto records = runner_.records();
+  for (std::uint32_t i = range.first; i < range.end; ++i)
+    records[i] = packed(regions_[order_[runner_.incomplete()[i]]], tlas, view);
+  runner_.record_again(range, view, recorder);
 }
 
 }  // namespace rtstdb::query

@@ -26,26 +26,30 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
     return runner_.bind(device, pool, tlas);
   }
   void record_warm_up(gpu::Recorder& recorder) noexcept override { runner_.record_warm_up(recorder); }
-  void record(std::uint32_t count, const RowSource& rows, const accel::Tlas& tlas,
-              const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
-  void unpack(std::uint32_t count, const accel::TlasView& view) noexcept override {
-    runner_.unpack(count, view);
+  void arrange(std::uint32_t count) noexcept override;
+  void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
+              gpu::Recorder& recorder) noexcept override;
+  void unpack(PlaceRange range, const accel::TlasView& view) noexcept override {
+    runner_.unpack(range, view);
   }
-  bool has_incomplete() const noexcept override { return runner_.has_incomplete(); }
-  void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept override {
-    runner_.record_again(view, recorder);
+  std::uint32_t incomplete_count() const noexcept override {
+    return static_cast<std::uint32_t>(runner_.incomplete().size());
   }
-  void unpack_again(const accel::TlasView& view) noexcept override { runner_.unpack_again(view); }
+  void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
+                    const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+  void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override {
+    runner_.unpack_again(range, view);
+  }
   bool truncated() const noexcept override { return runner_.truncated(); }
 
  private:
-  /// Fills order_ with the first `count` regions, kind after kind.
-  RegionKindEnds arrange(std::uint32_t count) noexcept;
+  shared::RegionRecord packed(const Region& region, const accel::Tlas& tlas,
+                              const accel::TlasView& view) const noexcept;
 
   RegionLevel level_ = RegionLevel::bounds;
   std::vector<Region> regions_;
   PointOrder point_order_;
-  std::vector<std::uint32_t> order_;  // in which the device has the regions
+  std::vector<std::uint32_t> order_;  // in which the device has the regions, kind after kind
   RegionRunner runner_;
 };
 

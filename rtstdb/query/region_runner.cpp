@@ -167,17 +167,21 @@ void RegionRunner::record_warm_up(gpu::Recorder& recorder) noexcept {
   });
 }
 
-void RegionRunner::record(std::span<const std::uint32_t> order, const RegionKindEnds& ends,
-                          const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+void RegionRunner::arrange(std::span<const std::uint32_t> order, const RegionKindEnds& ends) noexcept {
   order_ = order;
   ends_ = ends;
-  dispatch(ends, false, view, recorder);
+  incomplete_.clear();
+  answered_ = 0;
 }
 
-void RegionRunner::dispatch(const RegionKindEnds& ends, bool alone, const accel::TlasView& view,
-                            gpu::Recorder& recorder) noexcept {
+void RegionRunner::record(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  dispatch(range, ends_, false, view, recorder);
+}
+
+void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool alone,
+                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto run = [&](const std::optional<Kernel>& kernel, std::uint32_t first, std::uint32_t end) {
-    if (!kernel || first == end) return;
+    if (!kernel || first >= end) return;
     const shared::RegionArgs args{.root = view.root,
                                   .count = end - first,
                                   .capacity = ids_per_region_,
@@ -185,43 +189,43 @@ void RegionRunner::dispatch(const RegionKindEnds& ends, bool alone, const accel:
                                   .first = first,
                                   .two = 2};
     recorder.dispatch(kernel->pipeline, kernel->bindings[view.slot], args,
-                      alone ? end - first : (end - first + 63) / 64);
+                      alone ? end - first : (end - first + places_per_group - 1) / places_per_group);
   };
-  const auto begin_of = [&](std::size_t kind) { return kind == 0 ? 0 : ends[kind - 1]; };
+  const auto begin_of = [&](std::size_t kind) {
+    return std::max(kind == 0 ? 0 : ends[kind - 1], range.first);
+  };
+  const auto end_of = [&](std::size_t kind) { return std::min(ends[kind], range.end); };
   for (std::size_t kind = 0; kind < region_kinds; ++kind) {
     const Kernels& kernels = kernels_[kind];
     const bool still = view.window_begin == view.window_end && kernels.still;
-    run(still ? kernels.still : kernels.moving, begin_of(kind), ends[kind]);
+    run(still ? kernels.still : kernels.moving, begin_of(kind), end_of(kind));
   }
   if (ids_per_region_ == 0) return;
   recorder.barrier();
   for (std::size_t kind = 0; kind < region_kinds; ++kind)
-    run(kernels_[kind].lowest, begin_of(kind), ends[kind]);
+    run(kernels_[kind].lowest, begin_of(kind), end_of(kind));
 }
 
-void RegionRunner::unpack(std::uint32_t count, const accel::TlasView& view) noexcept {
-  incomplete_.clear();
-  for (std::uint32_t i = 0; i < count; ++i) {
+void RegionRunner::unpack(PlaceRange range, const accel::TlasView& view) noexcept {
+  for (std::uint32_t i = range.first; i < range.end; ++i) {
     unpack_answer(order_[i], i, view);
     if (answers_[order_[i]].incomplete) incomplete_.push_back(i);
   }
-  answered_ = count;
+  answered_ = range.end;
 }
 
-void RegionRunner::record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
-  const auto all = records();
-  for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
-    all[i] = all[incomplete_[i]];
+void RegionRunner::record_again(PlaceRange range, const accel::TlasView& view,
+                                gpu::Recorder& recorder) noexcept {
   // Their places ascend, so each kind still ends before the next begins.
   RegionKindEnds ends;
   std::ranges::transform(ends_, ends.begin(), [&](std::uint32_t end) {
     return static_cast<std::uint32_t>(std::ranges::lower_bound(incomplete_, end) - incomplete_.begin());
   });
-  dispatch(ends, true, view, recorder);
+  dispatch(range, ends, true, view, recorder);
 }
 
-void RegionRunner::unpack_again(const accel::TlasView& view) noexcept {
-  for (std::uint32_t i = 0; i < incomplete_.size(); ++i)
+void RegionRunner::unpack_again(PlaceRange range, const accel::TlasView& view) noexcept {
+  for (std::uint32_t i = range.first; i < range.end; ++i)
     unpack_answer(order_[incomplete_[i]], i, view);
 }
 

@@ -40,14 +40,16 @@ class RegionRunner {
     return records_.host_as<shared::RegionRecord>();
   }
   void record_warm_up(gpu::Recorder& recorder) noexcept;
-  /// Answers what stands in records(), kind after kind. `order`: whose record stands at each place; it has to stay
-  /// until the answers are unpacked.
-  void record(std::span<const std::uint32_t> order, const RegionKindEnds& ends, const accel::TlasView& view,
-              gpu::Recorder& recorder) noexcept;
-  void unpack(std::uint32_t count, const accel::TlasView& view) noexcept;
-  bool has_incomplete() const noexcept { return !incomplete_.empty(); }
-  void record_again(const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
-  void unpack_again(const accel::TlasView& view) noexcept;
+  /// A batch begins. `order`: whose record stands at each place, kind after kind; it has to stay until the answers are
+  /// unpacked.
+  void arrange(std::span<const std::uint32_t> order, const RegionKindEnds& ends) noexcept;
+  /// Answers what stands in these records.
+  void record(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
+  void unpack(PlaceRange range, const accel::TlasView& view) noexcept;
+  /// Places to be asked again: the i-th of them as the i-th record.
+  std::span<const std::uint32_t> incomplete() const noexcept { return incomplete_; }
+  void record_again(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
+  void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept;
   bool truncated() const noexcept;
   std::span<const RegionAnswer> answers() const noexcept { return {answers_.data(), answered_}; }
 
@@ -66,7 +68,7 @@ class RegionRunner {
   template <class Each>
   void each_kernel(Each each);
   Result<void> create_buffers(gpu::Device& device, const std::string& name, std::size_t capacity);
-  void dispatch(const RegionKindEnds& ends, bool alone, const accel::TlasView& view,
+  void dispatch(PlaceRange range, const RegionKindEnds& ends, bool alone, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;
   /// The answer to the caller's region from what the device left at `place`.
   void unpack_answer(std::uint32_t region, std::uint32_t place, const accel::TlasView& view) noexcept;

@@ -10,8 +10,8 @@ namespace {
 /// A sample's weight halves every 34 samples after it.
 constexpr double fading = 0.98;
 
-/// Takes between a tenth of a millisecond and a few on any device.
-constexpr std::uint32_t per_chunk_unmeasured = 4096;
+/// Take between a tenth of a millisecond and a few on any device.
+constexpr std::uint32_t elements_unmeasured = 4096;
 
 double positions_of(const store::WriteSet& writes) noexcept {
   double sum = 0.0;
@@ -69,13 +69,12 @@ std::optional<Nanoseconds> CostModel::predict(const store::WriteSet& writes,
   return Nanoseconds(std::llround(sum_ns));
 }
 
-std::uint32_t CostModel::per_chunk(const query::Request& request, Nanoseconds chunk) const noexcept {
+std::uint32_t CostModel::elements_in(const query::Request& request, Nanoseconds time) const noexcept {
   const CostLine& costs = line(request);
-  if (costs.samples() == 0) return per_chunk_unmeasured;
-  const auto chunk_ns = static_cast<double>(chunk.count());
   const double per_element_ns = costs.per_element_ns(request.count);
-  if (per_element_ns * request.count <= chunk_ns) return request.count;
-  return static_cast<std::uint32_t>(std::max(1.0, 0.5 * chunk_ns / per_element_ns));
+  if (costs.samples() == 0 || per_element_ns <= 0.0) return elements_unmeasured;
+  const double elements = static_cast<double>(time.count()) / per_element_ns;
+  return static_cast<std::uint32_t>(std::clamp(elements, 1.0, 1e9));
 }
 
 void CostModel::learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept {

@@ -47,8 +47,8 @@ class CostModel {
   std::optional<Nanoseconds> predict(const store::WriteSet& writes,
                                      std::span<const query::Request> requests) const noexcept;
 
-  /// As many elements of the request as take half of `chunk`; all of them where they take no longer than it.
-  std::uint32_t per_chunk(const query::Request& request, Nanoseconds chunk) const noexcept;
+  /// As many elements as take so long, one at least, where the request has its count.
+  std::uint32_t elements_in(const query::Request& request, Nanoseconds time) const noexcept;
 
   /// A transaction with those writes took so long, its queries not counted. Bringing a shape to the device is part of
   /// the queries that want it.

@@ -111,9 +111,15 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
 }
 
 void Runner::divide(TransactionImpl& transaction) const noexcept {
-  const bool divided = chunk_ > Nanoseconds(0) && !clock_.is_virtual();
+  const bool may_be_divided = chunk_ > Nanoseconds(0) && !clock_.is_virtual();
+  double halves = 0.0;
+  for (query::Request& request : transaction.requests()) {
+    request.per_chunk = may_be_divided ? costs_.elements_in(request, chunk_ / 2) : 0;
+    if (may_be_divided) halves += static_cast<double>(request.count) / request.per_chunk;
+  }
+  if (halves > 2.0) return;
   for (query::Request& request : transaction.requests())
-    request.per_chunk = divided ? costs_.per_chunk(request, chunk_) : 0;
+    request.per_chunk = 0;
 }
 
 Status Runner::stopped(TransactionImpl& transaction) noexcept {

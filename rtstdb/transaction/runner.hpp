@@ -46,6 +46,7 @@ class Runner {
   /// The status with which the transaction fails; none when its answers stand.
   std::optional<Status> answer(TransactionImpl& transaction, Running& running, const query::RowSource& rows,
                                query::Meanwhile* meanwhile) noexcept;
+  /// Into halves of a chunk, what takes longer than a whole one.
   void divide(TransactionImpl& transaction) const noexcept;
   /// Why a run was given up in a gap.
   Status stopped(TransactionImpl& transaction) noexcept;

@@ -1,0 +1,160 @@
+#include "rtstdb/query/chunked_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rtstdb::query {
+namespace {
+
+/// One that is asked alone takes about as long as so many in a group.
+constexpr std::uint32_t alone_is_worth = 8;
+
+/// A chunk that is as full as this takes nothing more in.
+constexpr double nearly_full = 0.95;
+
+}  // namespace
+
+RunReport ChunkedRun::run() noexcept {
+  const auto ended = [&](RunStatus status) {
+    // What is still under way writes into the queries' buffers.
+    std::int64_t gpu_ns = 0;
+    for (accel::Submit& lane : lanes_) {
+      if (!lane.finish()) status = RunStatus::device_lost;
+      gpu_ns += lane.take_gpu_ns();
+    }
+    return RunReport{.status = status, .gpu_ns = gpu_ns};
+  };
+  // What setup took is not this transaction's.
+  for (accel::Submit& lane : lanes_)
+    lane.take_gpu_ns();
+  if (!bring_up(lanes_[0])) return ended(RunStatus::device_lost);
+  bool some_incomplete = false;
+  bool truncated = false;
+  for (const Request& request : requests_)
+    static_cast<GpuQuery*>(request.query)->arrange(request.count);
+  if (const auto status = run_pass(Pass::all)) return ended(*status);
+  for (std::size_t k = 0; k < requests_.size(); ++k)
+    some_incomplete = some_incomplete || query(k).incomplete_count() > 0;
+  if (some_incomplete) {
+    if (const auto status = run_pass(Pass::incomplete)) return ended(*status);
+  }
+  for (std::size_t k = 0; k < requests_.size(); ++k)
+    truncated = truncated || query(k).truncated();
+  return ended(truncated ? RunStatus::truncated : RunStatus::done);
+}
+
+bool ChunkedRun::bring_up(accel::Submit& lane) noexcept {
+  if (!structures_.pool.show(structures_.device, rows_, lane)) return false;
+  lane.begin();
+  begun_ = true;
+  std::uint64_t elements = 0;
+  for (const Request& request : requests_)
+    elements += request.count;
+  const auto view = structures_.tlas.prepare(
+      rows_, {.times = times_, .elements = elements, .shapes = structures_.pool.shown()}, lane);
+  if (!view) return false;
+  view_ = *view;
+  return true;
+}
+
+std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
+  Cursor next;
+  pass_over(next, pass);
+  // Structures may have been recorded for nothing.
+  if (at_end(next) && begun_ && !lanes_[0].run()) return RunStatus::device_lost;
+  std::optional<Chunk> under_way;
+  for (std::uint32_t turn = 0; under_way || !at_end(next); ++turn) {
+    accel::Submit& lane = lanes_[turn % 2];
+    accel::Submit& other = lanes_[(turn + 1) % 2];
+    const std::optional<Chunk> before = std::exchange(under_way, std::nullopt);
+    if (!at_end(next)) {
+      if (!std::exchange(begun_, false)) lane.begin();
+      under_way = take(next, pass);
+      record(*under_way, pass, lane.recorder());
+      if (!lane.start()) return RunStatus::device_lost;
+    }
+    if (!before) continue;
+    if (!other.finish()) return RunStatus::device_lost;
+    unpack(*before, pass);
+    if (!under_way) break;
+    if (const auto ended = gap(other, !at_end(next))) return ended;
+  }
+  return std::nullopt;
+}
+
+std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more) noexcept {
+  if (meanwhile_ == nullptr) return std::nullopt;
+  const std::uint64_t runs = structures_.runs;
+  if (meanwhile_->between_chunks() == Meanwhile::Gap::stop) return RunStatus::stopped;
+  if (structures_.runs == runs) return std::nullopt;
+  if (!bring_up(next)) return RunStatus::device_lost;
+  if (more) return std::nullopt;
+  begun_ = false;
+  return next.run() ? std::nullopt : std::optional(RunStatus::device_lost);
+}
+
+void ChunkedRun::pass_over(Cursor& next, Pass pass) const noexcept {
+  while (!at_end(next) && next.element == total(next.request, pass))
+    next = {next.request + 1, 0};
+}
+
+ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
+  Chunk chunk{next, next};
+  double filled = 0.0;
+  while (!at_end(next) && filled < nearly_full) {
+    const std::uint32_t left = total(next.request, pass) - next.element;
+    const std::uint32_t most = per_chunk(next.request, pass);
+    const double room = std::ceil((1.0 - filled) * most);
+    if (most == 0 || room >= left) {
+      next.element += left;
+      if (most != 0) filled += static_cast<double>(left) / most;
+    } else {
+      const auto taken = static_cast<std::uint32_t>(room);
+      next.element +=
+          pass == Pass::all ? (taken + places_per_group - 1) / places_per_group * places_per_group : taken;
+      next.element = std::min(next.element, total(next.request, pass));
+      filled = 1.0;
+    }
+    chunk.end = next;
+    pass_over(next, pass);
+  }
+  return chunk;
+}
+
+std::uint32_t ChunkedRun::total(std::size_t request, Pass pass) const noexcept {
+  return pass == Pass::all ? requests_[request].count : query(request).incomplete_count();
+}
+
+std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexcept {
+  const std::uint32_t most = meanwhile_ != nullptr ? requests_[request].per_chunk : 0;
+  return pass == Pass::all || most == 0 ? most : std::max(1u, most / alone_is_worth);
+}
+
+template <class Each>
+void ChunkedRun::each_part(const Chunk& chunk, Pass pass, Each each) noexcept {
+  for (std::size_t k = chunk.begin.request; k <= chunk.end.request; ++k) {
+    const PlaceRange range{k == chunk.begin.request ? chunk.begin.element : 0,
+                           k == chunk.end.request ? chunk.end.element : total(k, pass)};
+    if (range.first < range.end) each(query(k), range);
+  }
+}
+
+void ChunkedRun::record(const Chunk& chunk, Pass pass, gpu::Recorder& recorder) noexcept {
+  each_part(chunk, pass, [&](GpuQuery& query, PlaceRange range) {
+    if (pass == Pass::all)
+      query.record(range, rows_, structures_.tlas, view_, recorder);
+    else
+      query.record_again(range, rows_, structures_.tlas, view_, recorder);
+  });
+}
+
+void ChunkedRun::unpack(const Chunk& chunk, Pass pass) noexcept {
+  each_part(chunk, pass, [&](GpuQuery& query, PlaceRange range) {
+    if (pass == Pass::all)
+      query.unpack(range, view_);
+    else
+      query.unpack_again(range, view_);
+  });
+}
+
+}  // namespace rtstdb::query

@@ -1,0 +1,82 @@
+#pragma once
+// One run of the executor: structures brought to the version, then the batches in chunks, two of which are under way at
+// a time, so that the device finds the next one when it is done with one. Between them others may run.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "rtstdb/accel/geometry_pool.hpp"
+#include "rtstdb/accel/tlas.hpp"
+#include "rtstdb/query/gpu_query.hpp"
+
+namespace rtstdb::query {
+
+/// What runs share.
+struct Structures {
+  gpu::Device& device;
+  accel::GeometryPool& pool;
+  accel::Tlas& tlas;
+  std::uint64_t runs = 0;  ///< begun so far: another one may have taken a slot, or a place for a shape
+};
+
+/// What one run submits with; a chunk takes one of the two.
+using Lanes = std::array<accel::Submit, 2>;
+
+class ChunkedRun {
+ public:
+  ChunkedRun(Structures& structures, Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
+             const TimeSpan& times, Meanwhile* meanwhile) noexcept
+      : structures_(structures),
+        lanes_(lanes),
+        rows_(rows),
+        requests_(requests),
+        times_(times),
+        meanwhile_(meanwhile) {}
+
+  /// What is under way of others has been waited for: this writes what the device reads.
+  RunReport run() noexcept;
+
+ private:
+  enum class Pass : std::uint8_t { all, incomplete };
+  /// Before an element of a request; behind all of them is {requests, 0}.
+  struct Cursor {
+    std::size_t request = 0;
+    std::uint32_t element = 0;
+  };
+  struct Chunk {
+    Cursor begin, end;
+  };
+
+  /// Begins the lane. False: the device is lost.
+  bool bring_up(accel::Submit& lane) noexcept;
+  /// What ended the run; none when all chunks of the pass are done.
+  std::optional<RunStatus> run_pass(Pass pass) noexcept;
+  /// Lets others run. `next` is the lane that the next chunk takes, if there is one.
+  std::optional<RunStatus> gap(accel::Submit& next, bool more) noexcept;
+  Chunk take(Cursor& next, Pass pass) const noexcept;
+  /// Past requests that nothing is left of.
+  void pass_over(Cursor& next, Pass pass) const noexcept;
+  bool at_end(const Cursor& next) const noexcept { return next.request == requests_.size(); }
+  std::uint32_t total(std::size_t request, Pass pass) const noexcept;
+  std::uint32_t per_chunk(std::size_t request, Pass pass) const noexcept;
+  void record(const Chunk& chunk, Pass pass, gpu::Recorder& recorder) noexcept;
+  void unpack(const Chunk& chunk, Pass pass) noexcept;
+  template <class Each>
+  void each_part(const Chunk& chunk, Pass pass, Each each) noexcept;
+  GpuQuery& query(std::size_t request) const noexcept {
+    return *static_cast<GpuQuery*>(requests_[request].query);
+  }
+
+  Structures& structures_;
+  Lanes& lanes_;
+  const RowSource& rows_;
+  const std::span<const Request> requests_;
+  const TimeSpan times_;
+  Meanwhile* const meanwhile_;
+  accel::TlasView view_;
+  bool begun_ = false;  // the next lane, by bring_up
+};
+
+}  // namespace rtstdb::query

@@ -1,0 +1,300 @@
+// Batches that are carried out in chunks: what they answer, and who passes them.
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <chrono>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "tests/gpu/dense_meshes.hpp"
+#include "tests/gpu/random_questions.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+using Words = std::vector<std::uint32_t>;
+
+void add(Words& words, float value) {
+  words.push_back(std::bit_cast<std::uint32_t>(value));
+}
+
+void add(Words& words, const glm::vec3& v) {
+  for (const float value : {v.x, v.y, v.z})
+    add(words, value);
+}
+
+void add(Words& words, EntityId id) {
+  words.insert(words.end(), {id.index, id.generation});
+}
+
+Words words_of(std::span<const RayHit> hits) {
+  Words words;
+  for (const RayHit& hit : hits) {
+    words.insert(words.end(), {static_cast<std::uint32_t>(hit.status), hit.mask, hit.material, hit.triangle,
+                               hit.front_face ? 1u : 0u});
+    for (const float value : {hit.lambda, hit.u, hit.v})
+      add(words, value);
+    add(words, hit.entity);
+    add(words, hit.n_world);
+    add(words, hit.v_relative_mps);
+  }
+  return words;
+}
+
+/// What was found before a search was cut short depends on the tree, which is another one where a slot was made anew.
+Words words_of(std::span<const RegionAnswer> answers) {
+  Words words;
+  for (const RegionAnswer& answer : answers) {
+    if (answer.incomplete) {
+      words.push_back(~0u);
+      continue;
+    }
+    words.insert(words.end(), {answer.found, answer.overflow ? 1u : 0u});
+    for (const EntityId id : answer.entities)
+      add(words, id);
+    for (const EntityTriangle& one : answer.triangles) {
+      add(words, one.entity);
+      words.push_back(one.triangle);
+    }
+  }
+  return words;
+}
+
+Words words_of(std::span<const NearestAnswer> answers) {
+  Words words;
+  for (const NearestAnswer& answer : answers) {
+    words.push_back(answer.incomplete ? 1 : 0);
+    for (const Neighbor& one : answer.neighbors) {
+      words.insert(words.end(), {one.mask, one.material, one.triangle, one.has_sign ? 1u : 0u});
+      for (const float value : {one.distance_m, one.u, one.v})
+        add(words, value);
+      add(words, one.entity);
+      add(words, one.p_world_m);
+      add(words, one.v_relative_mps);
+    }
+  }
+  return words;
+}
+
+constexpr std::uint32_t asked = 1000;
+
+/// Every kind of query, each over the same elements in a world made from the same seed, among them some that are cut
+/// short by the device's limits.
+class Chunks : public DatabaseTest {
+ protected:
+  void make_world(Nanoseconds chunk, bool with_dense = true) {
+    open({.chunk = chunk});
+    Random random(41);
+    const SceneOptions scene{.radius_m = 12.0, .version_time = at_s(5.0)};
+    std::vector<GeometryId> geometries;
+    for (const TriangleMesh& mesh : mixed_meshes(random))
+      geometries.push_back(DatabaseTest::add(mesh));
+    const GeometryId dense = DatabaseTest::add(pile(30'000));
+    std::vector<EntityRow> rows;
+    for (std::uint32_t i = 0; i < 200; ++i)
+      rows.push_back(random_row(random, geometries, scene, rows));
+    const auto ids = create(rows, scene.version_time);
+    if (with_dense) create(row_of(dense, {0.0, 0.0, 5.0}), scene.version_time);
+    // More versions than there are slots.
+    for (int k = 1; k <= 6; ++k)
+      update_motion(ids[static_cast<std::size_t>(k)], {.valid_from = at_s(5.0 + 0.01 * k)},
+                    at_s(5.0 + 0.01 * k));
+    const auto entities = database().snapshot({}).value();
+    const auto t = at_s(5.1);
+    rays_.resize(asked);
+    points_.resize(asked);
+    regions_.resize(asked);
+    overlaps_.resize(asked);
+    for (std::uint32_t i = 0; i < asked; ++i) {
+      rays_[i] = i % 100 == 7 ? ray_from({}, {0, 0, 1}, t) : random_ray(random, entities, scene, t, 0.5);
+      points_[i] = random_point(random, entities, scene, t, 0.5);
+      regions_[i] = random_region(random, entities, scene, t, 0.5);
+      overlaps_[i] = {.entity = entities[random.below(entities.size())].id, .t = t};
+      while (!has_geometry(entities, overlaps_[i].entity))
+        overlaps_[i].entity = entities[random.below(entities.size())].id;
+    }
+  }
+
+  static bool has_geometry(std::span<const EntityState> entities, EntityId id) {
+    return std::ranges::any_of(
+        entities, [&](const EntityState& one) { return one.id == id && one.row.geometry.valid(); });
+  }
+
+  /// A prepared query of one kind with its elements filled in.
+  struct Asker {
+    std::function<void(Transaction&)> ask;
+    std::function<Words()> answers;
+  };
+
+  template <class Query, class Elements, class Source>
+  Asker asker(std::shared_ptr<Query> query, Elements elements, const Source& source) {
+    std::ranges::copy(source, elements.begin());
+    return {[query](Transaction& transaction) { transaction.ask(*query, asked); },
+            [query] {
+              if constexpr (requires { query->hits(); })
+                return words_of(query->hits());
+              else
+                return words_of(query->answers());
+            }};
+  }
+  Asker prepared(RayQueryOptions options) {
+    options.capacity = asked;
+    const std::shared_ptr<RayQuery> query = std::move(database().prepare(options)).value();
+    return asker(query, query->rays(), rays_);
+  }
+  Asker prepared(NearestQueryOptions options) {
+    options.capacity = asked;
+    const std::shared_ptr<NearestQuery> query = std::move(database().prepare(options)).value();
+    return asker(query, query->points(), points_);
+  }
+  Asker prepared(RegionQueryOptions options) {
+    options.capacity = asked;
+    const std::shared_ptr<RegionQuery> query = std::move(database().prepare(options)).value();
+    return asker(query, query->regions(), regions_);
+  }
+  Asker prepared(OverlapQueryOptions options) {
+    options.capacity = asked;
+    const std::shared_ptr<OverlapQuery> query = std::move(database().prepare(options)).value();
+    return asker(query, query->overlaps(), overlaps_);
+  }
+
+  std::vector<Asker> all_kinds() {
+    std::vector<Asker> askers;
+    askers.push_back(prepared(RayQueryOptions{.name = "closest"}));
+    askers.push_back(prepared(RayQueryOptions{.name = "any", .mode = RayMode::any}));
+    askers.push_back(prepared(RayQueryOptions{.name = "first", .mode = RayMode::first, .hits_per_ray = 3}));
+    askers.push_back(prepared(RayQueryOptions{.name = "still", .ignore_motion = true}));
+    for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::surface, RegionLevel::triangle}) {
+      askers.push_back(prepared(RegionQueryOptions{.name = "regions", .level = level, .ids_per_region = 40}));
+      askers.push_back(prepared(RegionQueryOptions{.name = "counts", .level = level, .ids_per_region = 0}));
+    }
+    askers.push_back(
+        prepared(NearestQueryOptions{.name = "centers", .target = NearestTarget::center, .k = 4}));
+    askers.push_back(prepared(
+        NearestQueryOptions{.name = "signed", .target = NearestTarget::surface, .k = 3, .is_signed = true}));
+    askers.push_back(
+        prepared(NearestQueryOptions{.name = "triangles", .target = NearestTarget::triangle, .k = 5}));
+    askers.push_back(prepared(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 20}));
+    return askers;
+  }
+
+  Outcome run(const Asker& asker) {
+    const Outcome outcome = execute([&](Transaction& transaction) { asker.ask(transaction); });
+    EXPECT_TRUE(outcome.done()) << describe(outcome);
+    return outcome;
+  }
+
+  std::vector<Ray> rays_;
+  std::vector<Nearest> points_;
+  std::vector<Region> regions_;
+  std::vector<Overlap> overlaps_;
+};
+
+TEST_F(Chunks, AnswerAsTheWholeBatch) {
+  std::vector<Words> whole;
+  make_world(Nanoseconds(0));
+  for (const Asker& asker : all_kinds()) {
+    run(asker);
+    whole.push_back(asker.answers());
+  }
+  EXPECT_TRUE(std::ranges::any_of(whole[0], [](std::uint32_t word) { return word == 2; }))
+      << "some incomplete";
+  // A nanosecond divides into single workgroups, the other into more, and not evenly.
+  for (const Nanoseconds chunk : {Nanoseconds(1), Nanoseconds(150'000)}) {
+    SCOPED_TRACE(testing::Message() << chunk.count() << " ns");
+    make_world(chunk);
+    const auto askers = all_kinds();
+    for (std::size_t k = 0; k < askers.size(); ++k) {
+      run(askers[k]);  // before this nothing is known of the kind, and it is not divided
+      run(askers[k]);
+      EXPECT_EQ(askers[k].answers() == whole[k], true) << "query " << k;
+    }
+  }
+}
+
+/// Small urgent ones at other versions take the slots, while every kind is asked in single workgroups.
+TEST_F(Chunks, AnswerAsTheWholeBatchWithOthersInTheirGaps) {
+  make_world(Nanoseconds(1));
+  const auto askers = all_kinds();
+  std::vector<Words> alone;
+  for (const Asker& asker : askers) {
+    run(asker);
+    alone.push_back(asker.answers());
+  }
+  std::atomic<bool> stop = false;
+  std::atomic<std::size_t> urgent_done = 0;
+  std::thread others([&] {
+    const auto query = prepare_rays(RayMode::closest, false, 64);
+    const auto transaction = database().make_transaction({.max_queries = 1});
+    for (Version version = 2; !stop; version = version < 7 ? version + 1 : 2) {
+      for (std::uint32_t i = 0; i < 64; ++i) {
+        query->rays()[i] = rays_[i];
+        query->rays()[i].carrier = {};
+        query->rays()[i].t += Nanoseconds(static_cast<std::int64_t>(version) * 1'000'000);
+      }
+      Terms terms = terms_at({}, ReadAt::pinned(version));
+      terms.importance = 1;
+      transaction->begin(terms);
+      transaction->ask(*query, 64);
+      urgent_done += database().execute(*transaction).done() ? 1 : 0;
+    }
+  });
+  Nanoseconds interrupted{0};
+  for (std::size_t k = 0; k < askers.size(); ++k) {
+    interrupted += run(askers[k]).interrupted;
+    EXPECT_EQ(askers[k].answers() == alone[k], true) << "query " << k;
+  }
+  stop = true;
+  others.join();
+  EXPECT_GT(interrupted.count(), 0);
+  EXPECT_GT(urgent_done, 100u);
+}
+
+/// An urgent small query against batches of about a tenth of a second each.
+TEST_F(Chunks, AnUrgentQueryPassesLargeBatches) {
+  make_world(Nanoseconds(1'000'000), false);
+  constexpr std::uint32_t many = 400'000;
+  const auto large = prepare_rays(RayMode::closest, false, many);
+  for (std::uint32_t i = 0; i < many; ++i)
+    large->rays()[i] = rays_[i % asked];
+  const auto flood = database().make_transaction({.max_queries = 1});
+  const auto ask_large = [&] {
+    flood->begin({});
+    flood->ask(*large, many);
+    return database().execute(*flood);
+  };
+  ASSERT_TRUE(ask_large().done());
+  std::atomic<bool> stop = false;
+  std::atomic<std::int64_t> large_ns = 0;
+  std::thread flooder([&] {
+    while (!stop)
+      large_ns = ask_large().actual_cost.count();
+  });
+  const auto small = prepare_rays(RayMode::closest, false, 64);
+  const auto urgent = database().make_transaction({.max_queries = 1});
+  std::vector<std::int64_t> waits_ns;
+  for (int k = 0; k < 60; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(3));
+    std::ranges::copy(std::span(rays_).first(64), small->rays().begin());
+    Terms terms;
+    terms.importance = 1;
+    urgent->begin(terms);
+    urgent->ask(*small, 64);
+    const Outcome& outcome = database().execute(*urgent);
+    ASSERT_TRUE(outcome.done());
+    waits_ns.push_back((outcome.published - outcome.submitted).count());
+  }
+  stop = true;
+  flooder.join();
+  std::ranges::sort(waits_ns);
+  RecordProperty("large_ns", std::to_string(large_ns));
+  RecordProperty("median_wait_ns", std::to_string(waits_ns[30]));
+  RecordProperty("longest_wait_ns", std::to_string(waits_ns.back()));
+  EXPECT_LT(waits_ns[30], 5'000'000) << "among batches that take " << large_ns << " ns";
+}
+
+}  // namespace
+}  // namespace rtstdb::test
