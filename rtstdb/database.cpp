@@ -142,6 +142,7 @@ class DatabaseImpl final : public Database {
 
   void submit(Transaction& transaction) noexcept override { engine_.submit(transaction); }
   const Outcome& wait(Transaction& transaction) noexcept override { return engine_.wait(transaction); }
+  void cancel(Transaction& transaction) noexcept override { engine_.cancel(transaction); }
   VersionInfo latest() const noexcept override { return engine_.latest(); }
 
   Result<std::vector<EntityState>> snapshot(const ReadAt& read_at) const override {

@@ -1,5 +1,8 @@
 // The engine looks at what was handed over: what is admitted waits in the queue, all else is given back at once.
 
+#include <functional>
+#include <utility>
+
 #include "rtstdb/transaction/engine.hpp"
 
 namespace rtstdb::transaction {
@@ -17,15 +20,23 @@ void Engine::receive() noexcept {
     admit(static_cast<TransactionImpl&>(*transactions));
     transactions = next;
   }
+  const std::uint32_t asked = cancels_asked_.load(std::memory_order_acquire);
+  if (std::exchange(cancels_seen_, asked) != asked) drop_cancelled();
+}
+
+void Engine::drop_cancelled() noexcept {
+  while (TransactionImpl* const waiting = queue_.pop_first(std::mem_fn(&TransactionImpl::is_to_be_cancelled)))
+    finish_cancelled(*waiting, CancelledBy::caller);
 }
 
 void Engine::admit(TransactionImpl& transaction) noexcept {
   const ClockTime now = clock_.now();
   transaction.arrival = arrivals_++;
+  if (transaction.is_to_be_cancelled()) return finish_cancelled(transaction, CancelledBy::caller);
   if (!passes_admission(transaction, now)) return;
   if (queue_.full()) {
     TransactionImpl& victim = queue_.shed(transaction);
-    finish(victim, Status::cancelled);
+    finish_cancelled(victim, CancelledBy::full_queue);
     if (&victim == &transaction) return;
   }
   transaction.draft().admitted = now;

@@ -140,6 +140,20 @@ std::string about_conflict(const Outcome& outcome) {
          name(conflict.entity) + found;
 }
 
+std::string why_cancelled(CancelledBy by) {
+  switch (by) {
+    case CancelledBy::caller:
+      return " by its caller";
+    case CancelledBy::full_queue:
+      return ": shed from a full queue";
+    case CancelledBy::closing:
+      return " by the database closing";
+    case CancelledBy::nobody:
+      break;
+  }
+  return "";
+}
+
 std::string about_done(const Outcome& outcome) {
   std::string text =
       sentence("version %llu, which holds from %.9f s, took %.3f ms", number(outcome.version),
@@ -269,7 +283,7 @@ std::string describe(const Outcome& outcome) {
     case Status::conflict:
       return about_conflict(outcome) + "; nothing was done";
     case Status::cancelled:
-      return "cancelled: shed from a full queue or by the database closing; nothing was done";
+      return "cancelled" + why_cancelled(outcome.cancelled_by) + "; nothing was done";
     case Status::device_lost:
       return "device_lost: the GPU stopped answering; nothing was published";
     case Status::bad_input:

@@ -99,8 +99,16 @@ void Engine::submit(Transaction& transaction) noexcept {
   if (submitted_.push(submitted)) {
     ring();
   } else {
-    finish(submitted, Status::cancelled);
+    finish_cancelled(submitted, CancelledBy::closing);
   }
+}
+
+void Engine::cancel(Transaction& transaction) noexcept {
+  auto& submitted = static_cast<TransactionImpl&>(transaction);
+  RTSTDB_ASSERT(&submitted.engine() == this);
+  if (!submitted.ask_to_cancel()) return;
+  cancels_asked_.fetch_add(1, std::memory_order_release);
+  ring();
 }
 
 const Outcome& Engine::wait(Transaction& transaction) noexcept {
@@ -162,6 +170,11 @@ void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
   if (firm_commit && clock_.now() > terms.deadline) tally_.handed_over_late();
 }
 
+void Engine::finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept {
+  transaction.draft().cancelled_by = by;
+  finish(transaction, Status::cancelled);
+}
+
 // ---- the engine's thread
 
 void Engine::run_thread() noexcept {
@@ -189,6 +202,7 @@ void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
 }
 
 void Engine::carry_out(TransactionImpl& transaction) noexcept {
+  if (transaction.is_to_be_cancelled()) return finish_cancelled(transaction, CancelledBy::caller);
   const Status status = runner_.run(transaction, this);
   if (store_.latest().version != latest_.get().version) latest_.set(store_.latest());
   finish(transaction, status);
@@ -208,11 +222,11 @@ bool Engine::step_errand() noexcept {
 void Engine::cancel_all() noexcept {
   for (HandOverLink* waiting = submitted_.close(); waiting != nullptr;) {
     HandOverLink* const next = waiting->next;
-    finish(static_cast<TransactionImpl&>(*waiting), Status::cancelled);
+    finish_cancelled(static_cast<TransactionImpl&>(*waiting), CancelledBy::closing);
     waiting = next;
   }
   while (TransactionImpl* const waiting = queue_.pop())
-    finish(*waiting, Status::cancelled);
+    finish_cancelled(*waiting, CancelledBy::closing);
   while (step_errand()) {
   }
   errands_ = errands_given_.close();

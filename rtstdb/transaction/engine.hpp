@@ -15,8 +15,10 @@
 //
 // Two threads: the engine's, and a relief that only works while the engine's waits for the device.
 //
-// Threads: submit, wait, latest, counts, snapshot and call from any; constructor, make_transaction and
-// destructor are setup. submit, wait and latest neither allocate nor take a lock.
+// Cancelling marks the transaction; whoever carries it further the next time gives it back.
+//
+// Threads: submit, wait, cancel, latest, counts, snapshot and call from any; constructor, make_transaction and
+// destructor are setup. submit, wait, cancel and latest neither allocate nor take a lock.
 
 #include <atomic>
 #include <cstdint>
@@ -65,6 +67,7 @@ class Engine final : private query::Meanwhile {
   void submit(Transaction& transaction) noexcept;
   /// Misuse when it was never submitted.
   const Outcome& wait(Transaction& transaction) noexcept;
+  void cancel(Transaction& transaction) noexcept;
   VersionInfo latest() const noexcept { return latest_.get(); }
 
   /// All entities of a version, by ascending index. The caller waits while the engine copies in slices.
@@ -108,6 +111,8 @@ class Engine final : private query::Meanwhile {
   bool passes_admission(TransactionImpl& transaction, ClockTime now) noexcept;
   void carry_out(TransactionImpl& transaction) noexcept;
   void finish(TransactionImpl& transaction, Status status) noexcept;
+  void finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept;
+  void drop_cancelled() noexcept;
   bool step_errand() noexcept;
   void cancel_all() noexcept;
   void give_errand(Errand& errand) noexcept;
@@ -121,6 +126,7 @@ class Engine final : private query::Meanwhile {
   HandOver submitted_;
   HandOver errands_given_;
   std::atomic<std::uint32_t> bell_{0};  ///< grows with whatever there is to look at
+  std::atomic<std::uint32_t> cancels_asked_{0};
   std::atomic<bool> asleep_{false};
   std::atomic<bool> closing_{false};
 
@@ -137,6 +143,7 @@ class Engine final : private query::Meanwhile {
   Runner runner_;
   HandOverLink* errands_ = nullptr;  ///< taken over, oldest first
   std::uint32_t received_at_ = 0;    ///< the bell when submissions were last taken over
+  std::uint32_t cancels_seen_ = 0;
   std::uint64_t arrivals_ = 0;
   std::uint32_t refused_in_a_row_ = 0;
 

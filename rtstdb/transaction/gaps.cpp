@@ -22,6 +22,7 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
   receive();
   Running& running = runner_.running().innermost();
   const TransactionImpl& transaction = *running.transaction;
+  if (transaction.is_to_be_cancelled()) return Gap::stop;
   if (queue_.holds_before(transaction) && runner_.running().depth() <= query::max_nesting) {
     const ClockTime begun = clock_.now();
     const auto urgent = [&](const TransactionImpl& waiting) {

@@ -106,6 +106,7 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   outcome.gpu_time = Nanoseconds(report.gpu_ns);
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
   if (report.status == query::RunStatus::stopped) return stopped(transaction);
+  if (transaction.is_to_be_cancelled()) return cancelled(transaction);
   outcome.truncated = report.status == query::RunStatus::truncated;
   return std::nullopt;
 }
@@ -122,7 +123,13 @@ void Runner::divide(TransactionImpl& transaction) const noexcept {
     request.per_chunk = 0;
 }
 
+Status Runner::cancelled(TransactionImpl& transaction) noexcept {
+  transaction.draft().cancelled_by = CancelledBy::caller;
+  return Status::cancelled;
+}
+
 Status Runner::stopped(TransactionImpl& transaction) noexcept {
+  if (transaction.is_to_be_cancelled()) return cancelled(transaction);
   Outcome& outcome = transaction.draft();
   outcome.lateness = clock_.now() - transaction.terms().deadline;
   return Status::missed;

@@ -48,6 +48,7 @@ class Runner {
                                query::Meanwhile* meanwhile) noexcept;
   /// Into halves of a chunk, what takes longer than a whole one.
   void divide(TransactionImpl& transaction) const noexcept;
+  static Status cancelled(TransactionImpl& transaction) noexcept;
   /// Why a run was given up in a gap.
   Status stopped(TransactionImpl& transaction) noexcept;
   static std::optional<BadInput> check_queries(TransactionImpl& transaction, const query::RowSource& rows,

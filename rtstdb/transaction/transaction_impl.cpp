@@ -148,7 +148,14 @@ void TransactionImpl::answer_reads(const query::RowSource& rows) noexcept {
 void TransactionImpl::mark_pending() noexcept {
   assert_declaring();
   outcome_.status = Status::pending;
+  to_be_cancelled_.store(false, std::memory_order_relaxed);
   status_.set(static_cast<std::uint32_t>(Status::pending));
+}
+
+bool TransactionImpl::ask_to_cancel() noexcept {
+  if (status() != Status::pending) return false;
+  to_be_cancelled_.store(true, std::memory_order_release);
+  return true;
 }
 
 void TransactionImpl::finish(Status status) noexcept {

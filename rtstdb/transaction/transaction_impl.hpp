@@ -4,6 +4,7 @@
 // Threads: the owner declares; between mark_pending and finish everything but status() and wait() is the
 // engine's.
 
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -64,6 +65,9 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   void mark_pending() noexcept;
   /// Gives the transaction back to its owner, who may destroy it at once.
   void finish(Status status) noexcept;
+  /// Any thread. False: it is not pending.
+  bool ask_to_cancel() noexcept;
+  bool is_to_be_cancelled() const noexcept { return to_be_cancelled_.load(std::memory_order_acquire); }
   void wait() noexcept { status_.wait_while(static_cast<std::uint32_t>(Status::pending)); }
 
   std::uint64_t arrival = 0;  ///< the engine's count of admitted transactions, for order among equals
@@ -84,6 +88,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   std::vector<query::Request> requests_;
   std::vector<EntityState> reads_;  ///< asked for by id; once answered, an invalid id is an absent entity
   Outcome outcome_;
+  std::atomic<bool> to_be_cancelled_{false};
   FutexCell status_{static_cast<std::uint32_t>(Status::idle)};
 };
 

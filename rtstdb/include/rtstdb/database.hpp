@@ -2,7 +2,7 @@
 // The database: one world of entities on one GPU.
 //
 // Threads: open, add_geometry, prepare and make_transaction are setup calls: they allocate and
-// block, and are not for the tick. submit, execute, wait and latest may be called from any number of threads
+// block, and are not for the tick. submit, execute, wait, cancel and latest may be called from any number of threads
 // at once and are made for the tick. The database does its work on a thread of its own; the Vulkan driver's
 // threads are created inside open, so open must run before the caller raises its own priority or pins itself
 // (threads inherit both).
@@ -125,6 +125,10 @@ class Database {
     submit(transaction);
     return wait(transaction);
   }
+  /// Asks that a submitted transaction come to nothing. From any thread, which sees to it that the transaction is there
+  /// during the call. One that waits is cancelled at once, one that is being carried out between two chunks or before it
+  /// is published; whoever comes later changes nothing. Whichever it is, the transaction has one outcome.
+  virtual void cancel(Transaction& transaction) noexcept = 0;
   virtual VersionInfo latest() const noexcept = 0;
 
   // ---- looking in from outside the tick ----

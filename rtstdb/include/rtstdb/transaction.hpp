@@ -66,7 +66,7 @@ enum class Status : std::uint8_t {
   missed,       ///< firm: the deadline passed before it could be published; nothing was done
   refused,      ///< admission: could not be met, see earliest_feasible; nothing was done
   conflict,     ///< a precondition did not hold; nothing was done
-  cancelled,    ///< shed from a full queue or by the database closing; nothing was done
+  cancelled,    ///< by Database::cancel, from a full queue or by the database closing; nothing was done
   truncated,    ///< committed, but at least one answer is incomplete or overflowed
   device_lost,  ///< the GPU stopped answering; nothing was published
   bad_input,    ///< a value that no caller may pass, see bad_input; nothing was done
@@ -106,6 +106,9 @@ struct BadInput {
   bool in_geometry_update = false;
 };
 
+/// Why a transaction was cancelled.
+enum class CancelledBy : std::uint8_t { nobody, caller, full_queue, closing };
+
 /// Which precondition did not hold.
 struct Conflict {
   std::uint32_t precondition = 0;  ///< ordinal among the transaction's expect calls
@@ -119,6 +122,7 @@ struct Outcome {
   BadInput bad_input;
   std::int32_t bad_query = -1;  ///< bad_input: ordinal of the ask at fault; -1: a write or the terms
   Conflict conflict;
+  CancelledBy cancelled_by = CancelledBy::nobody;
   bool truncated = false;    ///< at least one answer is incomplete or overflowed, also when late
   Version version = 0;       ///< the version made, or read
   WorldTime version_time{};  ///< from when that version holds

@@ -21,6 +21,7 @@ class SimulatedClock final : public Clock {
   ClockTime now() const noexcept override {
     if (readings_to_jump_.load() > 0 && readings_to_jump_.fetch_sub(1) == 1)
       now_ns_.fetch_add(jump_ns_.load());
+    if (readings_to_event_.load() > 0 && readings_to_event_.fetch_sub(1) == 1) event_();
     return clock_time_ns(now_ns_.fetch_add(per_reading_ns.load()));
   }
   bool is_virtual() const noexcept override { return virtual_time; }
@@ -30,6 +31,11 @@ class SimulatedClock final : public Clock {
   void jump_before_reading(int reading, Nanoseconds by) {
     jump_ns_ = by.count();
     readings_to_jump_ = reading;
+  }
+  /// Calls `event` within the `reading`-th reading from now. While none is under way.
+  void call_at_reading(int reading, std::function<void()> event) {
+    event_ = std::move(event);
+    readings_to_event_ = reading;
   }
   /// Without being a reading.
   ClockTime peek() const { return clock_time_ns(now_ns_.load()); }
@@ -41,6 +47,8 @@ class SimulatedClock final : public Clock {
   mutable std::atomic<std::int64_t> now_ns_{1'000'000'000};
   mutable std::atomic<int> readings_to_jump_{0};
   std::atomic<std::int64_t> jump_ns_{0};
+  mutable std::atomic<int> readings_to_event_{0};
+  std::function<void()> event_;
 };
 
 /// A ray query whose rays ask at the times they hold; `label` tells tests which one ran.

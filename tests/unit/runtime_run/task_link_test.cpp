@@ -46,6 +46,7 @@ class VersionOnly final : public rtstdb::Database {
   }
   void submit(rtstdb::Transaction& /*transaction*/) noexcept override {}
   const rtstdb::Outcome& wait(rtstdb::Transaction& /*transaction*/) noexcept override { return outcome_; }
+  void cancel(rtstdb::Transaction& /*transaction*/) noexcept override {}
   rtstdb::VersionInfo latest() const noexcept override { return {.version = version}; }
   rtstdb::Result<std::vector<rtstdb::EntityState>> snapshot(
       const rtstdb::ReadAt& /*read_at*/) const override {
