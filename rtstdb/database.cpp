@@ -140,6 +140,8 @@ class DatabaseImpl final : public Database {
     return engine_.make_transaction(options);
   }
 
+  Result<void> calibrate(Transaction& transaction) override { return engine_.calibrate(transaction); }
+
   void submit(Transaction& transaction) noexcept override { engine_.submit(transaction); }
   const Outcome& wait(Transaction& transaction) noexcept override { return engine_.wait(transaction); }
   void cancel(Transaction& transaction) noexcept override { engine_.cancel(transaction); }
@@ -172,6 +174,7 @@ class DatabaseImpl final : public Database {
   }
 
   TransactionCounts counts() const noexcept override { return engine_.counts(); }
+  SchedulerCounts scheduler_counts() const override { return engine_.scheduler_counts(); }
   ShapeCounts shape_counts() const noexcept override { return executor_->shape_counts(); }
 
   Health health() const override {

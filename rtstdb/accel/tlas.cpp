@@ -321,6 +321,7 @@ void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorde
     list_changed = list_changed || presence != slot.presence[entity];
     slot.presence[entity] = presence;
   }
+  counts_.rows += count;
   if (list_changed) {
     list_live(slot, max_entities_);
     slot.tree = Tree::none;

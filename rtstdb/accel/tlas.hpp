@@ -118,6 +118,7 @@ class Tlas {
   /// How slots came to their versions so far.
   struct Counts {
     std::uint64_t builds = 0, refits = 0, patches = 0;
+    std::uint64_t rows = 0;  ///< written to the device
   };
   Counts counts() const noexcept { return counts_; }
 

@@ -63,9 +63,21 @@ struct TimeSpan {
   WorldTime last = WorldTime::min();
 };
 
+/// What something has cost so far, by how many there were: fading sums, of which transaction/cost_line.hpp makes sense.
+struct CostSamples {
+  double weight = 0.0, counts = 0.0, costs = 0.0, counts_squared = 0.0, counts_costs = 0.0;
+  double above = 1.0;  ///< the last samples lay so many times above what had been expected, at most
+  std::uint64_t samples = 0;
+};
+
 /// A prepared query as the engine sees it; implemented beside RayQuery and its like.
 class PreparedQuery {
  public:
+  // The engine's notes.
+  CostSamples cost;
+  double share_ns = 0.0;    ///< of the last run's cost
+  double structures = 0.0;  ///< share of the last times it was asked that structures had to be brought up
+
   virtual ~PreparedQuery() = default;
   virtual QueryKind kind() const noexcept = 0;
   virtual std::uint32_t capacity() const noexcept = 0;
@@ -89,9 +101,20 @@ enum class RunStatus : std::uint8_t {
   device_lost,
 };
 
+/// What had to be brought to the device for a run.
+struct StructureWork {
+  bool refitted = false;       ///< boxes, over a tree that stayed
+  bool built = false;          ///< a tree of entities
+  std::uint32_t rows = 0;      ///< written to the device
+  std::uint32_t entities = 0;  ///< of the version, about
+  std::uint32_t shapes = 0;    ///< of geometry that deforms
+  bool any() const noexcept { return refitted || built || shapes > 0; }
+};
+
 struct RunReport {
   RunStatus status = RunStatus::done;
   std::int64_t gpu_ns = 0;
+  StructureWork structures = {};
 };
 
 /// Told around an executor's waits for the device, and in the gaps between the chunks of a run, on the thread that

@@ -102,7 +102,16 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   ++structures_.runs;
   for (accel::Submit& lane : lanes)
     lane.while_waiting(meanwhile);
-  const RunReport report = ChunkedRun(structures_, lanes, rows, requests, times, meanwhile).run();
+  const accel::Tlas::Counts trees = tlas_.counts();
+  const accel::GeometryPool::Counts shapes = pool_.counts();
+  RunReport report = ChunkedRun(structures_, lanes, rows, requests, times, meanwhile).run();
+  // Together with those in its gaps, if there were any.
+  report.structures = {
+      .refitted = tlas_.counts().refits + tlas_.counts().patches > trees.refits + trees.patches,
+      .built = tlas_.counts().builds > trees.builds,
+      .rows = static_cast<std::uint32_t>(tlas_.counts().rows - trees.rows),
+      .entities = rows.index_limit(),
+      .shapes = static_cast<std::uint32_t>(pool_.counts().refits - shapes.refits)};
   for (accel::Submit& lane : lanes)
     lane.while_waiting(nullptr);
   --depth_;

@@ -1,5 +1,6 @@
 // The engine looks at what was handed over: what is admitted waits in the queue, all else is given back at once.
 
+#include <algorithm>
 #include <functional>
 #include <utility>
 
@@ -9,6 +10,9 @@ namespace rtstdb::transaction {
 namespace {
 
 constexpr std::uint32_t refusals_before_one_is_let_in = 15;
+
+/// An owner who is refused and asks for the deadline that was named needs so long for it, at least.
+constexpr Nanoseconds to_ask_again{100'000};
 
 }  // namespace
 
@@ -47,6 +51,8 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   Outcome& outcome = transaction.draft();
   const ClockTime deadline = transaction.terms().deadline;
   const bool firm = transaction.is(DeadlineClass::firm);
+  transaction.promised = false;
+  transaction.promised_cost = Nanoseconds(0);
   if (firm && now > deadline) {
     outcome.lateness = now - deadline;
     finish(transaction, Status::missed);
@@ -55,18 +61,92 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   if (clock_.is_virtual()) return true;
   const auto cost = costs_.predict(transaction.write_set(), transaction.requests());
   if (!cost) return true;
-  outcome.predicted_cost = *cost;
-  if (!firm || queue_.expected_end(now, transaction, deadline, *cost) <= deadline) {
+  outcome.predicted_cost = cost->mean;
+  transaction.promised_cost = cost->promised;
+  const ClockTime end = expected_end(now, transaction, deadline);
+  const bool breaks_none = !firm || !first_broken(transaction, deadline);
+  const bool in_time = end <= deadline;
+  if (breaks_none && (!firm || in_time || refused_in_a_row_ == refusals_before_one_is_let_in)) {
+    transaction.promised = firm && in_time;
+    transaction.slack = deadline - end;
+    take_from_slack(transaction);
     if (firm) refused_in_a_row_ = 0;
     return true;
   }
-  if (refused_in_a_row_++ == refusals_before_one_is_let_in) {
-    refused_in_a_row_ = 0;
-    return true;
-  }
-  outcome.earliest_feasible = queue_.earliest_feasible(now, transaction, *cost);
+  if (breaks_none) ++refused_in_a_row_;
+  outcome.earliest_feasible = earliest_feasible(now, transaction);
   finish(transaction, Status::refused);
   return false;
+}
+
+ClockTime Engine::expected_end(ClockTime now, const TransactionImpl& transaction,
+                               ClockTime deadline) const noexcept {
+  return now + rest_before(now, transaction, deadline) + queue_.cost_before(transaction, deadline) +
+         transaction.promised_cost;
+}
+
+Nanoseconds Engine::rest_before(ClockTime now, const TransactionImpl& transaction,
+                                ClockTime deadline) const noexcept {
+  Nanoseconds sum{0};
+  const bool fits = runner_.fits_beside(transaction);
+  for (const Running& running : runner_.running().all()) {
+    const TransactionImpl& other = *running.transaction;
+    const bool innermost = &running == &runner_.running().all().back();
+    const bool too_deep = innermost && runner_.running().depth() > query::max_nesting;
+    const bool passed = fits && !too_deep && ReadyQueue::comes_before(transaction, deadline, other);
+    const Nanoseconds spent =
+        running.stands_since.value_or(now) - other.outcome().started - running.interrupted;
+    // Of one that takes longer than was thought, or of which nothing is known, a chunk is left.
+    const Nanoseconds left = std::max(other.promised_cost - spent, innermost ? chunk_ : Nanoseconds(0));
+    if (passed && chunk_ > Nanoseconds(0)) {
+      sum += innermost ? std::min(left, chunk_) : Nanoseconds(0);
+    } else {
+      sum += left;
+    }
+  }
+  return sum;
+}
+
+template <class Each>
+void Engine::each_behind(const TransactionImpl& transaction, ClockTime deadline, Each each) noexcept {
+  const auto look = [&](TransactionImpl& other) {
+    if (other.promised && ReadyQueue::comes_before(transaction, deadline, other)) each(other);
+  };
+  queue_.for_each(look);
+  for (const Running& running : runner_.running().all())
+    look(*running.transaction);
+}
+
+std::optional<ClockTime> Engine::first_broken(const TransactionImpl& transaction,
+                                              ClockTime deadline) noexcept {
+  std::optional<ClockTime> first;
+  each_behind(transaction, deadline, [&](const TransactionImpl& other) {
+    const bool equal = other.terms().importance == transaction.terms().importance;
+    if (!equal || other.slack >= transaction.promised_cost) return;
+    first = std::min(first.value_or(ClockTime::max()), other.terms().deadline);
+  });
+  return first;
+}
+
+void Engine::take_from_slack(const TransactionImpl& transaction) noexcept {
+  each_behind(transaction, transaction.terms().deadline,
+              [&](TransactionImpl& other) { other.slack -= transaction.promised_cost; });
+}
+
+ClockTime Engine::earliest_feasible(ClockTime now, const TransactionImpl& transaction) noexcept {
+  // A later deadline lets more of the others go before, and breaks fewer promises: raise it until it stands.
+  const ClockTime asked_again = now + std::max(to_ask_again, transaction.promised_cost / 8);
+  ClockTime deadline = transaction.terms().deadline;
+  while (true) {
+    const ClockTime end = expected_end(asked_again, transaction, deadline);
+    if (end > deadline) {
+      deadline = end;
+    } else if (const auto broken = first_broken(transaction, deadline)) {
+      deadline = *broken;
+    } else {
+      return deadline;
+    }
+  }
 }
 
 }  // namespace rtstdb::transaction

@@ -7,11 +7,11 @@ namespace rtstdb::transaction {
 
 namespace {
 
-/// A sample's weight halves every 34 samples after it.
-constexpr double fading = 0.98;
-
 /// Take between a tenth of a millisecond and a few on any device.
 constexpr std::uint32_t elements_unmeasured = 4096;
+
+/// A query that needs structures brought up more often than this is expected to need them.
+constexpr double seldom = 0.02;
 
 double positions_of(const store::WriteSet& writes) noexcept {
   double sum = 0.0;
@@ -20,92 +20,133 @@ double positions_of(const store::WriteSet& writes) noexcept {
   return sum;
 }
 
+/// Sums up parts that take place one after the other.
+class Sum {
+ public:
+  void add(const query::CostSamples& samples, double count) noexcept {
+    const double cost_ns = predict_ns(samples, count);
+    mean_ns_ += cost_ns;
+    promised_ns_ += cost_ns * samples.above;
+  }
+  Prediction prediction() const noexcept {
+    return {Nanoseconds(std::llround(mean_ns_)), Nanoseconds(std::llround(promised_ns_))};
+  }
+
+ private:
+  double mean_ns_ = 0.0, promised_ns_ = 0.0;
+};
+
 }  // namespace
 
-void CostLine::learn(double count, double cost_ns) noexcept {
-  weight_ = weight_ * fading + 1.0;
-  counts_ = counts_ * fading + count;
-  costs_ = costs_ * fading + cost_ns;
-  counts_squared_ = counts_squared_ * fading + count * count;
-  counts_costs_ = counts_costs_ * fading + count * cost_ns;
-  ++samples_;
-}
-
-std::optional<CostLine::Line> CostLine::fitted() const noexcept {
-  if (samples_ == 0) return std::nullopt;
-  const double mean_count = counts_ / weight_;
-  const double mean_cost = costs_ / weight_;
-  const double variance = counts_squared_ / weight_ - mean_count * mean_count;
-  if (variance <= 1e-6 * std::max(1.0, mean_count * mean_count)) return std::nullopt;
-  const double slope = std::max(0.0, (counts_costs_ / weight_ - mean_count * mean_cost) / variance);
-  const double base = mean_cost - slope * mean_count;
-  if (base < 0.0) return Line{0.0, counts_costs_ / counts_squared_};
-  return Line{base, slope};
-}
-
-double CostLine::predict_ns(double count) const noexcept {
-  if (samples_ == 0) return 0.0;
-  if (const auto line = fitted()) return line->base_ns + line->slope_ns * count;
-  return costs_ / weight_ * (counts_ > 0.0 ? std::max(1.0, count * weight_ / counts_) : 1.0);
-}
-
-double CostLine::per_element_ns(double count) const noexcept {
-  if (const auto line = fitted()) return line->slope_ns;
-  return count > 0.0 ? predict_ns(count) / count : 0.0;
-}
-
-std::optional<Nanoseconds> CostModel::predict(const store::WriteSet& writes,
-                                              std::span<const query::Request> requests) const noexcept {
-  if (writes_.samples() < samples_needed) return std::nullopt;
-  double sum_ns = writes_.predict_ns(static_cast<double>(writes.writes.size()));
+std::optional<Prediction> CostModel::predict(const store::WriteSet& writes,
+                                             std::span<const query::Request> requests) const noexcept {
+  if (writes_.samples < samples_needed) return std::nullopt;
+  Sum sum;
+  sum.add(writes_, static_cast<double>(writes.writes.size()));
   if (!writes.shapes.empty()) {
-    if (positions_.samples() < samples_needed) return std::nullopt;
-    sum_ns += positions_.predict_ns(positions_of(writes));
+    if (positions_.samples < samples_needed) return std::nullopt;
+    sum.add(positions_, positions_of(writes));
   }
   for (const query::Request& request : requests) {
-    if (line(request).samples() < samples_needed) return std::nullopt;
-    sum_ns += line(request).predict_ns(request.count);
+    const query::CostSamples& samples = of(request);
+    if (of_kind(request).samples < samples_needed) return std::nullopt;
+    sum.add(samples, request.count);
   }
-  return Nanoseconds(std::llround(sum_ns));
+  const query::StructureWork structures = expected(writes, requests);
+  if (structures.refitted) sum.add(refits_, structures.rows);
+  if (structures.built) sum.add(builds_, structures.entities);
+  if (structures.shapes > 0) sum.add(shapes_, structures.shapes);
+  return sum.prediction();
+}
+
+query::StructureWork CostModel::expected(const store::WriteSet& writes,
+                                         std::span<const query::Request> requests) const noexcept {
+  query::StructureWork work;
+  if (requests.empty()) return work;
+  if (writes.empty()) {
+    work.refitted = std::ranges::any_of(
+        requests, [](const query::Request& request) { return request.query->structures > seldom; });
+    return work;
+  }
+  const auto comes_or_goes = [](const store::Write& write) {
+    return write.kind == store::WriteKind::create || write.kind == store::WriteKind::remove;
+  };
+  work.built = std::ranges::any_of(writes.writes, comes_or_goes);
+  work.refitted = !work.built;
+  work.rows = static_cast<std::uint32_t>(writes.writes.size());
+  work.entities = entities_ + work.rows;
+  work.shapes = static_cast<std::uint32_t>(writes.shapes.size());
+  return work;
 }
 
 std::uint32_t CostModel::elements_in(const query::Request& request, Nanoseconds time) const noexcept {
-  const CostLine& costs = line(request);
-  const double per_element_ns = costs.per_element_ns(request.count);
-  if (costs.samples() == 0 || per_element_ns <= 0.0) return elements_unmeasured;
-  const double elements = static_cast<double>(time.count()) / per_element_ns;
-  return static_cast<std::uint32_t>(std::clamp(elements, 1.0, 1e9));
+  const query::CostSamples& samples = of(request);
+  const double one_ns = per_element_ns(samples, request.count);
+  if (samples.samples == 0 || one_ns <= 0.0) return elements_unmeasured;
+  return static_cast<std::uint32_t>(std::clamp(static_cast<double>(time.count()) / one_ns, 1.0, 1e9));
 }
 
 void CostModel::learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept {
   const auto rows = static_cast<double>(writes.writes.size());
   const auto cost_ns = static_cast<double>(cost.count());
   if (writes.shapes.empty()) {
-    writes_.learn(rows, cost_ns);
+    learn(writes_, rows, cost_ns);
   } else {
-    positions_.learn(positions_of(writes), std::max(0.0, cost_ns - writes_.predict_ns(rows)));
+    learn(positions_, positions_of(writes), std::max(0.0, cost_ns - predict_ns(writes_, rows)));
   }
 }
 
-void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseconds cost) noexcept {
-  double predicted_ns = 0.0;
+CostModel::StructureParts CostModel::parts_of(const query::StructureWork& structures) noexcept {
+  StructureParts parts;
+  if (structures.built) {
+    parts[0] = {&builds_, static_cast<double>(structures.entities)};
+  } else if (structures.refitted) {
+    parts[1] = {&refits_, static_cast<double>(structures.rows)};
+  }
+  if (structures.shapes > 0) parts[2] = {&shapes_, static_cast<double>(structures.shapes)};
+  return parts;
+}
+
+void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseconds cost,
+                              const query::StructureWork& structures) noexcept {
+  const StructureParts parts = parts_of(structures);
+  double known_ns = 0.0;
+  double unknown = 0.0;
+  double count_of_parts = 0.0;
+  const auto look = [&](const query::CostSamples& samples, double count) {
+    known_ns += predict_ns(samples, count);
+    unknown += samples.samples == 0 ? 1.0 : 0.0;
+    count_of_parts += 1.0;
+  };
   for (const query::Request& request : requests)
-    predicted_ns += line(request).predict_ns(request.count);
-  const double equal_share = 1.0 / static_cast<double>(requests.size());
-  std::array<double, static_cast<std::size_t>(query::QueryKind::count)> shares{};
-  std::array<double, shares.size()> counts{};
-  std::array<double, shares.size()> requests_of_kind{};
+    look(of(request), request.count);
+  for (const Part& part : parts) {
+    if (part.samples != nullptr) look(*part.samples, part.count);
+  }
+  const auto cost_ns = static_cast<double>(cost.count());
+  const double left_ns = std::max(0.0, cost_ns - known_ns);
+  const auto share_ns = [&](const query::CostSamples& samples, double count) {
+    if (samples.samples == 0) return left_ns / unknown;
+    if (known_ns <= 0.0) return unknown > 0.0 ? 0.0 : cost_ns / count_of_parts;
+    const double own_ns = predict_ns(samples, count);
+    return unknown > 0.0 && known_ns < cost_ns ? own_ns : own_ns * cost_ns / known_ns;
+  };
+  // Shares first: what is learned changes the predictions that they are made of.
+  std::array<double, most_structure_parts> structure_ns{};
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    if (parts[k].samples != nullptr) structure_ns[k] = share_ns(*parts[k].samples, parts[k].count);
+  }
+  for (const query::Request& request : requests)
+    request.query->share_ns = share_ns(of(request), request.count);
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    if (parts[k].samples != nullptr) learn(*parts[k].samples, parts[k].count, structure_ns[k]);
+  }
   for (const query::Request& request : requests) {
-    const auto kind = static_cast<std::size_t>(request.query->kind());
-    shares[kind] += predicted_ns > 0.0 ? line(request).predict_ns(request.count) / predicted_ns : equal_share;
-    counts[kind] += request.count;
-    requests_of_kind[kind] += 1.0;
+    learn(kinds_[static_cast<std::size_t>(request.query->kind())], request.count, request.query->share_ns);
+    learn(request.query->cost, request.count, request.query->share_ns);
+    request.query->structures += 0.1 * ((structures.any() ? 1.0 : 0.0) - request.query->structures);
   }
-  for (std::size_t kind = 0; kind < shares.size(); ++kind) {
-    if (requests_of_kind[kind] == 0.0) continue;
-    queries_[kind].learn(counts[kind] / requests_of_kind[kind],
-                         static_cast<double>(cost.count()) * shares[kind] / requests_of_kind[kind]);
-  }
+  if (structures.entities > 0) entities_ = structures.entities;
 }
 
 }  // namespace rtstdb::transaction

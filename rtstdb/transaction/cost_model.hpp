@@ -1,7 +1,7 @@
 #pragma once
-// What work costs, learned from what it cost: per kind of query, for the rows of a transaction, and for the
-// positions of its shapes, a running fit of cost = a + b * count in which old samples fade. One thread; no
-// allocation.
+// What work costs, learned from what it cost: a line for each prepared query, seeded by that of its kind until it has
+// samples of its own; for rows written and for positions of shapes; and for what brings a version to the device, by rows
+// where the tree stays and by entities where it is built. One thread at a time; no allocation.
 
 #include <array>
 #include <cstddef>
@@ -13,57 +13,61 @@
 
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/store/write_set.hpp"
+#include "rtstdb/transaction/cost_line.hpp"
 
 namespace rtstdb::transaction {
 
-/// A weighted least-squares line that never falls and never goes below zero.
-class CostLine {
- public:
-  void learn(double count, double cost_ns) noexcept;
-  /// Zero before the first sample. Where only one count was ever seen, more is taken to cost in proportion
-  /// and less to cost the same.
-  double predict_ns(double count) const noexcept;
-  /// What one more costs, where there are so many; zero before the first sample.
-  double per_element_ns(double count) const noexcept;
-  std::uint64_t samples() const noexcept { return samples_; }
-
- private:
-  struct Line {
-    double base_ns = 0.0, slope_ns = 0.0;
-  };
-  /// None while all samples have about the same count.
-  std::optional<Line> fitted() const noexcept;
-
-  double weight_ = 0.0, counts_ = 0.0, costs_ = 0.0, counts_squared_ = 0.0, counts_costs_ = 0.0;
-  std::uint64_t samples_ = 0;
+struct Prediction {
+  Nanoseconds mean{0};
+  Nanoseconds promised{0};  ///< with as much more as the last samples lay above their means
 };
 
 class CostModel {
  public:
   /// Below this many samples of a kind nothing is predicted for it.
   static constexpr std::uint64_t samples_needed = 16;
+  /// From this many on a prepared query is predicted by its own.
+  static constexpr std::uint64_t own_samples_needed = 8;
 
   /// None while a kind that takes part has too few samples.
-  std::optional<Nanoseconds> predict(const store::WriteSet& writes,
-                                     std::span<const query::Request> requests) const noexcept;
-
+  std::optional<Prediction> predict(const store::WriteSet& writes,
+                                    std::span<const query::Request> requests) const noexcept;
   /// As many elements as take so long, one at least, where the request has its count.
   std::uint32_t elements_in(const query::Request& request, Nanoseconds time) const noexcept;
 
   /// A transaction with those writes took so long, its queries not counted. Bringing a shape to the device is part of
   /// the queries that want it.
   void learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept;
-  /// One run of the executor. With several requests the cost is split in the proportion of the predictions.
-  void learn_queries(std::span<const query::Request> requests, Nanoseconds cost) noexcept;
+  /// One run of the executor. The cost is split in the proportion of the predictions; what has none yet takes what the
+  /// others leave.
+  void learn_queries(std::span<const query::Request> requests, Nanoseconds cost,
+                     const query::StructureWork& structures = {}) noexcept;
 
  private:
-  const CostLine& line(const query::Request& request) const noexcept {
-    return queries_[static_cast<std::size_t>(request.query->kind())];
+  /// One line that takes part in a cost.
+  struct Part {
+    query::CostSamples* samples = nullptr;
+    double count = 0.0;
+  };
+  static constexpr std::size_t most_structure_parts = 3;
+  using StructureParts = std::array<Part, most_structure_parts>;  // a part without samples is none
+
+  StructureParts parts_of(const query::StructureWork& structures) noexcept;
+  /// What a transaction is likely to need.
+  query::StructureWork expected(const store::WriteSet& writes,
+                                std::span<const query::Request> requests) const noexcept;
+  const query::CostSamples& of_kind(const query::Request& request) const noexcept {
+    return kinds_[static_cast<std::size_t>(request.query->kind())];
+  }
+  const query::CostSamples& of(const query::Request& request) const noexcept {
+    return request.query->cost.samples >= own_samples_needed ? request.query->cost : of_kind(request);
   }
 
-  CostLine writes_;
-  CostLine positions_;  // beside the rows of the same transaction
-  std::array<CostLine, static_cast<std::size_t>(query::QueryKind::count)> queries_;
+  query::CostSamples writes_;
+  query::CostSamples positions_;  // beside the rows of the same transaction
+  query::CostSamples refits_, builds_, shapes_;
+  std::uint32_t entities_ = 0;  // of the version that was asked last
+  std::array<query::CostSamples, static_cast<std::size_t>(query::QueryKind::count)> kinds_;
 };
 
 }  // namespace rtstdb::transaction

@@ -49,6 +49,7 @@ class SignalsBlocked {
 
 Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& clock)
     : max_entities_(options.store.max_entities),
+      chunk_(options.chunk),
       clock_(clock),
       store_(std::move(options.store)),
       latest_(store_.latest()),
@@ -139,6 +140,20 @@ void Engine::call(const std::function<void()>& work) {
   errand.wait();
 }
 
+Result<void> Engine::calibrate(Transaction& transaction) {
+  auto& declared = static_cast<TransactionImpl&>(transaction);
+  RTSTDB_ASSERT(&declared.engine() == this);
+  RTSTDB_ASSERT(declared.status() == Status::idle);
+  if (clock_.is_virtual()) return {};
+  Status status = Status::committed;
+  call([&] { status = runner_.rehearse(declared); });
+  const Outcome outcome = std::exchange(declared.draft(), Outcome{});
+  if (status == Status::committed) return {};
+  Outcome told = outcome;
+  told.status = status;
+  return Error{status == Status::device_lost ? ErrorCode::device_lost : ErrorCode::bad_input, describe(told)};
+}
+
 void Engine::give_errand(Errand& errand) noexcept {
   const bool open = errands_given_.push(errand);
   RTSTDB_ASSERT(open);
@@ -205,6 +220,7 @@ void Engine::carry_out(TransactionImpl& transaction) noexcept {
   if (transaction.is_to_be_cancelled()) return finish_cancelled(transaction, CancelledBy::caller);
   const Status status = runner_.run(transaction, this);
   if (store_.latest().version != latest_.get().version) latest_.set(store_.latest());
+  accuracy_.ended(transaction, status);
   finish(transaction, status);
 }
 

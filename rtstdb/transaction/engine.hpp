@@ -5,11 +5,12 @@
 //   submit -> hand-over (lock-free) -> admission -> ready queue -> Runner -> outcome, owner woken
 //
 // Admission
-//   firm: a deadline that has passed is missed; one that can not be met by the predicted costs of this
-//   transaction and of all that go before it is refused, with the earliest that could. Only where each kind
-//   of work in it has been measured often enough, and not under a virtual clock. Refused work gives no
-//   measurements: so that a prediction that has become too high does not refuse for ever, each 16th of a row
-//   is let in. queue full: the least urgent best-effort transaction is cancelled, else the newcomer.
+//   firm: a deadline that has passed is missed; one that can not be met by what is left of those that run, and by the
+//   costs of this transaction and of all that go before it, is refused; so is one that would break what was promised to
+//   another firm transaction of its importance. The earliest deadline that could be met is named, with some time to ask
+//   for it. Only where each kind of work in it has been measured often enough, and not under a virtual clock. Refused
+//   work gives no measurements: so that a prediction that has become too high does not refuse for ever, each 16th of a
+//   row is let in, without a promise. queue full: the least urgent best-effort transaction is cancelled, else the newcomer.
 // Order: importance, then earliest deadline, then arrival. What asks is interrupted between two chunks by what goes
 // before it, which runs inside that gap; so transactions stand in one another, the most urgent innermost.
 //
@@ -25,6 +26,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -33,6 +35,7 @@
 
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/store/store.hpp"
+#include "rtstdb/transaction/accuracy.hpp"
 #include "rtstdb/transaction/cost_model.hpp"
 #include "rtstdb/transaction/errand.hpp"
 #include "rtstdb/transaction/hand_over.hpp"
@@ -84,6 +87,10 @@ class Engine final : private query::Meanwhile {
   /// setup: transactions wait meanwhile. Misuse after close.
   void call(const std::function<void()>& work);
 
+  /// See Database::calibrate. Misuse after close.
+  Result<void> calibrate(Transaction& transaction);
+
+  SchedulerCounts scheduler_counts() const { return accuracy_.read(); }
   TransactionCounts counts() const noexcept { return tally_.read(); }
   /// What the machine did not permit, in words.
   const std::vector<std::string>& degraded() const noexcept { return degraded_; }
@@ -109,6 +116,20 @@ class Engine final : private query::Meanwhile {
   void receive() noexcept;
   void admit(TransactionImpl& transaction) noexcept;
   bool passes_admission(TransactionImpl& transaction, ClockTime now) noexcept;
+  /// When a newcomer would be done with this deadline, if nothing else came.
+  ClockTime expected_end(ClockTime now, const TransactionImpl& transaction,
+                         ClockTime deadline) const noexcept;
+  /// What is left of those that run until a newcomer's turn.
+  Nanoseconds rest_before(ClockTime now, const TransactionImpl& transaction,
+                          ClockTime deadline) const noexcept;
+  /// Those to whom a promise was made, and before whom a newcomer goes.
+  template <class Each>
+  void each_behind(const TransactionImpl& transaction, ClockTime deadline, Each each) noexcept;
+  /// The earliest deadline among the promises of its importance that a newcomer would break.
+  std::optional<ClockTime> first_broken(const TransactionImpl& transaction, ClockTime deadline) noexcept;
+  void take_from_slack(const TransactionImpl& transaction) noexcept;
+  /// The earliest deadline from its own on that is admitted when it is asked for at once.
+  ClockTime earliest_feasible(ClockTime now, const TransactionImpl& transaction) noexcept;
   void carry_out(TransactionImpl& transaction) noexcept;
   void finish(TransactionImpl& transaction, Status status) noexcept;
   void finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept;
@@ -121,8 +142,10 @@ class Engine final : private query::Meanwhile {
   void set_priority(std::thread& thread, int priority);
 
   const std::uint32_t max_entities_;
+  const Nanoseconds chunk_;
   const Clock& clock_;
   Tally tally_;
+  Accuracy accuracy_;
   HandOver submitted_;
   HandOver errands_given_;
   std::atomic<std::uint32_t> bell_{0};  ///< grows with whatever there is to look at

@@ -24,7 +24,7 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
   const TransactionImpl& transaction = *running.transaction;
   if (transaction.is_to_be_cancelled()) return Gap::stop;
   if (queue_.holds_before(transaction) && runner_.running().depth() <= query::max_nesting) {
-    const ClockTime begun = clock_.now();
+    running.stands_since = clock_.now();
     const auto urgent = [&](const TransactionImpl& waiting) {
       return ReadyQueue::goes_before(waiting, transaction) && runner_.fits_beside(waiting);
     };
@@ -32,7 +32,8 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
       carry_out(*next);
       receive();
     }
-    running.interrupted += clock_.now() - begun;
+    running.interrupted += clock_.now() - *running.stands_since;
+    running.stands_since.reset();
   }
   const bool in_vain = transaction.is(DeadlineClass::firm) && clock_.now() > transaction.terms().deadline;
   return in_vain ? Gap::stop : Gap::go_on;

@@ -57,28 +57,19 @@ TransactionImpl& ReadyQueue::shed(TransactionImpl& newcomer) noexcept {
   return *victim;
 }
 
-ClockTime ReadyQueue::expected_end(ClockTime now, const TransactionImpl& transaction, ClockTime deadline,
-                                   Nanoseconds cost) const noexcept {
-  ClockTime end = now + cost;
-  for (const TransactionImpl* waiting : heap_) {
-    const auto importance = waiting->terms().importance;
-    const bool goes_before =
-        importance > transaction.terms().importance ||
-        (importance == transaction.terms().importance && waiting->terms().deadline <= deadline);
-    if (goes_before) end += waiting->outcome().predicted_cost;
-  }
-  return end;
+bool ReadyQueue::comes_before(const TransactionImpl& newcomer, ClockTime deadline,
+                              const TransactionImpl& other) noexcept {
+  const auto importance = other.terms().importance;
+  return importance < newcomer.terms().importance ||
+         (importance == newcomer.terms().importance && deadline < other.terms().deadline);
 }
 
-ClockTime ReadyQueue::earliest_feasible(ClockTime now, const TransactionImpl& transaction,
-                                        Nanoseconds cost) const noexcept {
-  // A later deadline lets more of the queue go before: raise it until it stands.
-  ClockTime deadline = transaction.terms().deadline;
-  while (true) {
-    const ClockTime end = expected_end(now, transaction, deadline, cost);
-    if (end <= deadline) return deadline;
-    deadline = end;
+Nanoseconds ReadyQueue::cost_before(const TransactionImpl& newcomer, ClockTime deadline) const noexcept {
+  Nanoseconds sum{0};
+  for (const TransactionImpl* waiting : heap_) {
+    if (!comes_before(newcomer, deadline, *waiting)) sum += waiting->promised_cost;
   }
+  return sum;
 }
 
 }  // namespace rtstdb::transaction

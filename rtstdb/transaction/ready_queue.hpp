@@ -45,13 +45,16 @@ class ReadyQueue {
   /// counted; else the newcomer. The one who goes is no longer in the queue.
   TransactionImpl& shed(TransactionImpl& newcomer) noexcept;
 
-  /// When a transaction of these terms would be done if nothing else came: the predicted costs of all that go
-  /// before it, and its own.
-  ClockTime expected_end(ClockTime now, const TransactionImpl& transaction, ClockTime deadline,
-                         Nanoseconds cost) const noexcept;
-  /// The earliest deadline from its own on at which it would be done in time.
-  ClockTime earliest_feasible(ClockTime now, const TransactionImpl& transaction,
-                              Nanoseconds cost) const noexcept;
+  /// Whether a transaction that comes now would go before `other`, with this deadline.
+  static bool comes_before(const TransactionImpl& newcomer, ClockTime deadline,
+                           const TransactionImpl& other) noexcept;
+  /// What all that go before a newcomer with this deadline are promised to cost.
+  Nanoseconds cost_before(const TransactionImpl& newcomer, ClockTime deadline) const noexcept;
+  template <class Each>
+  void for_each(Each each) const noexcept {
+    for (TransactionImpl* waiting : heap_)
+      each(*waiting);
+  }
 
  private:
   static bool less_urgent(const TransactionImpl* a, const TransactionImpl* b) noexcept;

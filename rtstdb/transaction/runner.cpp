@@ -1,6 +1,7 @@
 #include "rtstdb/transaction/runner.hpp"
 
 #include <algorithm>
+#include <utility>
 #include <variant>
 
 #include <rtstdb/limits.hpp>
@@ -21,6 +22,55 @@ Status Runner::run(TransactionImpl& transaction, query::Meanwhile* meanwhile) no
                                                         : write(transaction, running, meanwhile);
   running_.pop();
   return status;
+}
+
+Status Runner::rehearse(TransactionImpl& transaction) noexcept {
+  constexpr std::uint32_t parts = 4;
+  std::uint32_t part = 0;
+  Status status = Status::committed;
+  for (std::uint64_t k = 0; k < CostModel::samples_needed && status == Status::committed; ++k) {
+    part = part % parts + 1;
+    transaction.ask_parts(part, parts);
+    status = rehearse_once(transaction);
+    transaction.ask_parts(1, 1);
+  }
+  return status;
+}
+
+Status Runner::rehearse_once(TransactionImpl& transaction) noexcept {
+  /// Divides batches as they will be, and lets nobody in.
+  class Alone final : public query::Meanwhile {
+   public:
+    void begin_wait() noexcept override {}
+    void end_wait() noexcept override {}
+    Gap between_chunks() noexcept override { return Gap::go_on; }
+  } alone;
+  transaction.draft().started = clock_.now();
+  const bool writes = !transaction.write_set().empty();
+  std::optional<store::Snapshot> version;
+  if (writes) {
+    if (!expectations_hold(transaction, store_.latest_snapshot())) return Status::conflict;
+    if (const auto fault = store_.stage(transaction.write_set())) {
+      transaction.draft().bad_input = *fault;
+      return Status::bad_input;
+    }
+    version = store_.staged_snapshot();
+  } else {
+    const auto found = store_.read(transaction.terms().read_at, store::ReadFor::rows_and_shapes);
+    if (const auto* fault = std::get_if<BadInput>(&found)) {
+      transaction.draft().bad_input = *fault;
+      return Status::bad_input;
+    }
+    version = *std::get_if<store::Snapshot>(&found);
+    if (!expectations_hold(transaction, *version)) return Status::conflict;
+  }
+  Running& running = running_.push(transaction);
+  const auto failure = answer(transaction, running, *version, &alone);
+  if (writes) store_.publish();
+  if (!failure) note_cost(transaction, running);
+  if (writes) store_.discard();
+  running_.pop();
+  return failure.value_or(Status::committed);
 }
 
 bool Runner::fits_beside(const TransactionImpl& transaction) const noexcept {
@@ -103,6 +153,7 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   const query::RunReport report = executor_.run(rows, transaction.requests(), times, meanwhile);
   outcome.computed = clock_.now();
   running.queries_cost = outcome.computed - begun - running.interrupted;
+  running.structures = report.structures;
   outcome.gpu_time = Nanoseconds(report.gpu_ns);
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
   if (report.status == query::RunStatus::stopped) return stopped(transaction);
@@ -158,15 +209,22 @@ std::optional<BadInput> Runner::check_queries(TransactionImpl& transaction, cons
   return fault;
 }
 
-bool Runner::published_in_time(TransactionImpl& transaction, const Running& running) noexcept {
+ClockTime Runner::note_cost(TransactionImpl& transaction, const Running& running) noexcept {
   Outcome& outcome = transaction.draft();
   const ClockTime now = clock_.now();
   outcome.interrupted = running.interrupted;
   outcome.actual_cost = now - outcome.started - running.interrupted;
   if (!clock_.is_virtual()) {
     costs_.learn_writes(transaction.write_set(), outcome.actual_cost - running.queries_cost);
-    if (!transaction.requests().empty()) costs_.learn_queries(transaction.requests(), running.queries_cost);
+    if (!transaction.requests().empty())
+      costs_.learn_queries(transaction.requests(), running.queries_cost, running.structures);
   }
+  return now;
+}
+
+bool Runner::published_in_time(TransactionImpl& transaction, const Running& running) noexcept {
+  Outcome& outcome = transaction.draft();
+  const ClockTime now = note_cost(transaction, running);
   const ClockTime deadline = transaction.terms().deadline;
   if (transaction.is(DeadlineClass::firm) && now > deadline) {
     outcome.lateness = now - deadline;

@@ -34,12 +34,16 @@ class Runner {
   /// Fills the transaction's outcome and returns its status; does not give the transaction back. In its waits and gaps
   /// `meanwhile` is served and may run others by this: those that fits_beside says yes to.
   Status run(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept;
+  /// Carries out parts of a transaction and all of it, each as often as it takes to know what it costs, and leaves nothing of
+  /// it. Committed, or why it can not be done.
+  Status rehearse(TransactionImpl& transaction) noexcept;
   /// Whether this could be carried out now: no second one can be staged, and what others read stays readable.
   bool fits_beside(const TransactionImpl& transaction) const noexcept;
   RunningStack& running() noexcept { return running_; }
   const RunningStack& running() const noexcept { return running_; }
 
  private:
+  Status rehearse_once(TransactionImpl& transaction) noexcept;
   Status write(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept;
   Status read(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept;
   static bool expectations_hold(TransactionImpl& transaction, const query::RowSource& rows) noexcept;
@@ -56,6 +60,8 @@ class Runner {
   /// Reads the clock, notes the cost and sets `published`. False: a firm deadline has passed, `published`
   /// stays unset.
   bool published_in_time(TransactionImpl& transaction, const Running& running) noexcept;
+  /// Reads the clock.
+  ClockTime note_cost(TransactionImpl& transaction, const Running& running) noexcept;
   Status done(TransactionImpl& transaction, const query::RowSource& rows) noexcept;
 
   store::Store& store_;

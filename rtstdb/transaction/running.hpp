@@ -21,7 +21,9 @@ struct Running {
   std::optional<Version> reading;  ///< the version it reads, which commits have to leave readable
   bool staged = false;             ///< its writes are: nobody else's can be
   Nanoseconds queries_cost{0};     ///< of that, interruptions are no part
-  Nanoseconds interrupted{0};      ///< spent on others in its gaps
+  query::StructureWork structures;
+  std::optional<ClockTime> stands_since;  ///< when it was interrupted; none while it gets on
+  Nanoseconds interrupted{0};             ///< spent on others in its gaps
 };
 
 class RunningStack {

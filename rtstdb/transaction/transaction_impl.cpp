@@ -13,6 +13,7 @@ TransactionImpl::TransactionImpl(const TransactionOptions& options, const Engine
   write_set_.shapes.reserve(options.max_geometry_updates);
   positions_m_.reserve(options.max_positions);
   requests_.reserve(options.max_queries);
+  asked_.reserve(options.max_queries);
   reads_.reserve(options.max_reads);
 }
 
@@ -31,6 +32,7 @@ void TransactionImpl::begin(const Terms& terms) noexcept {
   write_set_.time = terms.world_time;
   creates_.clear();
   requests_.clear();
+  asked_.clear();
   reads_.clear();
   outcome_ = Outcome{};
   status_.set(static_cast<std::uint32_t>(Status::idle));
@@ -124,6 +126,12 @@ void TransactionImpl::declare(query::PreparedQuery* query, std::uint32_t count) 
   for (const query::Request& request : requests_)
     RTSTDB_ASSERT(request.query != query);  // its answers have one place
   requests_.push_back({query, count});
+  asked_.push_back(count);
+}
+
+void TransactionImpl::ask_parts(std::uint32_t share, std::uint32_t of) noexcept {
+  for (std::size_t k = 0; k < requests_.size(); ++k)
+    requests_[k].count = static_cast<std::uint32_t>(std::uint64_t{asked_[k]} * share / of);
 }
 
 EntityId TransactionImpl::created(std::uint32_t ordinal) const noexcept {

@@ -60,6 +60,8 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   const store::WriteSet& write_set() const noexcept { return write_set_; }
   std::span<const query::Request> requests() const noexcept { return requests_; }
   std::span<query::Request> requests() noexcept { return requests_; }
+  /// Asks as large a share of each batch as this of what was declared.
+  void ask_parts(std::uint32_t share, std::uint32_t of) noexcept;
   Outcome& draft() noexcept { return outcome_; }
   void answer_reads(const query::RowSource& rows) noexcept;
   void mark_pending() noexcept;
@@ -70,7 +72,10 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   bool is_to_be_cancelled() const noexcept { return to_be_cancelled_.load(std::memory_order_acquire); }
   void wait() noexcept { status_.wait_while(static_cast<std::uint32_t>(Status::pending)); }
 
-  std::uint64_t arrival = 0;  ///< the engine's count of admitted transactions, for order among equals
+  Nanoseconds promised_cost{0};  ///< zero: not known
+  bool promised = false;         ///< firm, and admitted by its cost
+  Nanoseconds slack{0};          ///< promised: what may still come before it
+  std::uint64_t arrival = 0;     ///< the engine's count of admitted transactions, for order among equals
 
  private:
   void declare(const Precondition& precondition) noexcept;
@@ -86,7 +91,8 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   std::vector<glm::vec3> positions_m_;  ///< of the write set's shapes; stays where it is
   std::vector<std::uint32_t> creates_;  ///< ordinal of create -> index in the write set
   std::vector<query::Request> requests_;
-  std::vector<EntityState> reads_;  ///< asked for by id; once answered, an invalid id is an absent entity
+  std::vector<std::uint32_t> asked_;  ///< the counts of the requests as declared
+  std::vector<EntityState> reads_;    ///< asked for by id; once answered, an invalid id is an absent entity
   Outcome outcome_;
   std::atomic<bool> to_be_cancelled_{false};
   FutexCell status_{static_cast<std::uint32_t>(Status::idle)};

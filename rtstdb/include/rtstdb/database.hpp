@@ -77,6 +77,21 @@ struct TransactionCounts {
   std::uint64_t hard_misses = 0;  ///< of those late: of class hard
 };
 
+/// Predicted over actual cost of the transactions that asked queries of one kind and were done.
+struct CostPredictions {
+  std::string_view kind;
+  std::uint64_t count = 0;
+  double p01 = 0.0, median = 0.0, p99 = 0.0;  ///< to 4 %, within 1/256 to 256
+};
+
+/// How well the scheduler foresaw.
+struct SchedulerCounts {
+  std::vector<CostPredictions> predictions;
+  /// Firm transactions that were admitted by their predicted costs and carried out; those that were in time; and those
+  /// that were not, since more important ones came.
+  std::uint64_t promised = 0, kept = 0, outranked = 0;
+};
+
 /// How the shapes of geometry that deforms came to the device so far.
 struct ShapeCounts {
   std::uint64_t refits = 0;    ///< boxes made anew over the tree as it was
@@ -115,6 +130,11 @@ class Database {
   virtual Result<std::unique_ptr<NearestQuery>> prepare(const NearestQueryOptions& options) = 0;
   virtual Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) = 0;
   virtual std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) = 0;
+  /// Carries out a transaction that is declared and not submitted some times on the world as it stands, with parts of its
+  /// batches and whole, to learn what it costs; publishes nothing, but version numbers are used up where it writes.
+  /// Afterwards it is declared as it was, and what its queries answer is not to be used. Nothing under a virtual clock.
+  /// Errors: bad_input for what would be its outcome, also for a conflict; device_lost.
+  virtual Result<void> calibrate(Transaction& transaction) = 0;
 
   // ---- tick ----
   /// Hands the transaction over and returns at once. Its outcome is final when its status says so.
@@ -141,6 +161,7 @@ class Database {
   /// when a shape of geometry that deforms is no longer kept for it.
   virtual Result<TriangleMesh> geometry(GeometryId id, const ReadAt& read_at) const = 0;
   virtual TransactionCounts counts() const noexcept = 0;
+  virtual SchedulerCounts scheduler_counts() const = 0;
   virtual ShapeCounts shape_counts() const noexcept = 0;
   virtual Health health() const = 0;
 };

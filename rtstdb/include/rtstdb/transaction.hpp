@@ -133,7 +133,7 @@ struct Outcome {
   Nanoseconds predicted_cost{0}, actual_cost{0};  ///< started to published, but for `interrupted`
   Nanoseconds interrupted{0};                     ///< spent on more urgent transactions, which ran in between
   Nanoseconds gpu_time{0};                        ///< of the actual cost, spent on the device
-  ClockTime earliest_feasible{};  ///< refused: the earliest deadline that would have been admitted
+  ClockTime earliest_feasible{};  ///< refused: the earliest deadline that is admitted when asked for at once
   bool durable = false;           ///< written to a log that survives a crash
 
   /// Whether the writes are in and the answers stand.

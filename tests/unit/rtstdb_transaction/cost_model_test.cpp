@@ -18,44 +18,109 @@ store::WriteSet rows(std::size_t count) {
 TEST(CostLine, FindsBaseAndSlopeInNoise) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 2000.0);
-  CostLine line;
+  query::CostSamples line;
   for (int k = 0; k < 500; ++k) {
     const double count = 1.0 + static_cast<double>(random() % 1000);
-    line.learn(count, 50'000.0 + 120.0 * count + noise(random));
+    learn(line, count, 50'000.0 + 120.0 * count + noise(random));
   }
-  EXPECT_NEAR(line.predict_ns(0), 50'000.0, 3000.0);
-  EXPECT_NEAR(line.predict_ns(1000), 170'000.0, 3000.0);
+  EXPECT_NEAR(predict_ns(line, 0), 50'000.0, 3000.0);
+  EXPECT_NEAR(predict_ns(line, 1000), 170'000.0, 3000.0);
 }
 
 TEST(CostLine, FollowsAChangedMachine) {
-  CostLine line;
+  query::CostSamples line;
   for (int k = 0; k < 500; ++k)
-    line.learn(k % 50, 1000.0 + 10.0 * (k % 50));
+    learn(line, k % 50, 1000.0 + 10.0 * (k % 50));
   for (int k = 0; k < 400; ++k)
-    line.learn(k % 50, 9000.0 + 40.0 * (k % 50));
-  EXPECT_NEAR(line.predict_ns(20), 9800.0, 100.0);
+    learn(line, k % 50, 9000.0 + 40.0 * (k % 50));
+  EXPECT_NEAR(predict_ns(line, 20), 9800.0, 100.0);
 }
 
 TEST(CostLine, OneCountSaysLittleAboutOthers) {
-  CostLine line;
-  EXPECT_EQ(line.predict_ns(5), 0.0);
+  query::CostSamples line;
+  EXPECT_EQ(predict_ns(line, 5), 0.0);
   for (int k = 0; k < 50; ++k)
-    line.learn(64, 1000.0);
-  EXPECT_NEAR(line.predict_ns(64), 1000.0, 1e-6);
-  EXPECT_NEAR(line.predict_ns(128), 2000.0, 1e-6);
-  EXPECT_NEAR(line.predict_ns(1), 1000.0, 1e-6);
+    learn(line, 64, 1000.0);
+  EXPECT_NEAR(predict_ns(line, 64), 1000.0, 1e-6);
+  EXPECT_NEAR(predict_ns(line, 128), 2000.0, 1e-6);
+  EXPECT_NEAR(predict_ns(line, 1), 1000.0, 1e-6);
 }
 
 TEST(CostLine, NeverFallsNorGoesBelowZero) {
-  CostLine falling;
+  query::CostSamples falling;
   for (int k = 0; k < 50; ++k)
-    falling.learn(k, 1000.0 - k);
-  EXPECT_GE(falling.predict_ns(1e6), falling.predict_ns(0));
-  CostLine steep;
+    learn(falling, k, 1000.0 - k);
+  EXPECT_GE(predict_ns(falling, 1e6), predict_ns(falling, 0));
+  query::CostSamples steep;
   for (int k = 0; k < 50; ++k)
-    steep.learn(k, static_cast<double>(k * k));
+    learn(steep, k, static_cast<double>(k * k));
   for (const double count : {0.0, 1.0, 10.0, 1000.0})
-    EXPECT_GE(steep.predict_ns(count), 0.0) << count;
+    EXPECT_GE(predict_ns(steep, count), 0.0) << count;
+}
+
+TEST(CostLine, RemembersHowFarTheLastSamplesLayAbove) {
+  query::CostSamples line;
+  for (int k = 0; k < 100; ++k)
+    learn(line, 64, 1000.0);
+  EXPECT_NEAR(line.above, 1.0, 1e-9);
+  learn(line, 64, 2500.0);
+  EXPECT_NEAR(line.above, 2.5, 1e-6);
+  learn(line, 64, 1e9);
+  EXPECT_EQ(line.above, 4.0) << "what the operating system did is not promised";
+  for (int k = 0; k < 1000; ++k)
+    learn(line, 64, 1000.0);
+  EXPECT_LT(line.above, 1.01);
+}
+
+TEST(CostModel, APreparedQueryIsPredictedByItsOwnOnceItIsKnown) {
+  CostModel model;
+  SimulatedQuery cheap(1000);
+  SimulatedQuery dear(1000);
+  SimulatedQuery unknown(1000);
+  model.learn_writes(rows(0), Nanoseconds(0));
+  const auto predicted = [&](SimulatedQuery& query) {
+    const query::Request request{&query, 100};
+    return model.predict(rows(0), std::span(&request, 1))->mean;
+  };
+  for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k) {
+    const query::Request requests[] = {{&cheap, 100}, {&dear, 100}};
+    model.learn_writes(rows(0), Nanoseconds(0));
+    model.learn_queries(std::span(requests).first(1), Nanoseconds(10'000));
+    model.learn_queries(std::span(requests).last(1), Nanoseconds(90'000));
+  }
+  EXPECT_EQ(predicted(cheap), Nanoseconds(10'000));
+  EXPECT_EQ(predicted(dear), Nanoseconds(90'000));
+  EXPECT_NEAR(static_cast<double>(predicted(unknown).count()), 50'000.0, 2000.0) << "as its kind";
+}
+
+TEST(CostModel, StructuresAreMeasuredApart) {
+  CostModel model;
+  SimulatedQuery rays(1000);
+  const query::Request request{&rays, 100};
+  const std::span one(&request, 1);
+  const query::StructureWork refit{.refitted = true, .rows = 10, .entities = 1000};
+  const query::StructureWork build{.built = true, .rows = 10, .entities = 1000};
+  for (int k = 0; k < 40; ++k) {
+    model.learn_writes(rows(10), Nanoseconds(0));
+    model.learn_queries(one, Nanoseconds(20'000));
+  }
+  EXPECT_EQ(model.predict(rows(0), one)->mean, Nanoseconds(20'000)) << "it finds its structures there";
+  for (int k = 0; k < 40; ++k) {
+    model.learn_queries(one, Nanoseconds(50'000), refit);
+    model.learn_queries(one, Nanoseconds(20'000 + 400'000), build);
+  }
+  const auto predicted = [&](const store::WriteSet& writes) {
+    return static_cast<double>(model.predict(writes, one)->mean.count());
+  };
+  store::WriteSet update = rows(10);
+  for (store::Write& write : update.writes)
+    write.kind = store::WriteKind::update;
+  store::WriteSet create = rows(10);
+  for (store::Write& write : create.writes)
+    write.kind = store::WriteKind::create;
+  EXPECT_NEAR(predicted(update), 50'000.0, 2'000.0);
+  EXPECT_NEAR(predicted(create), 424'000.0, 8'000.0);
+  EXPECT_NEAR(predicted(rows(0)), 50'000.0, 2'000.0) << "it needed them the last times";
 }
 
 TEST(CostModel, PredictsOnlyWhatItHasSeenEnoughOf) {
@@ -67,11 +132,11 @@ TEST(CostModel, PredictsOnlyWhatItHasSeenEnoughOf) {
     EXPECT_FALSE(model.predict(rows(1), {}));
     model.learn_writes(rows(1), Nanoseconds(500));
   }
-  EXPECT_EQ(model.predict(rows(1), {}), Nanoseconds(500));
+  EXPECT_EQ(model.predict(rows(1), {})->mean, Nanoseconds(500));
   for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k) {
     model.learn_queries(std::span(both, 1), Nanoseconds(10'000));
   }
-  EXPECT_EQ(model.predict(rows(1), std::span(both, 1)), Nanoseconds(10'500));
+  EXPECT_EQ(model.predict(rows(1), std::span(both, 1))->mean, Nanoseconds(10'500));
   EXPECT_FALSE(model.predict(rows(1), both)) << "no region was ever asked";
 }
 
@@ -94,7 +159,8 @@ TEST(CostModel, TellsKindsInOneTransactionApart) {
        {std::pair(100u, 10u), std::pair(900u, 10u), std::pair(500u, 90u)}) {
     const query::Request requests[] = {{&rays, ray_count}, {&regions, region_count}};
     const double expected = static_cast<double>(cost(ray_count, region_count).count());
-    EXPECT_NEAR(static_cast<double>(model.predict(rows(0), requests)->count()), expected, 0.25 * expected);
+    EXPECT_NEAR(static_cast<double>(model.predict(rows(0), requests)->mean.count()), expected,
+                0.25 * expected);
   }
 }
 
@@ -107,10 +173,10 @@ TEST(CostModel, TellsPositionsFromRows) {
   EXPECT_FALSE(model.predict(shape, {})) << "no shape was ever written";
   for (int k = 0; k < 16; ++k)
     model.learn_writes(shape, Nanoseconds(25'000));
-  EXPECT_EQ(model.predict(rows(10), {}), Nanoseconds(5'000)) << "rows are as cheap as they were";
-  EXPECT_EQ(model.predict(shape, {}), Nanoseconds(25'000));
+  EXPECT_EQ(model.predict(rows(10), {})->mean, Nanoseconds(5'000)) << "rows are as cheap as they were";
+  EXPECT_EQ(model.predict(shape, {})->mean, Nanoseconds(25'000));
   shape.shapes.push_back({GeometryId{0}, 1000, 1000, {}});
-  EXPECT_EQ(model.predict(shape, {}), Nanoseconds(45'000));
+  EXPECT_EQ(model.predict(shape, {})->mean, Nanoseconds(45'000));
 }
 
 }  // namespace

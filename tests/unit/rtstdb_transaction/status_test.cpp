@@ -116,7 +116,7 @@ TEST_F(Statuses, RefusedNamesTheEarliestDeadlineThatWouldDo) {
   EXPECT_EQ(refused.status, Status::refused);
   EXPECT_EQ(refused.predicted_cost, 2ms);
   EXPECT_EQ(refused.started, ClockTime{});
-  EXPECT_EQ(refused.earliest_feasible, refused.submitted + 2ms);
+  EXPECT_EQ(refused.earliest_feasible, refused.submitted + 2250us) << "with an eighth to ask again";
 
   const auto feasible = change(terms(DeadlineClass::firm, refused.earliest_feasible));
   EXPECT_EQ(world_.execute(*feasible).status, Status::committed) << "the time named is one that can be met";

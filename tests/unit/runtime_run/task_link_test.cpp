@@ -44,6 +44,7 @@ class VersionOnly final : public rtstdb::Database {
       const rtstdb::TransactionOptions& /*options*/) override {
     return nullptr;
   }
+  rtstdb::Result<void> calibrate(rtstdb::Transaction& /*transaction*/) override { return refused(); }
   void submit(rtstdb::Transaction& /*transaction*/) noexcept override {}
   const rtstdb::Outcome& wait(rtstdb::Transaction& /*transaction*/) noexcept override { return outcome_; }
   void cancel(rtstdb::Transaction& /*transaction*/) noexcept override {}
@@ -60,6 +61,7 @@ class VersionOnly final : public rtstdb::Database {
     return refused();
   }
   rtstdb::TransactionCounts counts() const noexcept override { return {}; }
+  rtstdb::SchedulerCounts scheduler_counts() const override { return {}; }
   rtstdb::ShapeCounts shape_counts() const noexcept override { return {}; }
   rtstdb::Health health() const override { return {}; }
 

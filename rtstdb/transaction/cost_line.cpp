@@ -1,0 +1,59 @@
+#include "rtstdb/transaction/cost_line.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace rtstdb::transaction {
+namespace {
+
+/// A sample's weight halves every 34 samples after it.
+constexpr double fading = 0.98;
+
+/// What lay above halves every 69 samples. Farther above than this lies what the operating system did.
+constexpr double above_fading = 0.99;
+constexpr double most_above = 4.0;
+
+struct Line {
+  double base_ns = 0.0, slope_ns = 0.0;
+};
+
+/// None while all samples have about the same count.
+std::optional<Line> fitted(const query::CostSamples& sums) noexcept {
+  if (sums.samples == 0) return std::nullopt;
+  const double mean_count = sums.counts / sums.weight;
+  const double mean_cost = sums.costs / sums.weight;
+  const double variance = sums.counts_squared / sums.weight - mean_count * mean_count;
+  if (variance <= 1e-6 * std::max(1.0, mean_count * mean_count)) return std::nullopt;
+  const double slope = std::max(0.0, (sums.counts_costs / sums.weight - mean_count * mean_cost) / variance);
+  const double base = mean_cost - slope * mean_count;
+  if (base < 0.0) return Line{0.0, sums.counts_costs / sums.counts_squared};
+  return Line{base, slope};
+}
+
+}  // namespace
+
+void learn(query::CostSamples& samples, double count, double cost_ns) noexcept {
+  const double expected_ns = predict_ns(samples, count);
+  samples.above = 1.0 + (samples.above - 1.0) * above_fading;
+  if (expected_ns > 0.0) samples.above = std::max(samples.above, std::min(cost_ns / expected_ns, most_above));
+  samples.weight = samples.weight * fading + 1.0;
+  samples.counts = samples.counts * fading + count;
+  samples.costs = samples.costs * fading + cost_ns;
+  samples.counts_squared = samples.counts_squared * fading + count * count;
+  samples.counts_costs = samples.counts_costs * fading + count * cost_ns;
+  ++samples.samples;
+}
+
+double predict_ns(const query::CostSamples& samples, double count) noexcept {
+  if (samples.samples == 0) return 0.0;
+  if (const auto line = fitted(samples)) return line->base_ns + line->slope_ns * count;
+  const double more = samples.counts > 0.0 ? std::max(1.0, count * samples.weight / samples.counts) : 1.0;
+  return samples.costs / samples.weight * more;
+}
+
+double per_element_ns(const query::CostSamples& samples, double count) noexcept {
+  if (const auto line = fitted(samples)) return line->slope_ns;
+  return count > 0.0 ? predict_ns(samples, count) / count : 0.0;
+}
+
+}  // namespace rtstdb::transaction

@@ -1,0 +1,16 @@
+#pragma once
+// What count of something costs: a weighted least-squares line over samples that fade. It never falls and never goes
+// below zero. Beside it stands how far the last samples lay above it. No allocation.
+
+#include "rtstdb/query/executor.hpp"
+
+namespace rtstdb::transaction {
+
+void learn(query::CostSamples& samples, double count, double cost_ns) noexcept;
+/// Zero before the first sample. Where only one count was ever seen, more is taken to cost in proportion and less to cost
+/// the same.
+double predict_ns(const query::CostSamples& samples, double count) noexcept;
+/// What one more costs, where there are so many; zero before the first sample.
+double per_element_ns(const query::CostSamples& samples, double count) noexcept;
+
+}  // namespace rtstdb::transaction
