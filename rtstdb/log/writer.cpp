@@ -63,13 +63,7 @@ Result<std::unique_ptr<Writer>> Writer::start(Disk& disk, const Clock& clock, Ri
     disk.remove(unfinished_checkpoint_name(number));
 
   std::unique_ptr<Writer> writer(new Writer(disk, clock, ring, source, options, start));
-  if (start.last) {
-    if (auto fault = writer->begin_with_last_group(*start.last, start.last_bytes)) return in_words(*fault);
-  } else if (auto fault = writer->open_segment()) {
-    return in_words(*fault);
-  }
-  if (start.version_of_groups < start.version)
-    writer->begin_with_gap(start.version_of_groups + 1, start.version);
+  if (auto fault = writer->begin(start)) return in_words(*fault);
   writer->move_watermark();
   return writer;
 }
@@ -91,26 +85,32 @@ DiskFault Writer::open_segment(std::span<const std::byte> first_groups) {
   return std::nullopt;
 }
 
-DiskFault Writer::begin_with_last_group(const Position& last, std::uint64_t count) {
-  const std::string name = segment_name(last.segment);
-  auto file = disk_.open(name);
-  if (!file) return file.error();
-  std::vector<std::byte> bytes(count);
-  auto read = file.value()->read(last.offset, bytes);
-  if (!read) return read.error();
-  // Padding behind the last record may end with the file.
-  const std::uint64_t number_after = std::exchange(group_number_, last.group);
-  const std::uint64_t link_after = std::exchange(link_, last.link);
-  auto fault = open_segment(bytes);
+DiskFault Writer::begin(const LogStart& start) {
+  std::vector<std::byte> first_groups;
+  if (start.last) {
+    auto file = disk_.open(segment_name(start.last->segment));
+    if (!file) return file.error();
+    first_groups.resize(start.last_bytes);  // padding behind the last record may end with the file
+    auto read = file.value()->read(start.last->offset, first_groups);
+    if (!read) return read.error();
+  }
+  // Together with the segment's name, which takes the place of what told of the gap before.
+  const bool has_gap = start.version_of_groups < start.version;
+  std::span<const std::byte> gap_group;
+  if (has_gap) {
+    std::array<std::byte, gap_bytes> record;
+    encode_gap(start.version_of_groups + 1, start.version, record);
+    group_.append(record);
+    gap_group = group_.seal({.database_id = database_id_, .number = group_number_, .link = link_}, 0);
+    first_groups.insert(first_groups.end(), gap_group.begin(), gap_group.end());
+  }
+  const std::uint64_t number_after = std::exchange(group_number_, start.last.value_or(start.next).group);
+  const std::uint64_t link_after = std::exchange(link_, start.last.value_or(start.next).link);
+  auto fault = open_segment(first_groups);
   group_number_ = number_after;
   link_ = link_after;
+  if (!fault && has_gap) group_is_on_disk(gap_group.size(), Nanoseconds(0));
   return fault;
-}
-
-void Writer::begin_with_gap(Version from, Version to) {
-  std::array<std::byte, gap_bytes> record;
-  encode_gap(from, to, record);
-  group_.append(record);
 }
 
 void Writer::gather() noexcept {

@@ -82,8 +82,7 @@ class Writer {
          const LogStart& start);
 
   DiskFault open_segment(std::span<const std::byte> first_groups = {});
-  DiskFault begin_with_last_group(const Position& last, std::uint64_t bytes);
-  void begin_with_gap(Version from, Version to);
+  DiskFault begin(const LogStart& start);
   void gather() noexcept;
   bool group_is_due(ClockTime now) noexcept;
   DiskFault write_group(std::int64_t real_time_ns);
