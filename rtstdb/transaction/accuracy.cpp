@@ -53,8 +53,8 @@ void Accuracy::ended(const TransactionImpl& transaction, Status status) noexcept
   const double place =
       std::round((std::clamp<double>(octaves_above, -octaves, octaves) + octaves) * per_octave);
   for (const query::Request& request : transaction.requests())
-    count_one((*predicted_over_actual_)[static_cast<std::size_t>(request.query->kind())]
-                                       [static_cast<std::size_t>(place)]);
+    count_one(predicted_over_actual_[static_cast<std::size_t>(request.query->kind())]
+                                    [static_cast<std::size_t>(place)]);
 }
 
 CostPredictions Accuracy::read(query::QueryKind kind, const Histogram& histogram) {
@@ -79,7 +79,7 @@ CostPredictions Accuracy::read(query::QueryKind kind, const Histogram& histogram
 SchedulerCounts Accuracy::read() const {
   SchedulerCounts counts;
   for (std::size_t k = 0; k < kinds; ++k) {
-    const CostPredictions found = read(static_cast<query::QueryKind>(k), (*predicted_over_actual_)[k]);
+    const CostPredictions found = read(static_cast<query::QueryKind>(k), predicted_over_actual_[k]);
     if (found.count > 0) counts.predictions.push_back(found);
   }
   counts.promised = promised_.load(std::memory_order_relaxed);

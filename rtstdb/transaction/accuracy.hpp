@@ -1,12 +1,11 @@
 #pragma once
 // What was predicted beside what it came to: costs by kind of query, and promises of admission. Written under the engine's
-// lock, read by any thread; allocates when it is made and in read.
+// lock, read by any thread; no allocation but in read.
 
 #include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 
 #include <rtstdb/database.hpp>
 
@@ -32,9 +31,7 @@ class Accuracy {
 
   static CostPredictions read(query::QueryKind kind, const Histogram& histogram);
 
-  // Too large for whoever makes an engine on a small stack.
-  std::unique_ptr<std::array<Histogram, kinds>> predicted_over_actual_ =
-      std::make_unique<std::array<Histogram, kinds>>();
+  std::array<Histogram, kinds> predicted_over_actual_{};
   Counter promised_{0}, kept_{0}, outranked_{0};
 };
 
