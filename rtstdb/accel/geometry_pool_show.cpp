@@ -16,6 +16,13 @@ constexpr std::uint32_t aligned(std::uint32_t count) {
   return (count + step - 1) / step * step;
 }
 
+/// SplitMix64's finalizer.
+constexpr std::uint64_t spread(std::uint64_t number) {
+  number = (number ^ (number >> 30)) * 0xBF58476D1CE4E5B9u;
+  number = (number ^ (number >> 27)) * 0x94D049BB133111EBu;
+  return number ^ (number >> 31);
+}
+
 }  // namespace
 
 Result<GeometryPool::Part> GeometryPool::add_deforming(gpu::Device& device, const TriangleMesh& mesh,
@@ -84,11 +91,12 @@ bool GeometryPool::show(gpu::Device& device, const query::RowSource& rows, Submi
     ++counts_.refits;
     if (geometry.wants_build(placing.place) && !build(device, geometry, placing, rows, submit)) return false;
   }
+  // Of each set of places another number: refits are numbered, and a finalizer spreads the numbers over the word.
   shown_ = 0;
   for (const DeformingGeometry& geometry : deforming_) {
     const DeformingGeometry::Shown shown = geometry.shown();
     write_record(geometry.id().index, shown.bounds, shown.root, shown.closed);
-    shown_ = std::max(shown_, shown.placing);
+    shown_ += spread(shown.placing);
   }
   return true;
 }

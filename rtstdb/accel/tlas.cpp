@@ -66,7 +66,7 @@ Moment TlasView::moment(WorldTime t) const noexcept {
   const WorldTime late_epoch = epoch + epoch_length;
   const bool late = t >= late_epoch;
   const double window_s = seconds_between(window_begin, window_end);
-  return {.t_s = static_cast<float>(seconds_between(late ? late_epoch : epoch, t)),
+  return {.t_ns = static_cast<std::int32_t>((t - (late ? late_epoch : epoch)).count()),
           .instance_base = late ? late_base : 0,
           .share = window_s > 0.0 ? static_cast<float>(seconds_between(window_begin, t) / window_s) : 0.0f};
 }

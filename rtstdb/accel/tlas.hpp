@@ -52,7 +52,7 @@ inline constexpr std::uint32_t patched_share = 8;
 
 /// An instant as the device is told of it.
 struct Moment {
-  float t_s = 0.0f;                 ///< since its epoch
+  std::int32_t t_ns = 0;            ///< since its epoch
   std::uint32_t instance_base = 0;  ///< where that epoch's instances begin
   float share = 0.0f;               ///< of the window that has passed
 };

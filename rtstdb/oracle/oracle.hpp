@@ -8,7 +8,7 @@
 //
 // How an answer is judged. Single precision knows a point of the query only within `noise_m`, the sum of the
 // magnitudes that take part (distances from the world's origin, the way along the ray, the entity's reach and
-// path since the version's time) times noise_factor units in the last place:
+// path since the last whole second, or since its motion began in it) times noise_factor units in the last place:
 //     agrees     the same answer within the tolerances below
 //     too_close  another answer, but moving the query by noise_m could have made it right
 //     differs    wrong

@@ -20,10 +20,19 @@ bool visible(const EntityState& state, std::uint32_t mask) noexcept {
   return state.row.geometry.valid() && (state.row.mask & mask) != 0;
 }
 
+/// Since the row is written down in single precision: at the last whole second, or where its motion began since.
+double since_written_down_s(const Motion& motion, WorldTime t) noexcept {
+  constexpr std::int64_t second_ns = 1'000'000'000;
+  const std::int64_t rest_ns = t.time_since_epoch().count() % second_ns;
+  const WorldTime second = t - Nanoseconds(rest_ns < 0 ? rest_ns + second_ns : rest_ns);
+  const bool began_since = motion.valid_from > second && seconds_between(second, motion.valid_from) < 1.0;
+  return seconds_between(began_since ? motion.valid_from : second, t);
+}
+
 PosedEntity posed(const World& world, const EntityState& state, WorldTime t, bool ignore_motion) noexcept {
   const WorldTime instant = ignore_motion ? world.version_time() : t;
   const MeshTree* mesh = state.row.geometry.valid() ? &world.mesh_of(state) : nullptr;
-  return {&state, mesh, pose_at(state.row.motion, instant), seconds_between(world.version_time(), instant)};
+  return {&state, mesh, pose_at(state.row.motion, instant), since_written_down_s(state.row.motion, instant)};
 }
 
 double noise_units_m(const EntityState& state, const Pose& pose, double dt_s, double arm_m) noexcept {

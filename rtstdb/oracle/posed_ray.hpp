@@ -13,7 +13,7 @@ struct PosedEntity {
   const EntityState* state = nullptr;
   const MeshTree* mesh = nullptr;  ///< null for an entity without geometry
   Pose pose;
-  double dt_s = 0.0;  ///< since the version's time; zero when motion is ignored
+  double dt_s = 0.0;  ///< since the row is written down in single precision (shaders/shared/entity.h)
 
   std::array<glm::dvec3, 3> corners_world(std::uint32_t triangle) const noexcept;
   double reach() const noexcept { return reach_m(mesh->bounds(), state->row.scale); }

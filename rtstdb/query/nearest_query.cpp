@@ -195,7 +195,7 @@ void GpuNearestQuery::pack(std::uint32_t at, std::uint32_t place, const accel::T
   const accel::Moment moment = view.moment(point.t);
   point_records_.host_as<shared::NearestRecord>()[at] = {.point_m = point.point_m,
                                                          .radius_m = point.radius_m,
-                                                         .t_s = moment.t_s,
+                                                         .t_ns = moment.t_ns,
                                                          .mask = point.mask,
                                                          .carrier = place_of(point.carrier, tlas, view),
                                                          .excluded = place_of(point.excluded, tlas, view),

@@ -56,7 +56,7 @@ shared::RegionRecord GpuOverlapQuery::packed(const Overlap& overlap, const RowSo
           .half_extent_m = 0.5f * (bounds.maximum_m - bounds.minimum_m) * scale,
           .mask = overlap.mask,
           .q = glm::vec4(0.0f, 0.0f, 0.0f, 1.0f),
-          .t_s = moment.t_s,
+          .t_ns = moment.t_ns,
           .carrier = tlas.place_of(view.slot, overlap.entity.index),
           .excluded = overlap.entity.index,
           .instance_base = moment.instance_base,

@@ -87,7 +87,7 @@ shared::RegionRecord GpuRegionQuery::packed(const Region& region, const accel::T
       .half_extent_m = region.half_extent_m,
       .mask = region.mask,
       .q = glm::vec4(q.x, q.y, q.z, q.w),
-      .t_s = moment.t_s,
+      .t_ns = moment.t_ns,
       .carrier = region.carrier.valid() ? tlas.place_of(view.slot, region.carrier.index) : shared::no_entity,
       .excluded = shared::no_entity,
       .instance_base = moment.instance_base,

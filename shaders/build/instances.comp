@@ -28,10 +28,17 @@ const uint no_geometry = 0xFFFFFFFFu;
     target[base + 1u] = i.q;                                               \
     target[base + 2u] = vec4(i.v, uintBitsToFloat(i.blas_root));           \
     target[base + 3u] = vec4(i.w, uintBitsToFloat(i.entity));              \
-    target[base + 4u] = vec4(i.scale, i.closed ? 1.0 : 0.0);               \
+    target[base + 4u] = vec4(i.scale, uintBitsToFloat(uint(i.from_ns) | (i.closed ? instance_closed_bit : 0u))); \
     target[base + 5u] = vec4(i.box_center, 0.0);                           \
     target[base + 6u] = vec4(i.box_half, 0.0);                             \
   }
+
+Instance written_down(EntityRecord row, GeometryRecord geometry, uvec2 epoch) {
+  const int from_ns = from_ns_of(row.valid_from, epoch);
+  Instance i = instance_of(row, geometry, from_ns > 0 ? row.valid_from : epoch);
+  i.from_ns = from_ns;
+  return i;
+}
 
 // An instance is known by its place in `live`. Entities without a geometry come after the `visible_count` others: they get
 // instances (they may carry queries) but no place in the tree.
@@ -41,16 +48,15 @@ void main() {
   const EntityRecord row = rows[live[place]];
   GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u);
   if (row.geometry != no_geometry) geometry = geometries[row.geometry];
-  const Instance early = instance_of(row, geometry, args.epoch);
+  const Instance early = written_down(row, geometry, args.epoch);
   WRITE_INSTANCE(instances, early)
   if (args.meets_late != 0u) {
-    const Instance late = instance_of(row, geometry, args.late_epoch);
+    const Instance late = written_down(row, geometry, args.late_epoch);
     WRITE_INSTANCE(late_instances, late)
   }
   if (place >= args.visible_count) return;
   // From the epoch's instance, as queries that ask at several instants do it.
-  const float begin_s = float(seconds_between(args.epoch, args.window_begin));
-  const vec3 center = center_at(early, begin_s);
+  const vec3 center = center_at(early, int(args.window_begin.x - args.epoch.x));
   centers[place] = vec4(center, uintBitsToFloat(early.mask));
   const MotionBox box = bounds_of(instance_of(row, geometry, args.window_begin), args.window_s);
   bounds[place] = swept(box);

@@ -48,9 +48,17 @@ struct Instance {
   uint entity;
   vec3 scale;
   bool closed;  // its geometry bounds a body
+  int from_ns;  // when it is where it is written down, since its epoch
   vec3 box_center;
   vec3 box_half;
 };
+
+// Where a row is written down for the stretch that begins at `epoch`: where its motion begins, when that lies in the stretch, for
+// there a row says it best; else at the epoch.
+int from_ns_of(uvec2 valid_from, uvec2 epoch) {
+  const int64_t after_ns = int64_t(packUint2x32(valid_from)) - int64_t(packUint2x32(epoch));
+  return after_ns > 0 && after_ns < int64_t(epoch_length_ns) ? int(after_ns) : 0;
+}
 
 Instance instance_of(EntityRecord row, GeometryRecord geometry, uvec2 instant) {
   const double age_s = seconds_between(row.valid_from, instant);
@@ -67,6 +75,7 @@ Instance instance_of(EntityRecord row, GeometryRecord geometry, uvec2 instant) {
   instance.entity = row.index;
   instance.scale = row.scale;
   instance.closed = geometry.closed != 0u;
+  instance.from_ns = 0;
   instance.box_center = geometry.box_center_m;
   instance.box_half = geometry.box_half_m;
   return instance;
@@ -76,10 +85,16 @@ MotionBox bounds_of(Instance i, float window_s) {
   return motion_bounds(i.p, i.q, i.v, i.w, i.box_center * i.scale, i.box_half * i.scale, window_s);
 }
 
+// An instance at an instant, both counted from its epoch. Whole numbers are subtracted: nothing is lost between two that lie close
+// together.
+float since(Instance i, int t_ns) { return float(t_ns - i.from_ns) * 1e-9; }
+
+vec3 position_of(Instance i, int t_ns) { return i.p + i.v * since(i, t_ns); }
+
+vec4 orientation_of(Instance i, int t_ns) { return orientation_at(i.q, i.w, since(i, t_ns)); }
+
 // The centre of the instance's bounds.
-vec3 center_at(Instance i, float t_s) {
-  return i.p + i.v * t_s + rotate(orientation_at(i.q, i.w, t_s), i.box_center * i.scale);
-}
+vec3 center_at(Instance i, int t_ns) { return position_of(i, t_ns) + rotate(orientation_of(i, t_ns), i.box_center * i.scale); }
 
 // What a query needs first; the box is read only where it is used.
 Instance fetch_instance(samplerBuffer instances, uint index) {
@@ -97,7 +112,9 @@ Instance fetch_instance(samplerBuffer instances, uint index) {
   instance.w = t3.xyz;
   instance.entity = floatBitsToUint(t3.w);
   instance.scale = t4.xyz;
-  instance.closed = t4.w != 0.0;
+  const uint from_and_closed = floatBitsToUint(t4.w);
+  instance.closed = (from_and_closed & instance_closed_bit) != 0u;
+  instance.from_ns = int(from_and_closed & ~instance_closed_bit);
   return instance;
 }
 

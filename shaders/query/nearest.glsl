@@ -195,13 +195,13 @@ vec3 offset_to_center(uint place, vec3 point) {
 }
 #elif defined(NEAREST_ENTITY)
 // From the point to the target, in the world.
-vec3 offset_to(Instance i, float t_s, vec3 point) {
+vec3 offset_to(Instance i, int t_ns, vec3 point) {
 #ifdef NEAREST_CENTER
-  precise vec3 offset = center_at(i, t_s) - point;
+  precise vec3 offset = center_at(i, t_ns) - point;
   return offset;
 #else
-  const vec4 q = orientation_at(i.q, i.w, t_s);
-  const vec3 from_center = into_frame(i, q, t_s, point) - i.box_center * i.scale;
+  const vec4 q = orientation_of(i, t_ns);
+  const vec3 from_center = into_frame(i, q, t_ns, point) - i.box_center * i.scale;
   const vec3 half_extent = i.box_half * i.scale;
   return rotate(q, clamp(from_center, -half_extent, half_extent) - from_center);
 #endif
@@ -276,20 +276,20 @@ NeighborRecord described(uint place, uint slot, float distance, NearestRecord re
   const vec3 offset = offset_to_center(place, asked.point);
 #else
   fetch_instance_box(instances, place, i);
-  const vec3 offset = offset_to(i, record.t_s, asked.point);
+  const vec3 offset = offset_to(i, record.t_ns, asked.point);
 #endif
   neighbor.triangle = 0u;
   neighbor.u = neighbor.v = 0.0;
 #else
-  const vec4 q = orientation_at(i.q, i.w, record.t_s);
-  const vec3 point = into_frame(i, q, record.t_s, asked.point);
+  const vec4 q = orientation_of(i, record.t_ns);
+  const vec3 point = into_frame(i, q, record.t_ns, asked.point);
   const TrianglePoint nearest = nearest_on_slot(slot, i.scale, point, neighbor.triangle);
   const vec3 offset = rotate(q, nearest.offset);
   neighbor.u = nearest.u;
   neighbor.v = nearest.v;
 #endif
   neighbor.p_world_m = asked.point + offset;
-  neighbor.v_relative_mps = velocity_at(i, record.t_s, neighbor.p_world_m) - asked.v;
+  neighbor.v_relative_mps = velocity_at(i, record.t_ns, neighbor.p_world_m) - asked.v;
   return neighbor;
 }
 
@@ -305,7 +305,7 @@ void search_entities(NearestRecord record, vec3 asked_point) {
       const uint place = (current & ref_instance_mask) + record.instance_base;
       Instance i = fetch_instance(instances, place);
       const bool wanted = (i.mask & record.mask) != 0u && (current & ref_instance_mask) != record.excluded;
-      const vec3 point = into_frame(i, orientation_at(i.q, i.w, record.t_s), record.t_s, asked_point);
+      const vec3 point = into_frame(i, orientation_of(i, record.t_ns), record.t_ns, asked_point);
       search_triangles(i, wanted ? i.blas_root : ref_none, place, point);
       current = ref_none;
     }

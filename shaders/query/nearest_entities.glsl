@@ -55,7 +55,7 @@ void look_at_entities(MotionNode wide, uint leaves, NearestRecord record, vec3 p
       Instance i = fetch_instance(instances, place);
       fetch_instance_box(instances, place, i);
       const uint mask = i.mask;
-      const vec3 offset = offset_to(i, record.t_s, point);
+      const vec3 offset = offset_to(i, record.t_ns, point);
 #endif
       const bool wanted = (mask & record.mask) != 0u && visible != record.excluded;
       offer(Candidate(wanted ? length(offset) : nowhere, wanted ? place : no_entity, 0u, 0u));

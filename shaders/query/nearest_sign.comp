@@ -59,7 +59,7 @@ void main() {
   if (rank >= counts[record.place].found) return;
   const uint neighbor = record.place * args.k + rank;
   const Instance i = fetch_instance(instances, places[neighbors[neighbor].entity.x] + record.instance_base);
-  const vec3 turned = into_frame(i, orientation_at(i.q, i.w, record.t_s), record.t_s, asked_of(instances, record).point);
+  const vec3 turned = into_frame(i, orientation_of(i, record.t_ns), record.t_ns, asked_of(instances, record).point);
   const vec3 point = turned / i.scale;
 
   uint stack[stack_size];

@@ -18,10 +18,10 @@ layout(set = 0, binding = 9, scalar) readonly buffer PlacesBuffer { uint places[
 
 float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 
-vec3 velocity_at(Instance i, float t_s, vec3 point) { return i.v + cross(i.w, point - (i.p + i.v * t_s)); }
+vec3 velocity_at(Instance i, int t_ns, vec3 point) { return i.v + cross(i.w, point - position_of(i, t_ns)); }
 
 // `unit`: what the caller's lambda is of the one that found and direction are in.
-void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, float unit, vec3 v_origin, float t_s) {
+void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, float unit, vec3 v_origin, int t_ns) {
   const int place = int(hit_index * hit_texels);
   const bool hit = found.status == status_hit;
   const Instance i = fetch_instance(instances, hit ? found.instance : 0u);
@@ -31,8 +31,8 @@ void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, float u
   const vec3 ac = texelFetch(triangles, corners + 2).xyz - a;
   // Normals turn with the body and scale with the inverse. Lengths near one, so that no square vanishes.
   const vec3 n = cross(ab / largest(ab), ac / largest(ac)) / i.scale;
-  const vec3 n_world = normalize(rotate(orientation_at(i.q, i.w, t_s), n / largest(n)));
-  const vec3 v_relative_mps = velocity_at(i, t_s, origin + found.lambda * direction) - v_origin;
+  const vec3 n_world = normalize(rotate(orientation_of(i, t_ns), n / largest(n)));
+  const vec3 v_relative_mps = velocity_at(i, t_ns, origin + found.lambda * direction) - v_origin;
   const uvec4 nothing = uvec4(0u);
   const uvec4 side = uvec4(found.triangle, found.front ? 1u : 0u, floatBitsToUint(n_world.xy));
   const uvec4 motion = uvec4(floatBitsToUint(n_world.z), floatBitsToUint(v_relative_mps));
@@ -58,7 +58,7 @@ void main() {
   const uint at_ns = args.still != 0u ? args.still_ns : floatBitsToUint(r2.x);
   const uint since_epoch_ns = at_ns - args.epoch_ns;
   const bool late = since_epoch_ns >= epoch_length_ns;
-  const float t_s = float(double(late ? since_epoch_ns - epoch_length_ns : since_epoch_ns) * 1e-9LF);
+  const int t_ns = int(late ? since_epoch_ns - epoch_length_ns : since_epoch_ns);
   const uint instance_base = late ? args.late_base : 0u;
   const float share = clamp(float(at_ns - args.window_begin_ns) * args.per_window_ns, 0.0, 1.0);
   vec3 origin = r0.xyz;
@@ -68,10 +68,10 @@ void main() {
   const uint carrier = floatBitsToUint(r2.w);
   if (carrier != no_entity) {
     const Instance i = fetch_instance(instances, places[carrier] + instance_base);
-    const vec4 q = orientation_at(i.q, i.w, t_s);
-    origin = i.p + i.v * t_s + rotate(q, origin);
+    const vec4 q = orientation_of(i, t_ns);
+    origin = position_of(i, t_ns) + rotate(q, origin);
     direction = rotate(q, direction);
-    v_origin = velocity_at(i, t_s, origin);
+    v_origin = velocity_at(i, t_ns, origin);
   }
 #endif
   // By a power of two, which changes no digit: whatever the direction's length, products of the search stay far from the ends of
@@ -84,23 +84,23 @@ void main() {
 #ifdef RAY_LIST
   clear_list();
 #endif
-  const Found found = trace(make_segment(-origin, direction), lambda_min, lambda_max, t_s, share, instance_base, floatBitsToUint(r2.z), args.root,
+  const Found found = trace(make_segment(-origin, direction), lambda_min, lambda_max, t_ns, share, instance_base, floatBitsToUint(r2.z), args.root,
                             args.faces, args.hits_per_ray - 1u, args.two);
 #if defined(RAY_LIST)
   for (uint k = 0u; k < args.hits_per_ray; ++k) {
     Found one = nothing_within(lambda_max);
     if (found.status == status_incomplete) one.status = status_incomplete;
     if (found.status != status_incomplete && list_entity[k] != no_entity) {
-      const Segment ray = enter_instance(make_segment(-origin, direction), fetch_instance(instances, list_instance[k]), t_s);
+      const Segment ray = enter_instance(make_segment(-origin, direction), fetch_instance(instances, list_instance[k]), t_ns);
       test_triangle(ray, list_slot[k], lambda_min, args.faces, list_instance[k], list_entity[k], one);
     }
-    write_hit(index * args.hits_per_ray + k, one, origin, direction, unit, v_origin, t_s);
+    write_hit(index * args.hits_per_ray + k, one, origin, direction, unit, v_origin, t_ns);
   }
 #elif defined(RAY_ANY)
   // The rest of the hit stays as it was made.
   imageStore(hits, int(index * hit_texels), uvec4(found.status, 0u, 0u, 0u));
 #else
-  write_hit(index, found, origin, direction, unit, v_origin, t_s);
+  write_hit(index, found, origin, direction, unit, v_origin, t_ns);
 #endif
   if (found.status == status_incomplete) some_incomplete = 1u;
 }

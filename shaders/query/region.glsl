@@ -84,7 +84,7 @@ void look_at_border(RegionRecord record, Shape shape, uint base) {
       Instance i = fetch_instance(instances, place);
       fetch_instance_box(instances, place, i);
       const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
-      keep(base, wanted && holds(shape, bounds_at(i, record.t_s)), i.entity);
+      keep(base, wanted && holds(shape, bounds_at(i, record.t_ns)), i.entity);
     }
   } while (border_count > 0u || (group & 0xFFu) != 0u);
 }

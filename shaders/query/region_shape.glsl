@@ -15,9 +15,9 @@ mat3 axes_of(vec4 q) {
 }
 
 // The instance's bounds at an instant.
-OrientedBox bounds_at(Instance i, float t_s) {
-  const vec4 q = orientation_at(i.q, i.w, t_s);
-  return OrientedBox(i.p + i.v * t_s + rotate(q, i.box_center * i.scale), q, i.box_half * i.scale);
+OrientedBox bounds_at(Instance i, int t_ns) {
+  const vec4 q = orientation_of(i, t_ns);
+  return OrientedBox(position_of(i, t_ns) + rotate(q, i.box_center * i.scale), q, i.box_half * i.scale);
 }
 
 // The region's centre and orientation in the world.
@@ -25,8 +25,8 @@ OrientedBox posed(samplerBuffer instances, RegionRecord record) {
   OrientedBox box = OrientedBox(record.center_m, record.q, record.half_extent_m);
   if (record.carrier != no_entity) {
     const Instance i = fetch_instance(instances, record.carrier + record.instance_base);
-    const vec4 q = orientation_at(i.q, i.w, record.t_s);
-    box.center = i.p + i.v * record.t_s + rotate(q, record.center_m);
+    const vec4 q = orientation_of(i, record.t_ns);
+    box.center = position_of(i, record.t_ns) + rotate(q, record.center_m);
     box.q = normalize(quat_product(q, record.q));
   }
   return box;

@@ -257,8 +257,8 @@ void search_entities(RegionRecord record, uint base) {
     }
     const bool is_entity = current != ref_none;
     const Instance i = fetch_instance(instances, is_entity ? (current & ref_instance_mask) + record.instance_base : 0u);
-    const vec4 to_own = conjugate(orientation_at(i.q, i.w, record.t_s));
-    const OrientedBox own = OrientedBox(rotate(to_own, at.center - (i.p + i.v * record.t_s)),
+    const vec4 to_own = conjugate(orientation_of(i, record.t_ns));
+    const OrientedBox own = OrientedBox(rotate(to_own, at.center - position_of(i, record.t_ns)),
                                         normalize(quat_product(to_own, at.q)), at.half_extent);
     const bool wanted = is_entity && (i.mask & record.mask) != 0u;
     search_geometry(wanted ? i.blas_root : ref_none, shape_of(own, record), Entity(i.entity, i.scale, own.center, axes_of(own.q)),

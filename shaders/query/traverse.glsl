@@ -75,11 +75,11 @@ Found nothing_within(float lambda_max) {
   return Found(status_miss, lambda_max, 0.0, 0.0, no_entity, no_entity, 0u, 0u, false);
 }
 
-// The frame of an instance at `t_s`, in which its geometry stands still. The direction is not normalised, so that lambda
+// The frame of an instance at `t_ns`, in which its geometry stands still. The direction is not normalised, so that lambda
 // means the same on both sides.
-Segment enter_instance(Segment world, Instance i, float t_s) {
-  const vec4 q = conjugate(orientation_at(i.q, i.w, t_s));
-  const vec3 p = i.p + i.v * t_s;
+Segment enter_instance(Segment world, Instance i, int t_ns) {
+  const vec4 q = conjugate(orientation_of(i, t_ns));
+  const vec3 p = position_of(i, t_ns);
   return make_segment(rotate(q, p + world.minus_o) / i.scale, rotate(q, world.d) / i.scale);
 }
 
@@ -371,13 +371,13 @@ uint unless_found(uint current, Found best) {
 #endif
 }
 
-// `t_s`: since the epoch of the instances that stand from `instance_base` on. `share`: of the window that has passed then.
+// `t_ns`: since the epoch of the instances that stand from `instance_base` on. `share`: of the window that has passed then.
 // `two`: see loops_still_turn.
 //
 // On lavapipe whatever stands in a loop runs in each of its rounds, for nobody if need be, and a round more is made where the
 // condition stands before the body. So conditions stand at the end, and no loop is begun again for what only some lanes may
 // need: instances that follow one another are met in a loop of their own. Why such loops ask again inside: common/loops.glsl.
-Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float share, uint instance_base, uint mask, uint root,
+Found trace(Segment world, float lambda_min, float lambda_max, int t_ns, float share, uint instance_base, uint mask, uint root,
             float faces, uint last_kept, uint two) {
   Found best = nothing_within(lambda_max);
   Search search = Search(0u, 0u, 0u);
@@ -392,7 +392,7 @@ Found trace(Segment world, float lambda_min, float lambda_max, float t_s, float 
       if ((current & ref_leaf_bit) != 0u) {
         const uint instance = (current & ref_instance_mask) + instance_base;
         const Instance candidate = fetch_instance(instances, instance);
-        const Segment ray = enter_instance(world, candidate, t_s);
+        const Segment ray = enter_instance(world, candidate, t_ns);
         const uint bottom = search.depth;
         current = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
         if (current != ref_none) do {

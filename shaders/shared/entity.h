@@ -31,11 +31,13 @@ RTSTDB_STRUCT(GeometryRecord)
 
 // An instance is an entity at an epoch: one of the instants that are whole seconds of world time. A window, never longer than a
 // second, meets at most two of the stretches between them, and each entity has an instance for either: at its place, and at
-// its place + late_base. So what an instant sees depends neither on the window that it came in nor on who asked before.
+// its place + late_base. It stands where it is at the epoch, or where its motion begins (`from`, nanoseconds after the epoch), when
+// that lies before the next one. So what an instant sees depends neither on the window that it came in nor on who asked before.
 // 7 texels of vec4:
 //   0 position, mask        1 orientation (xyzw)     2 velocity, BLAS root      3 angular velocity, entity index
-//   4 scale, closed         5 box centre, -          6 box half extent, -       (box: entity frame, unscaled)
+//   4 scale, from | closed  5 box centre, -          6 box half extent, -       (box: entity frame, unscaled)
 RTSTDB_CONSTANT(instance_texels, 7)
+RTSTDB_CONSTANT(instance_closed_bit, 0x80000000u)
 // Epochs lie this far apart.
 RTSTDB_CONSTANT(epoch_length_ns, 1000000000)
 

@@ -9,7 +9,7 @@ RTSTDB_CONSTANT(list_size, 32)
 #define RTSTDB_FIELDS_NearestRecord(F) \
   F(vec3, point_m)                     \
   F(float, radius_m)                   \
-  F(float, t_s) /* since the epoch of the instances that it sees */ \
+  F(int, t_ns) /* since the epoch of the instances that it sees */ \
   F(uint, mask)                        \
   F(uint, carrier)                     \
   F(uint, excluded) /* place of its instance */ \

@@ -41,7 +41,7 @@ RTSTDB_CONSTANT(region_wants_inside, 2)
   F(vec3, half_extent_m)              \
   F(uint, mask)                       \
   F(vec4, q)                          \
-  F(float, t_s)                       \
+  F(int, t_ns)                       \
   F(uint, carrier)                    \
   F(uint, excluded)                   \
   F(uint, instance_base)              \

@@ -329,5 +329,28 @@ TEST_F(Deforming, OthersAskMeanwhile) {
   EXPECT_LT(too_old, asked / 2) << "shapes of more versions are kept than are made during a question";
 }
 
+/// A slot of a version is brought to a later one by its few changed rows: not where a shape has changed too, though the newest
+/// shape of all is the same in both.
+TEST_F(Deforming, SlotsOfOtherShapesAreNotPatched) {
+  const TriangleMesh box = make_box({2.0, 2.0, 2.0});
+  const GeometryId first = add_deforming(box, {.kept_shapes = 8});
+  const GeometryId second = add_deforming(box, {.kept_shapes = 8});
+  std::vector<EntityRow> rows{row_of(first), row_of(second, {0.0, 50.0, 0.0})};
+  for (int i = 0; i < 30; ++i)
+    rows.push_back(row_of(second, {100.0 + 5.0 * i, 100.0, 0.0}));
+  const auto ids = create(rows, at_s(0.0));
+  const Version before = committed(second, scaled(box, glm::vec3(1.5f)), at_s(0.0));
+  const Version after = committed(first, scaled(box, glm::vec3(3.0f)), at_s(0.0));
+  const auto query = prepare_rays(RayMode::closest, false, 1);
+  const auto lambda = [&](double t_s, const ReadAt& at) {
+    const Ray ray = along_x(at_s(t_s));
+    return trace(*query, {&ray, 1}, at)[0].lambda;
+  };
+  EXPECT_FLOAT_EQ(lambda(0.0, ReadAt::pinned(after)), 7.0f);
+  EXPECT_FLOAT_EQ(lambda(0.3, ReadAt::pinned(before)), 9.0f);
+  update_motion(ids[5], row_of(second, {500.0, 0.0, 0.0}).motion, at_s(0.0));
+  EXPECT_FLOAT_EQ(lambda(0.4, {}), 7.0f);
+}
+
 }  // namespace
 }  // namespace rtstdb::test

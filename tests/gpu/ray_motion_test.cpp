@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tests/gpu/database_test.hpp"
+#include "tests/gpu/random_scene.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -159,6 +160,42 @@ TEST_F(RayMotion, AnswersDoNotDependOnTheWindow) {
       rays.resize(1);
       rays.push_back(ray_from({}, {0, 0, 1}, at_s(t + other)));
       EXPECT_EQ(trace(rays)[0].lambda, alone) << "at " << t << " together with " << t + other;
+    }
+  }
+}
+
+/// Single precision knows best where a motion began: rays that ask then see fast bodies where they are, early or late in a second.
+TEST_F(RayMotion, FastBodiesAreWhereTheirMotionBegins) {
+  const GeometryId box = add(make_box({1.0, 1.0, 1.0}));
+  Random random(5);
+  for (const double t_s : {5.0, 5.001, 5.999, -7.25}) {
+    for (const glm::dvec3& v_mps :
+         {glm::dvec3(300.0, 210.0, 90.0), glm::dvec3(30'000.0, -21'000.0, 9'000.0)}) {
+      for (const bool turns : {false, true}) {
+        open({});
+        add(make_box({1.0, 1.0, 1.0}));
+        EntityRow row = row_of(box, {2.0, 0.0, 0.0});
+        (turns ? row.motion.w_world_radps : row.motion.v_world_mps) = turns ? 0.2 * v_mps : v_mps;
+        row.motion.valid_from = at_s(t_s);
+        create(row, at_s(t_s));
+        std::vector<Ray> rays(300);
+        for (Ray& ray : rays) {
+          ray = ray_from(glm::vec3(2, 0, 0) + glm::vec3(3.0 * random.direction()), {}, at_s(t_s));
+          ray.direction = glm::vec3(2, 0, 0) + glm::vec3(0.2 * random.vector()) - ray.origin_m;
+        }
+        const auto there = world();
+        const auto hits = trace(rays);
+        const Tally tally = judge(there, rays, hits);
+        EXPECT_EQ(tally.too_close, 0u) << "at " << t_s << " s";
+        EXPECT_GT(tally.hits, rays.size() / 2);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+          const auto truth = oracle::trace(there, rays[i]);
+          const bool same = truth.status == hits[i].status && truth.triangle == hits[i].triangle;
+          if (!same || truth.status != HitStatus::hit) continue;
+          EXPECT_NEAR(static_cast<double>(hits[i].lambda), static_cast<double>(truth.lambda), 1e-5)
+              << "at " << t_s << " s";
+        }
+      }
     }
   }
 }
