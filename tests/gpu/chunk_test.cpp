@@ -30,7 +30,7 @@ void add(Words& words, EntityId id) {
   words.insert(words.end(), {id.index, id.generation});
 }
 
-Words words_of(std::span<const RayHit> hits) {
+std::vector<Words> words_of(std::span<const RayHit> hits) {
   Words words;
   for (const RayHit& hit : hits) {
     words.insert(words.end(), {static_cast<std::uint32_t>(hit.status), hit.mask, hit.material, hit.triangle,
@@ -41,17 +41,16 @@ Words words_of(std::span<const RayHit> hits) {
     add(words, hit.n_world);
     add(words, hit.v_relative_mps);
   }
-  return words;
+  return {words};
 }
 
-/// What was found before a search was cut short depends on the tree, which is another one where a slot was made anew.
-Words words_of(std::span<const RegionAnswer> answers) {
-  Words words;
+/// By region. What was found before a search was cut short depends on the tree, which is another one where a slot was made anew;
+/// so does, at the edge of the limit, whether it was: nothing is said of such a region.
+std::vector<Words> words_of(std::span<const RegionAnswer> answers) {
+  std::vector<Words> of_regions;
   for (const RegionAnswer& answer : answers) {
-    if (answer.incomplete) {
-      words.push_back(~0u);
-      continue;
-    }
+    Words& words = of_regions.emplace_back();
+    if (answer.incomplete) continue;
     words.insert(words.end(), {answer.found, answer.overflow ? 1u : 0u});
     for (const EntityId id : answer.entities)
       add(words, id);
@@ -60,10 +59,10 @@ Words words_of(std::span<const RegionAnswer> answers) {
       words.push_back(one.triangle);
     }
   }
-  return words;
+  return of_regions;
 }
 
-Words words_of(std::span<const NearestAnswer> answers) {
+std::vector<Words> words_of(std::span<const NearestAnswer> answers) {
   Words words;
   for (const NearestAnswer& answer : answers) {
     words.push_back(answer.incomplete ? 1 : 0);
@@ -76,7 +75,18 @@ Words words_of(std::span<const NearestAnswer> answers) {
       add(words, one.v_relative_mps);
     }
   }
-  return words;
+  return {words};
+}
+
+/// Where both say something it is the same, and hardly any says nothing.
+bool same(const std::vector<Words>& a, const std::vector<Words>& b) {
+  std::size_t silent = 0;
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+    const bool cut_short = a[i].empty() || b[i].empty();
+    if (!cut_short && a[i] != b[i]) return false;
+    silent += cut_short ? 1 : 0;
+  }
+  return a.size() == b.size() && silent <= a.size() / 50;
 }
 
 constexpr std::uint32_t asked = 1000;
@@ -126,7 +136,7 @@ class Chunks : public DatabaseTest {
   /// A prepared query of one kind with its elements filled in.
   struct Asker {
     std::function<void(Transaction&)> ask;
-    std::function<Words()> answers;
+    std::function<std::vector<Words>()> answers;
   };
 
   template <class Query, class Elements, class Source>
@@ -194,13 +204,13 @@ class Chunks : public DatabaseTest {
 };
 
 TEST_F(Chunks, AnswerAsTheWholeBatch) {
-  std::vector<Words> whole;
+  std::vector<std::vector<Words>> whole;
   make_world(Nanoseconds(0));
   for (const Asker& asker : all_kinds()) {
     run(asker);
     whole.push_back(asker.answers());
   }
-  EXPECT_TRUE(std::ranges::any_of(whole[0], [](std::uint32_t word) { return word == 2; }))
+  EXPECT_TRUE(std::ranges::any_of(whole[0][0], [](std::uint32_t word) { return word == 2; }))
       << "some incomplete";
   // A nanosecond divides into single workgroups, the other into more, and not evenly.
   for (const Nanoseconds chunk : {Nanoseconds(1), Nanoseconds(150'000)}) {
@@ -210,7 +220,7 @@ TEST_F(Chunks, AnswerAsTheWholeBatch) {
     for (std::size_t k = 0; k < askers.size(); ++k) {
       run(askers[k]);  // before this nothing is known of the kind, and it is not divided
       run(askers[k]);
-      EXPECT_EQ(askers[k].answers() == whole[k], true) << "query " << k;
+      EXPECT_TRUE(same(askers[k].answers(), whole[k])) << "query " << k;
     }
   }
 }
@@ -219,7 +229,7 @@ TEST_F(Chunks, AnswerAsTheWholeBatch) {
 TEST_F(Chunks, AnswerAsTheWholeBatchWithOthersInTheirGaps) {
   make_world(Nanoseconds(1));
   const auto askers = all_kinds();
-  std::vector<Words> alone;
+  std::vector<std::vector<Words>> alone;
   for (const Asker& asker : askers) {
     run(asker);
     alone.push_back(asker.answers());
@@ -245,7 +255,7 @@ TEST_F(Chunks, AnswerAsTheWholeBatchWithOthersInTheirGaps) {
   Nanoseconds interrupted{0};
   for (std::size_t k = 0; k < askers.size(); ++k) {
     interrupted += run(askers[k]).interrupted;
-    EXPECT_EQ(askers[k].answers() == alone[k], true) << "query " << k;
+    EXPECT_TRUE(same(askers[k].answers(), alone[k])) << "query " << k;
   }
   stop = true;
   others.join();
