@@ -9,7 +9,8 @@ namespace hil::bench {
 OurWorld::OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries)
     : database_(must(rtstdb::Database::open({.max_entities = max_entities,
                                              .max_geometries = max_geometries,
-                                             .retained_changes = 2 * max_entities}))) {}
+                                             .retained_changes = 2 * max_entities,
+                                             .chunk = rtstdb::Nanoseconds(0)}))) {}
 
 rtstdb::GeometryId OurWorld::add(const rtstdb::TriangleMesh& mesh) {
   return must(database_->add_geometry(mesh, "mesh"));
