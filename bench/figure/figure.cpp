@@ -61,11 +61,26 @@ std::string as_text_line(const Figure& figure) {
   return line;
 }
 
+namespace {
+
+void demand_some(const std::vector<double>& values, const char* what) {
+  if (!values.empty()) return;
+  std::fprintf(stderr, "hil: misuse: %s of no values\n", what);
+  std::abort();
+}
+
+}  // namespace
+
+double quantile(std::vector<double> values, double share) {
+  demand_some(values, "quantile");
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
 double median(std::vector<double> values) {
-  if (values.empty()) {
-    std::fprintf(stderr, "hil: misuse: median of no values\n");
-    std::abort();
-  }
+  demand_some(values, "median");
   std::sort(values.begin(), values.end());
   const std::size_t middle = values.size() / 2;
   return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2.0;

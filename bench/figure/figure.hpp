@@ -33,5 +33,7 @@ std::string as_text_line(const Figure& figure);
 
 /// The middle value; the mean of the two middle ones of an even number. Misuse (asserts): no values.
 double median(std::vector<double> values);
+/// The value below which that share of them lies, 0 to 1; one of them. Misuse (asserts): no values.
+double quantile(std::vector<double> values, double share);
 
 }  // namespace hil::bench

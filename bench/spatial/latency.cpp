@@ -1,7 +1,5 @@
 #include "bench/spatial/latency.hpp"
 
-#include <algorithm>
-
 #include "bench/spatial/our_world.hpp"
 #include "bench/spatial/scene.hpp"
 
@@ -13,12 +11,6 @@ constexpr std::uint32_t ray_count = 64;
 /// About as much is empty as in ray_moving_instances.
 constexpr float half_m = 23.0f;
 constexpr std::int64_t tick_ns = 1'000'000;
-
-double quantile(std::vector<double> values, double share) {
-  const auto place = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + place, values.end());
-  return values[static_cast<std::size_t>(place)];
-}
 
 class SmallQueries {
  public:

@@ -1,6 +1,5 @@
 #include "bench/transactions/answers.hpp"
 
-#include <algorithm>
 #include <memory>
 
 #include "bench/spatial/our_world.hpp"
@@ -12,12 +11,6 @@ namespace {
 
 constexpr std::uint32_t ray_count = 64;
 constexpr std::int64_t tick_ns = 1'000'000;
-
-double quantile(std::vector<double>& values, double share) {
-  const auto place = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + place, values.end());
-  return values[static_cast<std::size_t>(place)];
-}
 
 /// Each tick one body gets another motion, and 64 rays look at the world as it stands then.
 class Ticks {
