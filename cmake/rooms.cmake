@@ -53,25 +53,33 @@ endfunction()
 
 # One test program per folder of tests.
 #   LABEL    what it needs: unit nothing, gpu a Vulkan device, scenario that and the built programs, vcan a real AF_CAN,
-#            realtime a machine that keeps time, torture much time (only with tools/test --long); these two run alone
+#            realtime a machine that keeps time, torture much time (built and run with tools/test --long alone); these two
+#            run alone
 #   THREADS  it has threads of its own: the thread sanitizer takes it, and no other
 #   RUNNER   a program that sets the stage: the whole of it then runs as one test, RUNNER PROGRAM
+#   PREFIX   stands before the tests' names where another program has tests of the same; ctest would give both the properties
+#            of one of them. Those of torture have "Long/".
+#   TIMEOUT  in seconds, 300 unless told; three times as long with sanitizers. It ends what hangs, on slow machines too.
 # The target hil_tests_<label> builds all programs of a label; what sanitizers take is told in tools/test.
 function(hil_test name)
-  cmake_parse_arguments(TEST "THREADS" "LABEL;TIMEOUT;RUNNER" "SOURCES;USES;LIBS" ${ARGN})
+  cmake_parse_arguments(TEST "THREADS" "LABEL;TIMEOUT;RUNNER;PREFIX" "SOURCES;USES;LIBS" ${ARGN})
   if(NOT TEST_LABEL MATCHES "^(unit|gpu|scenario|vcan|realtime|torture)$")
     message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, scenario, vcan, realtime or torture, not '${TEST_LABEL}'")
   endif()
   if(NOT TEST_TIMEOUT)
-    set(TEST_TIMEOUT 120)
+    set(TEST_TIMEOUT 300)
+  endif()
+  if(HIL_SANITIZE)
+    math(EXPR TEST_TIMEOUT "3 * ${TEST_TIMEOUT}")
+  endif()
+  if(TEST_LABEL STREQUAL "torture")
+    string(PREPEND TEST_PREFIX "Long/")
   endif()
   add_executable(${name} ${TEST_SOURCES})
-  target_link_libraries(${name} PRIVATE hil_compile_options ${TEST_USES} ${TEST_LIBS} GTest::gtest_main)
+  target_link_libraries(${name} PRIVATE hil_compile_options hil_test_paths ${TEST_USES} ${TEST_LIBS} GTest::gtest_main)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # what is tested is fast; the tests compile fast
   hil_precompile(${name} hil_test_headers GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
-  target_compile_definitions(${name} PRIVATE
-    HIL_SOURCE_DIR="${PROJECT_SOURCE_DIR}" HIL_BINARY_DIR="${PROJECT_BINARY_DIR}")
 
   if(HIL_SANITIZE MATCHES "thread" AND NOT TEST_THREADS)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)  # one thread has no races
@@ -81,6 +89,9 @@ function(hil_test name)
     add_custom_target(hil_tests_${TEST_LABEL})
   endif()
   add_dependencies(hil_tests_${TEST_LABEL} ${name})
+  if(TEST_LABEL STREQUAL "torture")
+    set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
+  endif()
 
   set(properties LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
   if(TEST_LABEL MATCHES "^(realtime|torture)$")
@@ -96,6 +107,6 @@ function(hil_test name)
     add_test(NAME ${TEST_LABEL}.${name} COMMAND ${TEST_RUNNER} $<TARGET_FILE:${name}>)
     set_tests_properties(${TEST_LABEL}.${name} PROPERTIES ${properties})
   else()
-    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES ${properties})
+    gtest_discover_tests(${name} TEST_PREFIX "${TEST_PREFIX}" DISCOVERY_MODE PRE_TEST PROPERTIES ${properties})
   endif()
 endfunction()

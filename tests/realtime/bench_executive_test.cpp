@@ -11,6 +11,7 @@
 
 #include "bench/executive/cyclictest.hpp"
 #include "bench/figure/figure.hpp"
+#include "tests/paths.h"
 
 namespace hil::bench {
 namespace {

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/paths.h"
+
 namespace hil::scenario_test {
 
 std::string built(const std::string& program) {

@@ -5,6 +5,7 @@
 #include <regex>
 #include <set>
 
+#include "tests/paths.h"
 #include "tests/scenario/hil.hpp"
 #include "tests/scenario/run_files.hpp"
 

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "io/can/signal_codec.hpp"
+#include "tests/paths.h"
 #include "tests/scenario/hil.hpp"
 
 namespace hil::scenario_test {

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "tests/paths.h"
+
 namespace hil::test {
 
 /// One folder, or none: values for INSTANTIATE_TEST_SUITE_P.

@@ -7,6 +7,7 @@
 #include <array>
 
 #include "real_bus.hpp"
+#include "tests/paths.h"
 
 namespace hil::io::can {
 namespace {

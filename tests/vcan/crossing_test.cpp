@@ -10,6 +10,7 @@
 #include "io/can/dbc.hpp"
 #include "io/can/message_coder.hpp"
 #include "real_bus.hpp"
+#include "tests/paths.h"
 #include "tests/scenario/hil.hpp"
 #include "tests/scenario/run_files.hpp"
 

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <random>
 
+#include "tests/paths.h"
+
 namespace hil::io::can {
 namespace {
 

@@ -7,6 +7,7 @@
 #include "bench.hpp"
 #include "io/modbus/client_device.hpp"
 #include "io/modbus/crossing_plc/plc_registers.hpp"
+#include "tests/paths.h"
 
 namespace hil::io::modbus::crossing_plc {
 namespace {

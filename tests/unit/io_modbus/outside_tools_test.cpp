@@ -9,6 +9,7 @@
 #include "bench.hpp"
 #include "io/modbus/client_device.hpp"
 #include "io/modbus/server_device.hpp"
+#include "tests/paths.h"
 
 namespace hil::io::modbus {
 namespace {

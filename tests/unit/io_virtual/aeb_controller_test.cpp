@@ -7,6 +7,7 @@
 
 #include "io/virtual/aeb_controller/controller.hpp"
 #include "io/virtual/aeb_controller/station.hpp"
+#include "tests/paths.h"
 
 namespace hil::io::aeb {
 namespace {

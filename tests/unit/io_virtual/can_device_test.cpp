@@ -17,6 +17,7 @@
 #include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
 #include "io/virtual/process.hpp"
+#include "tests/paths.h"
 
 namespace hil::io::can {
 namespace {

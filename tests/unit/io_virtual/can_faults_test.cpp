@@ -12,6 +12,7 @@
 #include "io/can/can_device.hpp"
 #include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
+#include "tests/paths.h"
 
 namespace hil::io::can {
 namespace {

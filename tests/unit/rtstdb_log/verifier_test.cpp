@@ -14,6 +14,7 @@
 #include "rtstdb/log/posix_disk.hpp"
 #include "rtstdb/log/writer.hpp"
 #include "sample_log.hpp"
+#include "tests/paths.h"
 #include "tests/support/simulated_disk.hpp"
 
 namespace rtstdb::log::test {

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "tests/paths.h"
 #include "tests/unit/runtime_run/run_test.hpp"
 
 namespace hil::run::testing {

@@ -10,6 +10,7 @@
 #include "runtime/run/clocks.hpp"
 #include "runtime/run/scenery.hpp"
 #include "runtime/run/wiring.hpp"
+#include "tests/paths.h"
 #include "tests/support/allocation_guard.hpp"
 
 namespace hil::run {

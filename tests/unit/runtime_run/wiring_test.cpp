@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "tests/paths.h"
 #include "tests/unit/runtime_run/run_test.hpp"
 
 namespace hil::run {
