@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <thread>
+#include <utility>
 
 #include "runtime/executive/executive.hpp"
 #include "tests/unit/runtime_executive/fake_time.hpp"
@@ -21,18 +22,19 @@ using testing::ScriptedTask;
 using testing::spec_of;
 constexpr std::int64_t ms = 1'000'000;
 
-/// The child: 600 ms at 1 kHz. 0 when the longest skip is long enough and named host_pause and no hang was
+/// The child: 4 s at 1 kHz. 0 when the longest skip is long enough and named host_pause and no hang was
 /// seen.
 int run_and_judge(int beat_pipe) {
   MonotonicClock clock;
   ExecutiveOptions options;
   options.clock = &clock;
-  options.duration_ticks = 600;
-  options.watchdog.timeout_ns = 100 * ms;
+  options.duration_ticks = 4000;
+  options.watchdog.timeout_ns = 1000 * ms;
   std::atomic<bool> safe{false};
   options.watchdog.safe_state = [&] { safe = true; };
+  bool told = false;  // a busy machine may skip any one tick
   ScriptedTask task([&](const TickInfo& tick) {
-    if (tick.tick == 100) (void)!write(beat_pipe, "x", 1);
+    if (tick.tick >= 100 && !std::exchange(told, true)) (void)!write(beat_pipe, "x", 1);
   });
   ScriptedTask own;
   Executive executive(options);
@@ -47,9 +49,9 @@ int run_and_judge(int beat_pipe) {
   std::fprintf(stderr, "skipped %llu ticks at tick %llu: %s\n",
                static_cast<unsigned long long>(longest.count), static_cast<unsigned long long>(longest.tick),
                to_string(longest.cause));
-  if (longest.count < 150) return 1;
+  if (longest.count < 1450) return 1;
   if (longest.cause != MissCause::host_pause) return 2;
-  if (result.run_time_ns != 600 * ms) return 3;
+  if (result.run_time_ns != 4000 * ms) return 3;
   if (result.tasks[0].skipped < longest.count) return 4;
   if (result.hang.has_value() || safe) return 5;
   return 0;
@@ -60,15 +62,15 @@ TEST(HostPause, AStoppedProcessIsNamedAsSuchAndIsNoHang) {
   ASSERT_EQ(pipe(beat_pipe), 0);
   const pid_t child = fork();
   if (child == 0) _exit(run_and_judge(beat_pipe[1]));
+  close(beat_pipe[1]);
   char beat = 0;
   ASSERT_EQ(read(beat_pipe[0], &beat, 1), 1) << "the child did not get to tick 100";
   kill(child, SIGSTOP);
-  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
   kill(child, SIGCONT);
   int status = 0;
   waitpid(child, &status, 0);
   close(beat_pipe[0]);
-  close(beat_pipe[1]);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
