@@ -53,6 +53,10 @@ Result<void> check_options(const DatabaseOptions& options) {
     return Error{ErrorCode::bad_input,
                  "chunk is " + std::to_string(options.chunk.count()) + " ns; 0 and more are possible"};
   }
+  if (!(options.max_reserved_share > 0.0 && options.max_reserved_share <= 1.0)) {
+    return Error{ErrorCode::bad_input, "max_reserved_share is " + std::to_string(options.max_reserved_share) +
+                                           "; above 0 to 1 is possible"};
+  }
   return {};
 }
 
@@ -109,7 +113,8 @@ class DatabaseImpl final : public Database {
                            .max_geometries = options.max_geometries},
                  .queue_capacity = options.queue_capacity,
                  .chunk = options.chunk,
-                 .thread_priority = options.thread_priority},
+                 .thread_priority = options.thread_priority,
+                 .max_reserved_share = options.max_reserved_share},
                 *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_) {}
 
   const DeviceInfo& device() const noexcept override { return device_->info(); }
@@ -141,6 +146,10 @@ class DatabaseImpl final : public Database {
   }
 
   Result<void> calibrate(Transaction& transaction) override { return engine_.calibrate(transaction); }
+  Result<std::unique_ptr<Reservation>> reserve(const ReservationOptions& options) override {
+    return unless_out_of_memory<std::unique_ptr<Reservation>>("reservation '" + options.name + "'",
+                                                              [&] { return engine_.reserve(options); });
+  }
 
   void submit(Transaction& transaction) noexcept override { engine_.submit(transaction); }
   const Outcome& wait(Transaction& transaction) noexcept override { return engine_.wait(transaction); }

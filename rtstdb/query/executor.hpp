@@ -133,7 +133,7 @@ class Meanwhile {
 };
 
 /// So deep may runs stand in one another's gaps.
-inline constexpr std::uint32_t max_nesting = 4;
+inline constexpr std::uint32_t max_nesting = 6;
 
 /// Carries out batches of prepared queries on a version: brings the device's copy of rows and structure to
 /// that version, runs the queries, leaves the answers in their output spans.

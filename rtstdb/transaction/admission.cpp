@@ -36,14 +36,19 @@ void Engine::drop_cancelled() noexcept {
 void Engine::admit(TransactionImpl& transaction) noexcept {
   const ClockTime now = clock_.now();
   transaction.arrival = arrivals_++;
+  reservations_.admitted(transaction);
   if (transaction.is_to_be_cancelled()) return finish_cancelled(transaction, CancelledBy::caller);
   if (!passes_admission(transaction, now)) return;
+  transaction.draft().admitted = now;
+  wait_in_queue(transaction);
+}
+
+void Engine::wait_in_queue(TransactionImpl& transaction) noexcept {
   if (queue_.full()) {
     TransactionImpl& victim = queue_.shed(transaction);
     finish_cancelled(victim, CancelledBy::full_queue);
     if (&victim == &transaction) return;
   }
-  transaction.draft().admitted = now;
   queue_.push(transaction);
 }
 
@@ -60,9 +65,16 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   }
   if (clock_.is_virtual()) return true;
   const auto cost = costs_.predict(transaction.write_set(), transaction.requests());
+  if (cost) {
+    outcome.predicted_cost = cost->mean;
+    transaction.promised_cost = cost->promised;
+  }
+  if (transaction.reserved) {
+    const Nanoseconds budget = transaction.reservation()->options().budget;
+    transaction.promised_cost = cost ? std::min(cost->promised, budget) : budget;
+    return true;
+  }
   if (!cost) return true;
-  outcome.predicted_cost = cost->mean;
-  transaction.promised_cost = cost->promised;
   const ClockTime end = expected_end(now, transaction, deadline);
   const bool breaks_none = !firm || !first_broken(transaction, deadline);
   const bool in_time = end <= deadline;
@@ -81,19 +93,18 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
 
 ClockTime Engine::expected_end(ClockTime now, const TransactionImpl& transaction,
                                ClockTime deadline) const noexcept {
-  return now + rest_before(now, transaction, deadline) + queue_.cost_before(transaction, deadline) +
-         transaction.promised_cost;
+  return behind_reserved(now, now + rest_before(now, transaction, deadline) +
+                                  queue_.cost_before(transaction, deadline) + transaction.promised_cost);
 }
 
 Nanoseconds Engine::rest_before(ClockTime now, const TransactionImpl& transaction,
                                 ClockTime deadline) const noexcept {
   Nanoseconds sum{0};
-  const bool fits = runner_.fits_beside(transaction);
+  const bool may_nest_here = may_nest(transaction);
   for (const Running& running : runner_.running().all()) {
     const TransactionImpl& other = *running.transaction;
     const bool innermost = &running == &runner_.running().all().back();
-    const bool too_deep = innermost && runner_.running().depth() > query::max_nesting;
-    const bool passed = fits && !too_deep && ReadyQueue::comes_before(transaction, deadline, other);
+    const bool passed = may_nest_here && ReadyQueue::comes_before(transaction, deadline, other);
     const Nanoseconds spent =
         running.stands_since.value_or(now) - other.outcome().started - running.interrupted;
     // Of one that takes longer than was thought, or of which nothing is known, a chunk is left.

@@ -79,6 +79,16 @@ query::StructureWork CostModel::expected(const store::WriteSet& writes,
   return work;
 }
 
+CostModel::Pieces CostModel::longest_pieces() const noexcept {
+  const auto cost_ns = [](const query::CostSamples& samples, double count) {
+    return predict_ns(samples, count) * samples.above;
+  };
+  const double trees_ns = std::max(cost_ns(builds_, entities_), cost_ns(refits_, most_refitted_rows_));
+  return {.structures = Nanoseconds(std::llround(trees_ns + cost_ns(shapes_, most_shapes_))),
+          .commit =
+              Nanoseconds(std::llround(cost_ns(writes_, most_rows_) + cost_ns(positions_, most_positions_)))};
+}
+
 std::uint32_t CostModel::elements_in(const query::Request& request, Nanoseconds time) const noexcept {
   const query::CostSamples& samples = of(request);
   const double one_ns = per_element_ns(samples, request.count);
@@ -89,6 +99,8 @@ std::uint32_t CostModel::elements_in(const query::Request& request, Nanoseconds 
 void CostModel::learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept {
   const auto rows = static_cast<double>(writes.writes.size());
   const auto cost_ns = static_cast<double>(cost.count());
+  most_rows_ = std::max(most_rows_, rows);
+  most_positions_ = std::max(most_positions_, positions_of(writes));
   if (writes.shapes.empty()) {
     learn(writes_, rows, cost_ns);
   } else {
@@ -147,6 +159,8 @@ void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseco
     request.query->structures += 0.1 * ((structures.any() ? 1.0 : 0.0) - request.query->structures);
   }
   if (structures.entities > 0) entities_ = structures.entities;
+  if (structures.refitted) most_refitted_rows_ = std::max<double>(most_refitted_rows_, structures.rows);
+  most_shapes_ = std::max<double>(most_shapes_, structures.shapes);
 }
 
 }  // namespace rtstdb::transaction

@@ -32,6 +32,12 @@ class CostModel {
   /// None while a kind that takes part has too few samples.
   std::optional<Prediction> predict(const store::WriteSet& writes,
                                     std::span<const query::Request> requests) const noexcept;
+  /// The longest that can not be interrupted, as far as it was measured: structures brought up for a run, and the rows of a
+  /// commit.
+  struct Pieces {
+    Nanoseconds structures{0}, commit{0};
+  };
+  Pieces longest_pieces() const noexcept;
   /// As many elements as take so long, one at least, where the request has its count.
   std::uint32_t elements_in(const query::Request& request, Nanoseconds time) const noexcept;
 
@@ -66,7 +72,9 @@ class CostModel {
   query::CostSamples writes_;
   query::CostSamples positions_;  // beside the rows of the same transaction
   query::CostSamples refits_, builds_, shapes_;
-  std::uint32_t entities_ = 0;  // of the version that was asked last
+  double most_rows_ = 0.0, most_positions_ = 0.0;        // of one transaction
+  double most_refitted_rows_ = 0.0, most_shapes_ = 0.0;  // for one run
+  std::uint32_t entities_ = 0;                           // of the version that was asked last
   std::array<query::CostSamples, static_cast<std::size_t>(query::QueryKind::count)> kinds_;
 };
 

@@ -50,6 +50,7 @@ class SignalsBlocked {
 Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& clock)
     : max_entities_(options.store.max_entities),
       chunk_(options.chunk),
+      max_reserved_share_(options.max_reserved_share),
       clock_(clock),
       store_(std::move(options.store)),
       latest_(store_.latest()),
@@ -96,6 +97,7 @@ void Engine::submit(Transaction& transaction) noexcept {
   RTSTDB_ASSERT(&submitted.engine() == this);
   submitted.mark_pending();
   submitted.draft().submitted = clock_.now();
+  Reservations::submitted(submitted);
   tally_.submitted();
   if (submitted_.push(submitted)) {
     ring();
@@ -154,6 +156,13 @@ Result<void> Engine::calibrate(Transaction& transaction) {
   return Error{status == Status::device_lost ? ErrorCode::device_lost : ErrorCode::bad_input, describe(told)};
 }
 
+SchedulerCounts Engine::scheduler_counts() const {
+  SchedulerCounts counts = accuracy_.read();
+  counts.reservations = reservations_.counts();
+  counts.restarts = restarts_.load(std::memory_order_relaxed);
+  return counts;
+}
+
 void Engine::give_errand(Errand& errand) noexcept {
   const bool open = errands_given_.push(errand);
   RTSTDB_ASSERT(open);
@@ -179,6 +188,7 @@ void Engine::ring() noexcept {
 void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
   const Terms terms = transaction.terms();
   tally_.ended(status, transaction.outcome(), terms);
+  reservations_.ended(transaction, status);
   const bool firm_commit = terms.deadline_class == DeadlineClass::firm &&
                            (status == Status::committed || status == Status::truncated);
   transaction.finish(status);  // from here on it may be gone
@@ -219,6 +229,7 @@ void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
 void Engine::carry_out(TransactionImpl& transaction) noexcept {
   if (transaction.is_to_be_cancelled()) return finish_cancelled(transaction, CancelledBy::caller);
   const Status status = runner_.run(transaction, this);
+  if (status == Status::pending) return put_back(transaction);
   if (store_.latest().version != latest_.get().version) latest_.set(store_.latest());
   accuracy_.ended(transaction, status);
   finish(transaction, status);

@@ -11,7 +11,7 @@
 //   for it. Only where each kind of work in it has been measured often enough, and not under a virtual clock. Refused
 //   work gives no measurements: so that a prediction that has become too high does not refuse for ever, each 16th of a
 //   row is let in, without a promise. queue full: the least urgent best-effort transaction is cancelled, else the newcomer.
-// Order: importance, then earliest deadline, then arrival. What asks is interrupted between two chunks by what goes
+// Order: reserved ones by when they are due (reservations.hpp); then importance, then earliest deadline, then arrival. What asks is interrupted between two chunks by what goes
 // before it, which runs inside that gap; so transactions stand in one another, the most urgent innermost.
 //
 // Two threads: the engine's, and a relief that only works while the engine's waits for the device.
@@ -41,6 +41,7 @@
 #include "rtstdb/transaction/hand_over.hpp"
 #include "rtstdb/transaction/latest_version.hpp"
 #include "rtstdb/transaction/ready_queue.hpp"
+#include "rtstdb/transaction/reservations.hpp"
 #include "rtstdb/transaction/runner.hpp"
 #include "rtstdb/transaction/tally.hpp"
 #include "rtstdb/transaction/transaction_impl.hpp"
@@ -53,6 +54,7 @@ struct EngineOptions {
   Nanoseconds chunk{0};  ///< see DatabaseOptions
   /// SCHED_FIFO priority of the engine's thread, 0: ordinary. Where it is refused, degraded() says so.
   int thread_priority = 0;
+  double max_reserved_share = 0.8;
 };
 
 class Engine final : private query::Meanwhile {
@@ -90,7 +92,11 @@ class Engine final : private query::Meanwhile {
   /// See Database::calibrate. Misuse after close.
   Result<void> calibrate(Transaction& transaction);
 
-  SchedulerCounts scheduler_counts() const { return accuracy_.read(); }
+  /// See Database::reserve. Misuse after close.
+  Result<std::unique_ptr<Reservation>> reserve(const ReservationOptions& options);
+  void give_back(ReservationImpl& reservation) noexcept;
+
+  SchedulerCounts scheduler_counts() const;
   TransactionCounts counts() const noexcept { return tally_.read(); }
   /// What the machine did not permit, in words.
   const std::vector<std::string>& degraded() const noexcept { return degraded_; }
@@ -115,6 +121,8 @@ class Engine final : private query::Meanwhile {
   // admission.cpp
   void receive() noexcept;
   void admit(TransactionImpl& transaction) noexcept;
+  /// Whoever has to go for it, perhaps itself, is cancelled.
+  void wait_in_queue(TransactionImpl& transaction) noexcept;
   bool passes_admission(TransactionImpl& transaction, ClockTime now) noexcept;
   /// When a newcomer would be done with this deadline, if nothing else came.
   ClockTime expected_end(ClockTime now, const TransactionImpl& transaction,
@@ -130,6 +138,19 @@ class Engine final : private query::Meanwhile {
   void take_from_slack(const TransactionImpl& transaction) noexcept;
   /// The earliest deadline from its own on that is admitted when it is asked for at once.
   ClockTime earliest_feasible(ClockTime now, const TransactionImpl& transaction) noexcept;
+  /// What a newcomer waits for besides what is there: those with reservations that may still come before `end`.
+  // reserve.cpp
+  Result<void> take_on(ReservationImpl& reservation);
+  /// One that has cost more than its budget has its rank no longer.
+  void look_at_budget(const Running& running) noexcept;
+  /// Whether one that waits may run inside the gap of the innermost one.
+  bool may_nest(const TransactionImpl& waiting) const noexcept;
+  /// Whether the innermost one stands in the way of a reserved one, and gives way to it.
+  bool has_to_give_way(const TransactionImpl& innermost) const noexcept;
+  /// One that gave way waits again.
+  void put_back(TransactionImpl& transaction) noexcept;
+  /// When one that would be done by `end` is done behind the reserved ones that may still come before.
+  ClockTime behind_reserved(ClockTime now, ClockTime end) const noexcept;
   void carry_out(TransactionImpl& transaction) noexcept;
   void finish(TransactionImpl& transaction, Status status) noexcept;
   void finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept;
@@ -143,9 +164,11 @@ class Engine final : private query::Meanwhile {
 
   const std::uint32_t max_entities_;
   const Nanoseconds chunk_;
+  const double max_reserved_share_;
   const Clock& clock_;
   Tally tally_;
   Accuracy accuracy_;
+  std::atomic<std::uint64_t> restarts_{0};
   HandOver submitted_;
   HandOver errands_given_;
   std::atomic<std::uint32_t> bell_{0};  ///< grows with whatever there is to look at
@@ -154,6 +177,7 @@ class Engine final : private query::Meanwhile {
   std::atomic<bool> closing_{false};
 
   std::atomic<bool> waits_for_device_{false};
+  std::atomic<bool> device_is_done_{false};  ///< the relief hands the lock back
   std::atomic<std::uint32_t> relief_bell_{0};
 
   // The engine's thread alone, once it runs; it holds the lock except in its waits for the device, where the
@@ -163,6 +187,7 @@ class Engine final : private query::Meanwhile {
   LatestVersion latest_;  ///< written by it, read by any
   CostModel costs_;
   ReadyQueue queue_;
+  Reservations reservations_;
   Runner runner_;
   HandOverLink* errands_ = nullptr;  ///< taken over, oldest first
   std::uint32_t received_at_ = 0;    ///< the bell when submissions were last taken over

@@ -4,6 +4,14 @@
 #include "rtstdb/transaction/futex.hpp"
 
 namespace rtstdb::transaction {
+namespace {
+
+/// As its reservation says: no reserved one could write meanwhile, and others would only make that longer.
+bool stays_in_one_piece(const TransactionImpl& transaction) noexcept {
+  return transaction.reserved && !transaction.write_set().empty();
+}
+
+}  // namespace
 
 void Engine::begin_wait() noexcept {
   // Pairs with ring: either the submitter sees the flag or its ring is heard here.
@@ -14,7 +22,9 @@ void Engine::begin_wait() noexcept {
 }
 
 void Engine::end_wait() noexcept {
+  device_is_done_.store(true, std::memory_order_relaxed);
   working_.lock();
+  device_is_done_.store(false, std::memory_order_relaxed);
   waits_for_device_.store(false, std::memory_order_relaxed);
 }
 
@@ -23,17 +33,22 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
   Running& running = runner_.running().innermost();
   const TransactionImpl& transaction = *running.transaction;
   if (transaction.is_to_be_cancelled()) return Gap::stop;
-  if (queue_.holds_before(transaction) && runner_.running().depth() <= query::max_nesting) {
+  look_at_budget(running);
+  if (queue_.holds_before(transaction) && !stays_in_one_piece(transaction)) {
     running.stands_since = clock_.now();
     const auto urgent = [&](const TransactionImpl& waiting) {
-      return ReadyQueue::goes_before(waiting, transaction) && runner_.fits_beside(waiting);
+      return ReadyQueue::goes_before(waiting, transaction) && may_nest(waiting);
     };
-    while (TransactionImpl* const next = queue_.pop_first(urgent)) {
+    while (!has_to_give_way(transaction)) {
+      TransactionImpl* const next = queue_.pop_first(urgent);
+      if (next == nullptr) break;
       carry_out(*next);
       receive();
     }
     running.interrupted += clock_.now() - *running.stands_since;
     running.stands_since.reset();
+    running.gives_way = has_to_give_way(transaction);
+    if (running.gives_way) return Gap::stop;
   }
   const bool in_vain = transaction.is(DeadlineClass::firm) && clock_.now() > transaction.terms().deadline;
   return in_vain ? Gap::stop : Gap::go_on;
@@ -60,8 +75,11 @@ void Engine::carry_out_writes() noexcept {
   const auto only_writes = [this](const TransactionImpl& waiting) {
     return !waiting.write_set().empty() && waiting.requests().empty() && runner_.fits_beside(waiting);
   };
-  while (TransactionImpl* const writer = queue_.pop_first(only_writes))
+  while (!device_is_done_.load(std::memory_order_relaxed)) {
+    TransactionImpl* const writer = queue_.pop_first(only_writes);
+    if (writer == nullptr) return;
     carry_out(*writer);
+  }
 }
 
 }  // namespace rtstdb::transaction

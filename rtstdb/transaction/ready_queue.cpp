@@ -1,6 +1,7 @@
 #include "rtstdb/transaction/ready_queue.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <tuple>
 
 #include <rtstdb/result.hpp>
@@ -12,6 +13,8 @@ namespace rtstdb::transaction {
 namespace {
 
 auto urgency(const TransactionImpl& transaction) {
+  if (transaction.reserved)
+    return std::tuple(std::numeric_limits<int>::min(), transaction.due, transaction.arrival);
   return std::tuple(-int{transaction.terms().importance}, transaction.terms().deadline, transaction.arrival);
 }
 
@@ -47,11 +50,17 @@ TransactionImpl* ReadyQueue::pop() noexcept {
 }
 
 TransactionImpl& ReadyQueue::shed(TransactionImpl& newcomer) noexcept {
-  TransactionImpl* victim = newcomer.is(DeadlineClass::best_effort) ? &newcomer : nullptr;
-  for (TransactionImpl* waiting : heap_) {
-    if (!waiting->is(DeadlineClass::best_effort)) continue;
-    if (victim == nullptr || less_urgent(waiting, victim)) victim = waiting;
-  }
+  const auto least_urgent = [&](auto may_go) {
+    TransactionImpl* found = may_go(newcomer) ? &newcomer : nullptr;
+    for (TransactionImpl* waiting : heap_) {
+      if (may_go(*waiting) && (found == nullptr || less_urgent(waiting, found))) found = waiting;
+    }
+    return found;
+  };
+  TransactionImpl* victim = least_urgent(
+      [](const TransactionImpl& one) { return one.is(DeadlineClass::best_effort) && !one.reserved; });
+  if (victim == nullptr && newcomer.reserved)
+    victim = least_urgent([](const TransactionImpl& one) { return !one.reserved; });
   if (victim == nullptr || victim == &newcomer) return newcomer;
   take_out(*victim);
   return *victim;
@@ -59,6 +68,8 @@ TransactionImpl& ReadyQueue::shed(TransactionImpl& newcomer) noexcept {
 
 bool ReadyQueue::comes_before(const TransactionImpl& newcomer, ClockTime deadline,
                               const TransactionImpl& other) noexcept {
+  if (newcomer.reserved || other.reserved)
+    return newcomer.reserved && (!other.reserved || newcomer.due < other.due);
   const auto importance = other.terms().importance;
   return importance < newcomer.terms().importance ||
          (importance == newcomer.terms().importance && deadline < other.terms().deadline);

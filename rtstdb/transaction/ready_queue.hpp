@@ -1,6 +1,6 @@
 #pragma once
-// The admitted transactions that wait, most urgent first: higher importance, then earlier deadline, then
-// earlier arrival. Holds pointers only; allocates in the constructor alone. One thread.
+// The admitted transactions that wait, most urgent first: reserved ones by when they are due; then higher importance,
+// then earlier deadline, then earlier arrival. Holds pointers only; allocates in the constructor alone. One thread.
 
 #include <cstdint>
 #include <vector>
@@ -22,6 +22,8 @@ class ReadyQueue {
   void push(TransactionImpl& transaction) noexcept;
   /// The most urgent one, or null.
   TransactionImpl* pop() noexcept;
+  /// The most urgent one, which stays; null when empty.
+  TransactionImpl* first() const noexcept { return heap_.empty() ? nullptr : heap_.front(); }
   /// Whether one that waits goes before this.
   bool holds_before(const TransactionImpl& transaction) const noexcept {
     return !heap_.empty() && goes_before(*heap_.front(), transaction);
@@ -41,8 +43,9 @@ class ReadyQueue {
     return found;
   }
 
-  /// Who goes when there is no room for one more: the least urgent best-effort transaction, `newcomer`
-  /// counted; else the newcomer. The one who goes is no longer in the queue.
+  /// Who goes when there is no room for one more: the least urgent best-effort transaction, `newcomer` counted; else,
+  /// where the newcomer is reserved, the least urgent that is not; else the newcomer. The one who goes is no longer in
+  /// the queue.
   TransactionImpl& shed(TransactionImpl& newcomer) noexcept;
 
   /// Whether a transaction that comes now would go before `other`, with this deadline.

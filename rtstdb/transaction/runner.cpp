@@ -156,7 +156,7 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   running.structures = report.structures;
   outcome.gpu_time = Nanoseconds(report.gpu_ns);
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
-  if (report.status == query::RunStatus::stopped) return stopped(transaction);
+  if (report.status == query::RunStatus::stopped) return stopped(transaction, running);
   if (transaction.is_to_be_cancelled()) return cancelled(transaction);
   outcome.truncated = report.status == query::RunStatus::truncated;
   return std::nullopt;
@@ -179,8 +179,9 @@ Status Runner::cancelled(TransactionImpl& transaction) noexcept {
   return Status::cancelled;
 }
 
-Status Runner::stopped(TransactionImpl& transaction) noexcept {
+Status Runner::stopped(TransactionImpl& transaction, const Running& running) noexcept {
   if (transaction.is_to_be_cancelled()) return cancelled(transaction);
+  if (running.gives_way) return Status::pending;
   Outcome& outcome = transaction.draft();
   outcome.lateness = clock_.now() - transaction.terms().deadline;
   return Status::missed;

@@ -31,7 +31,7 @@ class Runner {
          Nanoseconds chunk)
       : store_(store), executor_(executor), clock_(clock), costs_(costs), chunk_(chunk) {}
 
-  /// Fills the transaction's outcome and returns its status; does not give the transaction back. In its waits and gaps
+  /// Fills the transaction's outcome and returns its status, pending when it gave way (Running); does not give the transaction back. In its waits and gaps
   /// `meanwhile` is served and may run others by this: those that fits_beside says yes to.
   Status run(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept;
   /// Carries out parts of a transaction and all of it, each as often as it takes to know what it costs, and leaves nothing of
@@ -54,7 +54,7 @@ class Runner {
   void divide(TransactionImpl& transaction) const noexcept;
   static Status cancelled(TransactionImpl& transaction) noexcept;
   /// Why a run was given up in a gap.
-  Status stopped(TransactionImpl& transaction) noexcept;
+  Status stopped(TransactionImpl& transaction, const Running& running) noexcept;
   static std::optional<BadInput> check_queries(TransactionImpl& transaction, const query::RowSource& rows,
                                                query::TimeSpan& times) noexcept;
   /// Reads the clock, notes the cost and sets `published`. False: a firm deadline has passed, `published`

@@ -24,6 +24,7 @@ struct Running {
   query::StructureWork structures;
   std::optional<ClockTime> stands_since;  ///< when it was interrupted; none while it gets on
   Nanoseconds interrupted{0};             ///< spent on others in its gaps
+  bool gives_way = false;                 ///< it stops to be begun anew
 };
 
 class RunningStack {

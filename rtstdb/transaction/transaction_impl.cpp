@@ -3,6 +3,8 @@
 #include <rtstdb/limits.hpp>
 #include <rtstdb/result.hpp>
 
+#include "rtstdb/transaction/reservations.hpp"
+
 namespace rtstdb::transaction {
 
 TransactionImpl::TransactionImpl(const TransactionOptions& options, const Engine& engine)
@@ -156,8 +158,13 @@ void TransactionImpl::answer_reads(const query::RowSource& rows) noexcept {
 void TransactionImpl::mark_pending() noexcept {
   assert_declaring();
   outcome_.status = Status::pending;
+  reserved = false;
   to_be_cancelled_.store(false, std::memory_order_relaxed);
   status_.set(static_cast<std::uint32_t>(Status::pending));
+}
+
+ReservationImpl* TransactionImpl::reservation() const noexcept {
+  return static_cast<ReservationImpl*>(terms_.reservation);
 }
 
 bool TransactionImpl::ask_to_cancel() noexcept {

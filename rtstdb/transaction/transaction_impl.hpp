@@ -19,6 +19,7 @@
 namespace rtstdb::transaction {
 
 class Engine;
+class ReservationImpl;
 
 struct Precondition {
   EntityId entity;
@@ -55,6 +56,10 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   const Engine& engine() const noexcept { return engine_; }
   const Terms& terms() const noexcept { return terms_; }
   bool is(DeadlineClass deadline_class) const noexcept { return terms_.deadline_class == deadline_class; }
+  ReservationImpl* reservation() const noexcept;
+  void set_deadline_if_none(ClockTime deadline) noexcept {
+    if (terms_.deadline == ClockTime::max()) terms_.deadline = deadline;
+  }
   std::span<const Precondition> preconditions() const noexcept { return preconditions_; }
   store::WriteSet& write_set() noexcept { return write_set_; }
   const store::WriteSet& write_set() const noexcept { return write_set_; }
@@ -76,6 +81,8 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   bool promised = false;         ///< firm, and admitted by its cost
   Nanoseconds slack{0};          ///< promised: what may still come before it
   std::uint64_t arrival = 0;     ///< the engine's count of admitted transactions, for order among equals
+  bool reserved = false;         ///< it goes before all that are not, and is
+  ClockTime due{};               ///< by then
 
  private:
   void declare(const Precondition& precondition) noexcept;

@@ -1,7 +1,7 @@
 #pragma once
 // The database: one world of entities on one GPU.
 //
-// Threads: open, add_geometry, prepare and make_transaction are setup calls: they allocate and
+// Threads: open, add_geometry, prepare, reserve and make_transaction are setup calls: they allocate and
 // block, and are not for the tick. submit, execute, wait, cancel and latest may be called from any number of threads
 // at once and are made for the tick. The database does its work on a thread of its own; the Vulkan driver's
 // threads are created inside open, so open must run before the caller raises its own priority or pins itself
@@ -45,6 +45,9 @@ struct DatabaseOptions {
   /// into chunks, two of which are under way at a time. What brings a version's structures to the device is not
   /// divided. Zero: nothing is, as with a virtual clock.
   Nanoseconds chunk{1'000'000};
+  /// The share of each length of time that reservations may ask for together: above 0, at most 1. The rest is for what is
+  /// measured too low, and for all others.
+  double max_reserved_share = 0.8;
   /// The deadline clock; null: CLOCK_MONOTONIC. Must outlive the database.
   const Clock* clock = nullptr;
   /// SCHED_FIFO priority of the database's thread, 0: ordinary. The driver's threads, which do the computing
@@ -90,6 +93,9 @@ struct SchedulerCounts {
   /// Firm transactions that were admitted by their predicted costs and carried out; those that were in time; and those
   /// that were not, since more important ones came.
   std::uint64_t promised = 0, kept = 0, outranked = 0;
+  /// Those that stand, in the order in which they were made.
+  std::vector<ReservationCounts> reservations;
+  std::uint64_t restarts = 0;  ///< see Outcome::restarts
 };
 
 /// How the shapes of geometry that deforms came to the device so far.
@@ -135,6 +141,13 @@ class Database {
   /// Afterwards it is declared as it was, and what its queries answer is not to be used. Nothing under a virtual clock.
   /// Errors: bad_input for what would be its outcome, also for a conflict; device_lost.
   virtual Result<void> calibrate(Transaction& transaction) = 0;
+
+  /// Keeps time free for transactions that name it (reservation.hpp), until it is destroyed. Calibrate what is dear first:
+  /// the longest piece of work that can not be interrupted is a chunk with the largest build of structures, or a commit of
+  /// as many rows, as was measured until now. Transactions wait meanwhile.
+  /// Errors: bad_input for options out of their range; capacity, with the sums, when it can not be kept beside those that
+  /// stand, and where DatabaseOptions::chunk is zero, so that no piece has an end.
+  virtual Result<std::unique_ptr<Reservation>> reserve(const ReservationOptions& options) = 0;
 
   // ---- tick ----
   /// Hands the transaction over and returns at once. Its outcome is final when its status says so.

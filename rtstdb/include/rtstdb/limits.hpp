@@ -35,5 +35,8 @@ inline constexpr std::int64_t max_query_window_ns = 1'000'000'000;
 /// database holds from its negative on.
 inline constexpr std::int64_t max_world_time_ns = (std::int64_t{1} << 62) - 1;
 inline constexpr std::uint8_t max_importance = 7;
+inline constexpr std::size_t max_reservations = 32;
+/// Of periods and deadlines: an hour.
+inline constexpr std::int64_t max_reservation_period_ns = 3'600'000'000'000;
 
 }  // namespace rtstdb

@@ -16,6 +16,7 @@
 
 #include <rtstdb/entity.hpp>
 #include <rtstdb/query.hpp>
+#include <rtstdb/reservation.hpp>
 
 namespace rtstdb {
 
@@ -56,6 +57,8 @@ struct Terms {
   /// version's.
   WorldTime world_time{};
   ReadAt read_at;  ///< ignored when there are writes
+  /// Time that is kept free for it; the deadline is the reservation's, from submitted on, where none is given. Null: none.
+  Reservation* reservation = nullptr;
 };
 
 enum class Status : std::uint8_t {
@@ -132,7 +135,9 @@ struct Outcome {
   Nanoseconds lateness{0};
   Nanoseconds predicted_cost{0}, actual_cost{0};  ///< started to published, but for `interrupted`
   Nanoseconds interrupted{0};                     ///< spent on more urgent transactions, which ran in between
-  Nanoseconds gpu_time{0};                        ///< of the actual cost, spent on the device
+  /// Times it was begun anew, since it stood in the way of a reserved one. The timestamps are those of the last time.
+  std::uint32_t restarts = 0;
+  Nanoseconds gpu_time{0};        ///< of the actual cost, spent on the device
   ClockTime earliest_feasible{};  ///< refused: the earliest deadline that is admitted when asked for at once
   bool durable = false;           ///< written to a log that survives a crash
 

@@ -238,7 +238,9 @@ class RandomGaps {
 
   void submit_some(std::size_t count) {
     for (; count > 0 && next_ < most; --count, ++next_) {
-      const auto importance = static_cast<std::uint8_t>(random_() % 8);
+      // Half of them so that stacks grow high.
+      const std::size_t level = random_() % 2 == 0 ? stack_.size() : random_() % 8;
+      const auto importance = static_cast<std::uint8_t>(std::min<std::size_t>(level, max_importance));
       const std::int64_t deadline_ns = 1'000'000'000'000 + static_cast<std::int64_t>(random_() % 5);
       urgency_[next_] = {-int{importance}, deadline_ns, next_};
       waiting_[urgency_[next_]] = next_;

@@ -150,7 +150,8 @@ inline EngineOptions engine_options(std::uint32_t queue_capacity = 64, std::uint
   return {{max_entities, retained_changes, [](GeometryId id) { return id.index == 0; }},
           queue_capacity,
           Nanoseconds(1'000'000),
-          0};
+          0,
+          0.8};
 }
 
 inline EntityRow row_of(std::uint32_t material) {

@@ -1,0 +1,216 @@
+#include "rtstdb/transaction/reservations.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include <rtstdb/limits.hpp>
+#include <rtstdb/result.hpp>
+
+#include "rtstdb/transaction/engine.hpp"
+#include "rtstdb/transaction/transaction_impl.hpp"
+
+namespace rtstdb::transaction {
+namespace {
+
+constexpr Nanoseconds max_reservation_period{max_reservation_period_ns};
+
+void count_one(std::atomic<std::uint64_t>& counter) noexcept {
+  counter.fetch_add(1, std::memory_order_relaxed);
+}
+
+/// One writer.
+void raise_to(std::atomic<std::int64_t>& largest, Nanoseconds value) noexcept {
+  if (value.count() > largest.load(std::memory_order_relaxed))
+    largest.store(value.count(), std::memory_order_relaxed);
+}
+
+std::string in_ms(Nanoseconds time) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.6g ms", static_cast<double>(time.count()) * 1e-6);
+  return text;
+}
+
+std::string in_percent(double share) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.4g %%", share * 100.0);
+  return text;
+}
+
+std::string described(const ReservationOptions& options) {
+  return "reservation '" + options.name + "' (period " + in_ms(options.period) + ", deadline " +
+         in_ms(options.deadline) + ", budget " + in_ms(options.budget) + ")";
+}
+
+Result<void> check(const ReservationOptions& options) {
+  const auto refused = [&](const std::string& why) {
+    return Error{ErrorCode::bad_input, described(options) + ": " + why};
+  };
+  if (options.period <= Nanoseconds(0) || options.period > max_reservation_period)
+    return refused("the period lies above 0 and is at most " + in_ms(max_reservation_period));
+  if (options.deadline <= Nanoseconds(0) || options.deadline > max_reservation_period)
+    return refused("the deadline lies above 0 and is at most " + in_ms(max_reservation_period));
+  if (options.budget <= Nanoseconds(0) || options.budget > options.deadline)
+    return refused("the budget lies above 0 and is at most the deadline");
+  return {};
+}
+
+std::string sentence(const Shortfall& shortfall, const std::vector<ReservationImpl*>& all, double share) {
+  switch (shortfall.kind) {
+    case Shortfall::Kind::in_the_long_run:
+      return "all together take " + in_percent(shortfall.share) + " of the time; less than " +
+             in_percent(share) + " can be reserved";
+    case Shortfall::Kind::too_close:
+      return "all together take " + in_percent(shortfall.share) + " of the time, too close to the " +
+             in_percent(share) + " that can be reserved to say that all are kept";
+    case Shortfall::Kind::within_length:
+      break;
+  }
+  Nanoseconds sum = shortfall.piece;
+  std::string parts;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (shortfall.asked[k] == Nanoseconds(0)) continue;
+    sum += shortfall.asked[k];
+    parts += "'" + all[k]->options().name + "' " + in_ms(shortfall.asked[k]) + ", ";
+  }
+  return "within " + in_ms(shortfall.length) + " up to " + in_ms(sum) + " are asked for (" + parts +
+         "a piece of other work that can not be interrupted " + in_ms(shortfall.piece) + "), and " +
+         in_percent(share) + " of them are " +
+         in_ms(Nanoseconds(static_cast<std::int64_t>(share * static_cast<double>(shortfall.length.count()))));
+}
+
+}  // namespace
+
+// ---- one
+
+ReservationImpl::~ReservationImpl() {
+  RTSTDB_ASSERT(pending_.load(std::memory_order_acquire) == 0);
+  engine_.give_back(*this);
+}
+
+ReservationCounts ReservationImpl::counts() const {
+  const auto read = [](const Counter& counter) { return counter.load(std::memory_order_relaxed); };
+  return {.name = options_.name,
+          .transactions = read(transactions_),
+          .kept = read(kept_),
+          .broken = read(broken_),
+          .too_often = read(too_often_),
+          .too_long = read(too_long_),
+          .not_as_declared = read(not_as_declared_),
+          .largest_cost = Nanoseconds(largest_cost_ns_.load(std::memory_order_relaxed)),
+          .longest_answer = Nanoseconds(longest_answer_ns_.load(std::memory_order_relaxed))};
+}
+
+// ---- all
+
+Result<void> Reservations::take_on(ReservationImpl& reservation, Nanoseconds piece, double share) {
+  if (auto checked = check(reservation.options()); !checked) return checked;
+  if (taken_on_.size() == max_reservations) {
+    return Error{ErrorCode::capacity, described(reservation.options()) + ": there are " +
+                                          std::to_string(max_reservations) +
+                                          " already, as many as there can be"};
+  }
+  std::vector<ReservationImpl*> all = taken_on_;
+  all.push_back(&reservation);
+  const bool in_gaps = all.size() <= most_in_gaps;
+  std::vector<Demand> demands;
+  for (const ReservationImpl* one : all) {
+    const ReservationOptions& options = one->options();
+    const bool in_one_piece = options.writes_and_asks || !in_gaps;
+    demands.push_back({.period = options.period,
+                       .deadline = options.deadline,
+                       .budget = options.budget,
+                       .piece = in_one_piece ? options.budget : std::min(piece, options.budget)});
+  }
+  if (const auto shortfall = first_shortfall(demands, piece, share)) {
+    return Error{ErrorCode::capacity,
+                 described(reservation.options()) + " can not be kept: " + sentence(*shortfall, all, share)};
+  }
+  const std::scoped_lock lock(counted_);
+  taken_on_ = std::move(all);
+  return {};
+}
+
+void Reservations::give_back(ReservationImpl& reservation) noexcept {
+  const std::scoped_lock lock(counted_);
+  std::erase(taken_on_, &reservation);
+}
+
+std::vector<ReservationCounts> Reservations::counts() const {
+  const std::scoped_lock lock(counted_);
+  std::vector<ReservationCounts> all;
+  for (const ReservationImpl* reservation : taken_on_)
+    all.push_back(reservation->counts());
+  return all;
+}
+
+Nanoseconds Reservations::still_to_come(ClockTime from, ClockTime to) const noexcept {
+  Nanoseconds sum{0};
+  for (const ReservationImpl* reservation : taken_on_) {
+    const ReservationOptions& options = reservation->options();
+    const ClockTime first = std::max(from, reservation->next_deadline_ - options.deadline);
+    if (first < to) sum += ((to - first - Nanoseconds(1)) / options.period + 1) * options.budget;
+  }
+  return sum;
+}
+
+void Reservations::submitted(TransactionImpl& transaction) noexcept {
+  ReservationImpl* const reservation = transaction.reservation();
+  if (reservation == nullptr) return;
+  RTSTDB_ASSERT(&reservation->engine_ == &transaction.engine());
+  reservation->pending_.fetch_add(1, std::memory_order_relaxed);
+  transaction.set_deadline_if_none(transaction.outcome().submitted + reservation->options_.deadline);
+}
+
+void Reservations::admitted(TransactionImpl& transaction) noexcept {
+  transaction.reserved = false;
+  ReservationImpl* const reservation = transaction.reservation();
+  if (reservation == nullptr) return;
+  const ReservationOptions& options = reservation->options_;
+  if (!options.writes_and_asks && !transaction.write_set().empty() && !transaction.requests().empty())
+    return count_one(reservation->not_as_declared_);
+  const ClockTime submitted = transaction.outcome().submitted;
+  // Of one that says so late a deadline that others after it would seem too often, no more is believed.
+  const ClockTime deadline =
+      std::min(transaction.terms().deadline, submitted + options.deadline + options.period);
+  if (deadline <= reservation->next_deadline_ - options.period / 2) return count_one(reservation->too_often_);
+  reservation->next_deadline_ = std::max(deadline, reservation->next_deadline_) + options.period;
+  ClockTime release = submitted;
+  if (reservation->released_in_ == busy_stretch_)
+    release = std::max(release, reservation->release_ + options.period);
+  reservation->release_ = release;
+  reservation->released_in_ = busy_stretch_;
+  transaction.reserved = true;
+  transaction.due = release + options.deadline;
+  ++under_way_;
+}
+
+void Reservations::has_taken_too_long(TransactionImpl& transaction) noexcept {
+  count_one(transaction.reservation()->too_long_);
+  transaction.reserved = false;
+  if (--under_way_ == 0) ++busy_stretch_;
+}
+
+void Reservations::ended(TransactionImpl& transaction, Status status) noexcept {
+  ReservationImpl* const reservation = transaction.reservation();
+  if (reservation == nullptr) return;
+  const Outcome& outcome = transaction.outcome();
+  count_one(reservation->transactions_);
+  const bool done = status == Status::committed || status == Status::truncated || status == Status::late;
+  if (done) raise_to(reservation->largest_cost_ns_, outcome.actual_cost);
+  if (transaction.reserved) {
+    if (done && outcome.actual_cost > reservation->options_.budget) {
+      count_one(reservation->too_long_);
+    } else if (done || status == Status::missed) {
+      const ClockTime ended = done ? outcome.published : transaction.terms().deadline + outcome.lateness;
+      const bool in_time = ended <= transaction.due;
+      // A firm one may ask for less time than was reserved; then it is missed before it is due.
+      if (done || !in_time) count_one(in_time ? reservation->kept_ : reservation->broken_);
+      if (done) raise_to(reservation->longest_answer_ns_, outcome.published - outcome.submitted);
+    }
+    if (--under_way_ == 0) ++busy_stretch_;
+  }
+  reservation->pending_.fetch_sub(1, std::memory_order_release);
+}
+
+}  // namespace rtstdb::transaction
