@@ -15,6 +15,7 @@
 
 #include "rtstdb/geometry/row_check.hpp"
 #include "rtstdb/gpu/device.hpp"
+#include "rtstdb/log/posix_disk.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
 #include "rtstdb/query/nearest_query.hpp"
 #include "rtstdb/query/overlap_query.hpp"
@@ -60,6 +61,29 @@ Result<void> check_options(const DatabaseOptions& options) {
   return {};
 }
 
+Result<void> check_options(const DurabilityOptions& options) {
+  const auto refuse = [](const std::string& what) { return Error{ErrorCode::bad_input, "durability: " + what}; };
+  const std::string mode = to_string(options.mode);
+  if (options.directory.empty()) {
+    if (options.mode == DurabilityMode::group || options.mode == DurabilityMode::sync)
+      return refuse("mode " + mode + " needs a directory");
+    return {};
+  }
+  if (options.mode == DurabilityMode::volatile_only)
+    return refuse("mode volatile writes nothing into " + options.directory.string());
+  if (options.flush_interval < Nanoseconds(0))
+    return refuse("flush_interval is " + std::to_string(options.flush_interval.count()) +
+                  " ns; 0 and more are possible");
+  if (options.ring_bytes < min_ring_bytes || options.ring_bytes > max_ring_bytes)
+    return refuse("ring_bytes is " + std::to_string(options.ring_bytes) + "; " +
+                  std::to_string(min_ring_bytes) + " to " + std::to_string(max_ring_bytes) +
+                  " are possible");
+  if (options.segment_bytes < min_segment_bytes)
+    return refuse("segment_bytes is " + std::to_string(options.segment_bytes) + "; " +
+                  std::to_string(min_segment_bytes) + " and more are possible");
+  return {};
+}
+
 Result<void> check_options(const GeometryOptions& options) {
   if (!options.deforms) return {};
   if (options.kept_shapes == 0 || options.kept_shapes > max_kept_shapes) {
@@ -101,12 +125,55 @@ Result<Value> unless_out_of_memory(const std::string& what, const Work& work) {
   }
 }
 
+/// None: nothing is to survive.
+Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& options) {
+  const std::filesystem::path& directory = options.durability.directory;
+  if (directory.empty()) return std::unique_ptr<transaction::CommitLog>();
+  const auto with_place = [&](const std::string& what) {
+    return Error{ErrorCode::file, directory.string() + ": " + what};
+  };
+  auto disk = log::open_directory(directory);
+  if (!disk) return with_place(disk.error().in_words());
+  auto opened = transaction::CommitLog::open(std::move(disk.value()), {.durability = options.durability,
+                                                                       .max_entities = options.max_entities,
+                                                                       .max_geometries = options.max_geometries});
+  if (!opened) return Error{opened.error().code, with_place(opened.error().message).message};
+  return opened;
+}
+
+/// A geometry as it was added.
+struct Added {
+  TriangleMesh mesh;
+  std::string name;
+  bool deforms = false;
+};
+
+/// Brings what the log told of to the device, in its order.
+Result<std::vector<Added>> add_recovered(const transaction::CommitLog* log, query::GpuExecutor& executor) {
+  std::vector<Added> known;
+  if (log == nullptr) return known;
+  for (const log::WorldGeometry& geometry : log->recovered_world().geometries) {
+    const auto& [id, name, options, file, checksum] = geometry.logged;
+    auto added = executor.add_geometry(geometry.mesh, options);
+    if (!added) return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
+    RTSTDB_ASSERT(added.value() == id);
+    known.push_back({geometry.mesh, name, options.deforms});
+  }
+  return known;
+}
+
+/// How long add_geometry waits for room in the log.
+constexpr Nanoseconds longest_wait_for_log{10'000'000'000};
+
 class DatabaseImpl final : public Database {
  public:
+  /// `known`: what the log told of, on the device already.
   DatabaseImpl(std::unique_ptr<gpu::Device> device, std::unique_ptr<query::GpuExecutor> executor,
-               const DatabaseOptions& options)
+               const DatabaseOptions& options, std::unique_ptr<transaction::CommitLog> log,
+               std::vector<Added> known)
       : device_(std::move(device)),
         executor_(std::move(executor)),
+        meshes_(std::move(known)),
         engine_({.store = {.max_entities = options.max_entities,
                            .retained_changes = options.retained_changes,
                            .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); },
@@ -115,7 +182,7 @@ class DatabaseImpl final : public Database {
                  .chunk = options.chunk,
                  .thread_priority = options.thread_priority,
                  .max_reserved_share = options.max_reserved_share},
-                *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_) {}
+                *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_, std::move(log)) {}
 
   const DeviceInfo& device() const noexcept override { return device_->info(); }
 
@@ -156,10 +223,31 @@ class DatabaseImpl final : public Database {
   void cancel(Transaction& transaction) noexcept override { engine_.cancel(transaction); }
   VersionInfo latest() const noexcept override { return engine_.latest(); }
 
+  Version durable() const noexcept override { return engine_.log() != nullptr ? engine_.log()->durable() : 0; }
+  bool wait_until_durable(Version version, Nanoseconds at_most) noexcept override {
+    return engine_.log() != nullptr && engine_.log()->wait_until_durable(version, at_most);
+  }
+  Durability durability() const override {
+    return engine_.log() != nullptr ? engine_.log()->state() : Durability{};
+  }
+  const Recovery& recovery() const noexcept override {
+    return engine_.log() != nullptr ? engine_.log()->recovery() : nothing_recovered_;
+  }
+  Result<void> close() override {
+    engine_.close();
+    return engine_.log() != nullptr ? engine_.log()->close() : Result<void>();
+  }
+
   Result<std::vector<EntityState>> snapshot(const ReadAt& read_at) const override {
     return engine_.snapshot(read_at);
   }
 
+  std::optional<GeometryId> find_geometry(std::string_view name) const override {
+    const std::lock_guard lock(meshes_mutex_);
+    for (std::size_t index = meshes_.size(); index-- > 0;)
+      if (meshes_[index].name == name) return GeometryId{static_cast<std::uint32_t>(index)};
+    return std::nullopt;
+  }
   std::optional<TriangleMesh> geometry(GeometryId id) const override {
     auto mesh = geometry(id, ReadAt::latest());
     if (!mesh) return std::nullopt;
@@ -187,7 +275,12 @@ class DatabaseImpl final : public Database {
   ShapeCounts shape_counts() const noexcept override { return executor_->shape_counts(); }
 
   Health health() const override {
-    return {.degraded = engine_.degraded(),
+    std::vector<std::string> degraded = engine_.degraded();
+    const Durability log = durability();
+    if (log.refused_by_disk) degraded.push_back("nothing becomes durable now: " + log.last_fault);
+    if (log.commits_in_gaps != 0)
+      degraded.push_back(std::to_string(log.commits_in_gaps) + " commits were not recorded, since the disk was slower than they came");
+    return {.degraded = std::move(degraded),
             .validation_messages = device_->validation_messages(),
             .device_lost = device_->lost()};
   }
@@ -201,19 +294,35 @@ class DatabaseImpl final : public Database {
                                const GeometryOptions& options) {
     // Held over both, so that meshes stand in the order of their ids.
     const std::lock_guard lock(adding_mutex_);
-    Added copy{mesh, options.deforms};
+    Added copy{mesh, std::string(name), options.deforms};
     {
       const std::lock_guard reading_lock(meshes_mutex_);
       meshes_.reserve(meshes_.size() + 1);
     }
     std::unique_ptr<store::ShapeHistory::Kept> shapes;
     if (options.deforms) shapes = store::ShapeHistory::make(mesh.positions_m, options.kept_shapes);
+    std::optional<log::LoggedGeometry> logged;
+    if (transaction::CommitLog* log = engine_.log()) {
+      auto written = log->write_geometry(mesh, name, options);
+      if (!written) return named(name, written.error());
+      logged = std::move(written).value();
+    }
     std::optional<Result<GeometryId>> added;
-    engine_.call([&] {
+    const auto add = [&] {
+      if (logged && !engine_.log()->room_for(*logged)) return;
       added.emplace(
           unless_out_of_memory<GeometryId>("it", [&] { return executor_->add_geometry(mesh, options); }));
-      if (*added && shapes != nullptr) engine_.keep_shapes(added->value(), std::move(shapes));
-    });
+      if (!*added) return;
+      if (shapes != nullptr) engine_.keep_shapes(added->value(), std::move(shapes));
+      if (logged) logged->id = added->value();
+      if (logged) engine_.log()->record_geometry(*logged, mesh.positions_m.size());
+    };
+    const ClockTime begun = monotonic_clock_.now();
+    for (engine_.call(add); !added; engine_.call(add)) {
+      if (monotonic_clock_.now() - begun > longest_wait_for_log)
+        return named(name, {ErrorCode::file, "the log has no room: " + durability().last_fault});
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
     if (!*added) return named(name, added->error());
     const std::lock_guard reading_lock(meshes_mutex_);
     meshes_.push_back(std::move(copy));
@@ -239,11 +348,8 @@ class DatabaseImpl final : public Database {
   std::unique_ptr<query::GpuExecutor> executor_;
   std::mutex adding_mutex_;
   mutable std::mutex meshes_mutex_;
-  struct Added {
-    TriangleMesh mesh;  // as it was added
-    bool deforms = false;
-  };
   std::vector<Added> meshes_;  // by geometry index
+  const Recovery nothing_recovered_;
   mutable transaction::Engine engine_;
 };
 
@@ -255,6 +361,7 @@ std::vector<DeviceInfo> Database::devices() {
 
 Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options) {
   if (auto checked = check_options(options); !checked) return checked.error();
+  if (auto checked = check_options(options.durability); !checked) return checked.error();
   return unless_out_of_memory<std::unique_ptr<Database>>(
       "the database", [&]() -> Result<std::unique_ptr<Database>> {
         const bool validation = options.validation == Validation::on ||
@@ -263,8 +370,13 @@ Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options)
         if (!device) return device.error();
         auto executor = query::GpuExecutor::create(*device.value(), options);
         if (!executor) return executor.error();
-        return std::unique_ptr<Database>(
-            std::make_unique<DatabaseImpl>(std::move(device).value(), std::move(executor).value(), options));
+        auto log = open_log(options);
+        if (!log) return log.error();
+        auto known = add_recovered(log.value().get(), *executor.value());
+        if (!known) return known.error();
+        auto database = std::make_unique<DatabaseImpl>(std::move(device).value(), std::move(executor).value(),
+                                                       options, std::move(log).value(), std::move(known).value());
+        return std::unique_ptr<Database>(std::move(database));
       });
 }
 

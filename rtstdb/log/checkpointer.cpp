@@ -9,13 +9,18 @@ namespace rtstdb::log {
 Checkpointer::Step Checkpointer::begin(const Position& position, Version not_before, ClockTime now,
                                        std::int64_t real_time_ns) {
   RTSTDB_ASSERT(may_begin(now));
-  auto head = source_.begin(not_before);
+  if (!asked_) asked_ = {position, not_before};
+  auto head = source_.begin(asked_->not_before);
   if (!head) return {};
-  RTSTDB_ASSERT(head->version.version >= not_before);
+  const Asked asked = *std::exchange(asked_, std::nullopt);
+  if (head->version.version < asked.not_before) {  // that version is being taken back
+    source_.end();
+    return {Did::given_up, 0, std::nullopt};
+  }
   auto file = CheckpointFile::create(disk_,
                                      {.database_id = database_id_,
                                       .number = next_number_++,
-                                      .position = position,
+                                      .position = asked.position,
                                       .real_time_ns = real_time_ns,
                                       .rows_per_slice = rows_per_slice_},
                                      std::move(*head));

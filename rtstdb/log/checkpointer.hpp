@@ -40,7 +40,7 @@ class Checkpointer {
     DiskFault fault;      ///< failed
   };
   /// The group that comes next lies at `position`; `not_before` is the newest version that stands of all that were taken from
-  /// the ring.
+  /// the ring. Where the source takes its time, both are those of the first call. Given up: what it has is older.
   Step begin(const Position& position, Version not_before, ClockTime now, std::int64_t real_time_ns);
   /// Publishes once the log has all versions up to its own on disk.
   Step go_on(Version synced_version, ClockTime now);
@@ -55,6 +55,11 @@ class Checkpointer {
   std::uint64_t next_number_;
   std::uint32_t rows_per_slice_;
   Retry retry_;
+  struct Asked {
+    Position position;
+    Version not_before = 0;
+  };
+  std::optional<Asked> asked_;
   std::unique_ptr<CheckpointFile> file_;
   bool written_ = false;
 };

@@ -36,6 +36,7 @@ class Group {
   /// The link of the group after it, once it is sealed.
   std::uint64_t next_link() const noexcept { return header_.checksum; }
 
+  std::uint32_t records() const noexcept { return header_.records; }
   /// The newest version that it tells of, taken back or missing ones too; 0: of none.
   Version newest_version() const noexcept { return newest_version_; }
   /// The end of the last gap that it tells of; 0: of none.

@@ -12,7 +12,7 @@ bool Recorder::record(const store::WriteSet& set) noexcept {
   const std::size_t bytes = commit_bytes(set);
   if (end_gap() && ring_.room_for(bytes, taken_back_bytes)) {
     encode_commit(set, ring_.reserve(bytes));
-    ring_.commit();
+    commit();
     return true;
   }
   if (!in_gap()) gap_from_ = set.version;
@@ -26,14 +26,14 @@ void Recorder::take_back(Version version) noexcept {
   const auto room = ring_.reserve(taken_back_bytes);
   RTSTDB_ASSERT(!room.empty());
   encode_taken_back(version, room);
-  ring_.commit();
+  commit();
 }
 
 bool Recorder::record(const LoggedGeometry& geometry) noexcept {
   const std::size_t bytes = geometry_bytes(geometry);
   if (!end_gap() || !ring_.room_for(bytes, taken_back_bytes)) return false;
   encode_geometry(geometry, ring_.reserve(bytes));
-  ring_.commit();
+  commit();
   return true;
 }
 
@@ -46,9 +46,14 @@ bool Recorder::end_gap() noexcept {
   // Not at the first free bytes: a disk that is back has emptied the ring.
   if (ring_.used() > ring_.capacity() / 2 || !ring_.room_for(gap_bytes, taken_back_bytes)) return false;
   encode_gap(gap_from_, gap_to_, ring_.reserve(gap_bytes));
-  ring_.commit();
+  commit();
   gap_from_ = gap_to_ = 0;
   return true;
+}
+
+void Recorder::commit() noexcept {
+  ring_.commit();
+  ++records_;
 }
 
 }  // namespace rtstdb::log

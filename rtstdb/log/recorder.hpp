@@ -30,6 +30,8 @@ class Recorder {
   /// Tells of a gap that is over: to be called now and then while nothing is committed, and before the end.
   void tend() noexcept;
   bool in_gap() const noexcept { return gap_from_ != 0; }
+  /// Records that were put into the ring.
+  std::uint64_t records() const noexcept { return records_; }
 
   /// Any thread: versions that were not recorded so far.
   std::uint64_t gap_versions() const noexcept { return gap_versions_.load(std::memory_order_relaxed); }
@@ -37,9 +39,11 @@ class Recorder {
  private:
   /// Whether there is no gap, or no more.
   bool end_gap() noexcept;
+  void commit() noexcept;
 
   Ring& ring_;
   Version gap_from_ = 0, gap_to_ = 0;
+  std::uint64_t records_ = 0;
   std::atomic<std::uint64_t> gap_versions_{0};
 };
 

@@ -24,8 +24,8 @@ struct WorldHead {
 class WorldSource {
  public:
   virtual ~WorldSource() = default;
-  /// The newest version, which is not before `not_before` and settled. None: not now, asked again. A version that was begun and not
-  /// ended is let go.
+  /// A settled version that was the newest when this was asked first, or one after it; `not_before` is the newest that the asker
+  /// knows of. None: not yet, asked again. A version that was begun and not ended is let go.
   virtual std::optional<WorldHead> begin(Version not_before) = 0;
   /// The states of indices from `first` on as they are in that version. Where no entity lives the id has an invalid index and the
   /// generation that was given last. False: the version is not kept any more.

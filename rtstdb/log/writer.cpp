@@ -110,6 +110,7 @@ DiskFault Writer::begin(const LogStart& start) {
   group_number_ = number_after;
   link_ = link_after;
   if (!fault && has_gap) group_is_on_disk(gap_group.size(), Nanoseconds(0));
+  records_on_disk_ = 0;  // that one came out of no ring
   return fault;
 }
 
@@ -151,6 +152,8 @@ void Writer::group_is_on_disk(std::size_t bytes, Nanoseconds took) {
   link_ = group_.next_link();
   synced_version_ = std::max(synced_version_, group_.newest_version());
   bytes_since_checkpoint_ += bytes;
+  records_on_disk_.fetch_add(group_.records(), std::memory_order_release);
+  refused_by_disk_ = false;
   const bool has_gap = group_.gap_to() != 0;
   if (has_gap) {
     waits_for_checkpoint_ = true;
@@ -170,6 +173,7 @@ void Writer::group_is_on_disk(std::size_t bytes, Nanoseconds took) {
 void Writer::segment_failed(const DiskError& fault, ClockTime now) {
   segment_.reset();
   waits_for_checkpoint_ = true;
+  refused_by_disk_ = true;
   retry_.failed(now);
   note_fault(fault);
 }
@@ -208,12 +212,15 @@ bool Writer::step_checkpoint(ClockTime now, std::int64_t real_time_ns) {
   if (step.did == Checkpointer::Did::finished) checkpoint_is_on_disk(step.version);
   const bool again = step.did == Checkpointer::Did::failed || step.did == Checkpointer::Did::given_up;
   if (again) checkpoint_soon_.store(true, std::memory_order_relaxed);
-  if (step.fault) note_fault(*step.fault);
+  if (step.fault) {
+    note_fault(*step.fault);
+    if (waits_for_checkpoint_) refused_by_disk_ = true;
+  }
   return step.did != Checkpointer::Did::nothing && step.did != Checkpointer::Did::failed;
 }
 
 void Writer::checkpoint_is_on_disk(Version version) {
-  if (version >= needed_version_) waits_for_checkpoint_ = false;
+  if (version >= needed_version_) waits_for_checkpoint_ = refused_by_disk_ = false;
   move_watermark();
   const std::lock_guard lock(statistics_mutex_);
   ++statistics_.checkpoints;

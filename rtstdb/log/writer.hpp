@@ -7,7 +7,7 @@
 // neither written nor trusted any more. While there is no room on the way, the recorder tells of a gap; behind it, too, the
 // watermark waits for a checkpoint.
 //
-// Threads: one drives it; `durable`, `statistics` and `flush_soon` are anybody's.
+// Threads: one drives it; what tells how far it is, `flush_soon` and `checkpoint_soon` are anybody's.
 
 #include <atomic>
 #include <cstdint>
@@ -71,6 +71,12 @@ class Writer {
 
   /// Every version up to this one is on disk, or came to nothing.
   Version durable() const noexcept { return durable_.load(std::memory_order_acquire); }
+  /// Records on disk, of those that came out of the ring.
+  std::uint64_t records_on_disk() const noexcept { return records_on_disk_.load(std::memory_order_acquire); }
+  /// The watermark stays until there is a checkpoint of a version behind a fault or a gap.
+  bool waits_for_checkpoint() const noexcept { return waits_for_checkpoint_.load(std::memory_order_acquire); }
+  /// The last thing that the watermark needs could not be written; it is tried again.
+  bool refused_by_disk() const noexcept { return refused_by_disk_.load(std::memory_order_acquire); }
   /// Records do not wait any longer.
   void flush_soon() noexcept { flush_soon_.store(true, std::memory_order_relaxed); }
   /// A checkpoint is made soon.
@@ -115,6 +121,8 @@ class Writer {
   std::atomic<bool> waits_for_checkpoint_;
   Version needed_version_;  // that the checkpoint has at least
   std::atomic<Version> durable_{0};
+  std::atomic<std::uint64_t> records_on_disk_{0};
+  std::atomic<bool> refused_by_disk_{false};
   std::atomic<bool> flush_soon_{false}, checkpoint_soon_{false};
 
   mutable std::mutex statistics_mutex_;

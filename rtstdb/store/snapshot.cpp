@@ -12,6 +12,10 @@ const EntityState* Snapshot::row(std::uint32_t index) const noexcept {
   return store_->row(version_.version, index);
 }
 
+const EntityState& Snapshot::slot(std::uint32_t index) const noexcept {
+  return store_->slot(version_.version, index);
+}
+
 bool Snapshot::changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept {
   return store_->changed_between(version_.version, other, indices);
 }

@@ -22,6 +22,9 @@ class Snapshot final : public query::RowSource {
   std::uint32_t index_limit() const noexcept override;
   /// Misuse once still_kept() is false.
   const EntityState* row(std::uint32_t index) const noexcept override;
+  /// The state at the index; where no entity lives, an id with an invalid index and the generation that was given last. Not of a
+  /// version that is staged (misuse).
+  const EntityState& slot(std::uint32_t index) const noexcept;
   bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept override;
   /// Misuse for a version that was not read as one that has its shapes.
   query::Shape shape(GeometryId geometry) const noexcept override;

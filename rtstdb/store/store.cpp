@@ -34,6 +34,13 @@ BadInput time_out_of_limits(WorldTime time) {
   return refusal(BadInputReason::out_of_limits, seconds(time));
 }
 
+/// What is left where an entity was removed.
+EntityState nobody(EntityId last) {
+  EntityState state;
+  state.id.generation = last.generation;
+  return state;
+}
+
 }  // namespace
 
 Store::Store(StoreOptions options)
@@ -61,6 +68,7 @@ void Store::restore(const RestoredRows& restored) noexcept {
   for (std::size_t index = 0; index < restored.rows.size(); ++index) {
     const EntityState& state = restored.rows[index];
     generations_[index] = restored.generations[index];
+    current_[index].id.generation = restored.generations[index];
     if (!state.id.valid()) continue;
     RTSTDB_ASSERT(state.id.index == index && state.id.generation == restored.generations[index]);
     current_[index] = state;
@@ -126,6 +134,11 @@ const EntityState* Store::row(Version version, std::uint32_t index) const noexce
     state = &changes_.state_at(version, index, *state);
   }
   return state->id.valid() ? state : nullptr;
+}
+
+const EntityState& Store::slot(Version version, std::uint32_t index) const noexcept {
+  RTSTDB_ASSERT(index < index_limit_ && !is_staged(version) && version >= oldest_kept());
+  return changes_.state_at(version, index, current_[index]);
 }
 
 query::Shape Store::shape(Version version, GeometryId geometry) const noexcept {
@@ -309,7 +322,7 @@ void Store::settle() noexcept {
   for_each_staged_row([this](const Write& write) {
     EntityState& row = current_[write.state.id.index];
     changes_.record(staged_->version, write.state.id.index, row);
-    row = write.kind == WriteKind::remove ? EntityState{} : write.state;
+    row = write.kind == WriteKind::remove ? nobody(write.state.id) : write.state;
   });
   for (const Write& write : staged_->writes)
     staged_write_[write.state.id.index] = 0;

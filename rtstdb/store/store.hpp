@@ -74,6 +74,8 @@ class Store {
   /// Whether a version that is kept now with its shapes will be after that commit.
   bool keeps_after(Version version, const WriteSet& set) const noexcept;
 
+  /// The number that the next set gets which is staged.
+  Version next_version() const noexcept { return next_version_; }
   Snapshot latest_snapshot() const noexcept { return {*this, latest_}; }
   /// Misuse unless a set is staged.
   Snapshot staged_snapshot() const noexcept;
@@ -108,6 +110,7 @@ class Store {
   enum class Progress : std::uint8_t { none, staged, published };
 
   const EntityState* row(Version version, std::uint32_t index) const noexcept;
+  const EntityState& slot(Version version, std::uint32_t index) const noexcept;
   bool changed_between(Version version, Version other, std::vector<std::uint32_t>& indices) const noexcept;
   query::Shape shape(Version version, GeometryId geometry) const noexcept;
   bool keeps(Version version) const noexcept;
@@ -132,7 +135,8 @@ class Store {
   void for_each_staged_row(Visit visit) const noexcept;
 
   StoreOptions options_;
-  std::vector<EntityState> current_;  ///< by index; an invalid id where there is no entity
+  /// By index. Where there is no entity, the id has an invalid index and the generation that was given last.
+  std::vector<EntityState> current_;
   std::vector<std::uint32_t> generations_;
   FreeIndices free_;
   std::uint32_t index_limit_ = 0;  ///< above every index that ever lived

@@ -86,6 +86,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
     return true;
   }
   if (breaks_none) ++refused_in_a_row_;
+  outcome.refused_by = RefusedBy::admission;
   outcome.earliest_feasible = earliest_feasible(now, transaction);
   finish(transaction, Status::refused);
   return false;

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 
+#include <rtstdb/durability.hpp>
 #include <rtstdb/limits.hpp>
 #include <rtstdb/transaction.hpp>
 
@@ -154,6 +155,25 @@ std::string why_cancelled(CancelledBy by) {
   return "";
 }
 
+std::string why_refused(const Outcome& outcome) {
+  switch (outcome.refused_by) {
+    case RefusedBy::log_full:
+      return "the log has no room for its writes";
+    case RefusedBy::log_fault:
+      return "the log's disk refuses";
+    case RefusedBy::admission:
+    case RefusedBy::nobody:
+      break;
+  }
+  return sentence(
+      "predicted to take %.3f ms; the earliest deadline that could be met lies %.3f ms after it was submitted",
+      milliseconds(outcome.predicted_cost), milliseconds(outcome.earliest_feasible - outcome.submitted));
+}
+
+const char* whether_in_doubt(const Outcome& outcome) {
+  return outcome.in_doubt ? "; the log may tell otherwise if the process ends now" : "";
+}
+
 std::string about_done(const Outcome& outcome) {
   std::string text =
       sentence("version %llu, which holds from %.9f s, took %.3f ms", number(outcome.version),
@@ -257,6 +277,34 @@ const char* to_string(BadInputReason reason) noexcept {
   return "unknown";
 }
 
+const char* to_string(RefusedBy refused_by) noexcept {
+  switch (refused_by) {
+    case RefusedBy::nobody:
+      return "nobody";
+    case RefusedBy::admission:
+      return "admission";
+    case RefusedBy::log_full:
+      return "log_full";
+    case RefusedBy::log_fault:
+      return "log_fault";
+  }
+  return "unknown";
+}
+
+const char* to_string(DurabilityMode mode) noexcept {
+  switch (mode) {
+    case DurabilityMode::volatile_only:
+      return "volatile";
+    case DurabilityMode::async:
+      return "async";
+    case DurabilityMode::group:
+      return "group";
+    case DurabilityMode::sync:
+      return "sync";
+  }
+  return "unknown";
+}
+
 std::string describe(const BadInput& bad_input) {
   return std::string(to_string(bad_input.reason)) + ": " + fault_itself(bad_input);
 }
@@ -274,12 +322,10 @@ std::string describe(const Outcome& outcome) {
       return sentence("late by %.3f ms: ", milliseconds(outcome.lateness)) + about_done(outcome);
     case Status::missed:
       return sentence("missed: the firm deadline had passed by %.3f ms; nothing was done",
-                      milliseconds(outcome.lateness));
+                      milliseconds(outcome.lateness)) +
+             whether_in_doubt(outcome);
     case Status::refused:
-      return sentence(
-          "refused: predicted to take %.3f ms; the earliest deadline that could be met lies %.3f ms after it "
-          "was submitted; nothing was done",
-          milliseconds(outcome.predicted_cost), milliseconds(outcome.earliest_feasible - outcome.submitted));
+      return "refused: " + why_refused(outcome) + "; nothing was done" + whether_in_doubt(outcome);
     case Status::conflict:
       return about_conflict(outcome) + "; nothing was done";
     case Status::cancelled:

@@ -3,7 +3,6 @@
 #include <pthread.h>
 #include <sched.h>
 
-#include <csignal>
 #include <system_error>
 #include <utility>
 
@@ -11,6 +10,7 @@
 
 #include "rtstdb/transaction/futex.hpp"
 #include "rtstdb/transaction/shape_errand.hpp"
+#include "rtstdb/transaction/signals_blocked.hpp"
 #include "rtstdb/transaction/snapshot_errand.hpp"
 
 namespace rtstdb::transaction {
@@ -29,25 +29,10 @@ class CallErrand final : public Errand {
   const std::function<void()>& work_;
 };
 
-/// Signals are the program's business: none is delivered to the engine's thread.
-class SignalsBlocked {
- public:
-  SignalsBlocked() {
-    sigset_t all;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before_);
-  }
-  ~SignalsBlocked() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  SignalsBlocked(const SignalsBlocked&) = delete;
-  SignalsBlocked& operator=(const SignalsBlocked&) = delete;
-
- private:
-  sigset_t before_{};
-};
-
 }  // namespace
 
-Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& clock)
+Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& clock,
+               std::unique_ptr<CommitLog> log)
     : max_entities_(options.store.max_entities),
       chunk_(options.chunk),
       max_reserved_share_(options.max_reserved_share),
@@ -55,11 +40,17 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
       store_(std::move(options.store)),
       latest_(store_.latest()),
       queue_(options.queue_capacity),
-      runner_(store_, executor, clock, costs_, options.chunk) {
+      runner_(store_, executor, clock, costs_, options.chunk, log.get()),
+      log_(std::move(log)) {
+  if (log_ != nullptr) {
+    log_->restore(store_);
+    latest_.set(store_.latest());
+  }
   const SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run_thread(); });
   try {
     relief_ = std::thread([this] { relieve(); });
+    if (log_ != nullptr) log_->start(*this, clock_);
   } catch (...) {
     close();
     throw;
@@ -176,6 +167,7 @@ void Engine::close() noexcept {
   thread_.join();
   wake_relief();
   if (relief_.joinable()) relief_.join();
+  if (log_ != nullptr) static_cast<void>(log_->close());
 }
 
 void Engine::ring() noexcept {
@@ -213,6 +205,7 @@ void Engine::run_thread() noexcept {
 }
 
 bool Engine::work_once() noexcept {
+  if (log_ != nullptr) log_->tend();
   receive();
   TransactionImpl* const most_urgent = queue_.pop();
   if (most_urgent != nullptr) carry_out(*most_urgent);
@@ -232,7 +225,9 @@ void Engine::carry_out(TransactionImpl& transaction) noexcept {
   if (status == Status::pending) return put_back(transaction);
   if (store_.latest().version != latest_.get().version) latest_.set(store_.latest());
   accuracy_.ended(transaction, status);
-  finish(transaction, status);
+  if (!is_held(transaction, status)) return finish(transaction, status);
+  transaction.draft().status = status;
+  log_->hold(transaction);
 }
 
 bool Engine::step_errand() noexcept {

@@ -36,6 +36,7 @@
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/store/store.hpp"
 #include "rtstdb/transaction/accuracy.hpp"
+#include "rtstdb/transaction/commit_log.hpp"
 #include "rtstdb/transaction/cost_model.hpp"
 #include "rtstdb/transaction/errand.hpp"
 #include "rtstdb/transaction/hand_over.hpp"
@@ -57,10 +58,12 @@ struct EngineOptions {
   double max_reserved_share = 0.8;
 };
 
-class Engine final : private query::Meanwhile {
+class Engine final : private query::Meanwhile, private LogOwner {
  public:
-  /// The executor is called on the engine's thread alone. Executor and clock must outlive the engine.
-  Engine(EngineOptions options, query::Executor& executor, const Clock& clock);
+  /// The executor is called on the engine's thread alone. Executor and clock must outlive the engine. With a log, it goes on from
+  /// the world that was recovered.
+  Engine(EngineOptions options, query::Executor& executor, const Clock& clock,
+         std::unique_ptr<CommitLog> log = nullptr);
   /// Closes.
   ~Engine() override;
   Engine(const Engine&) = delete;
@@ -98,11 +101,13 @@ class Engine final : private query::Meanwhile {
 
   SchedulerCounts scheduler_counts() const;
   TransactionCounts counts() const noexcept { return tally_.read(); }
+  /// Null: nothing survives.
+  CommitLog* log() const noexcept { return log_.get(); }
   /// What the machine did not permit, in words.
   const std::vector<std::string>& degraded() const noexcept { return degraded_; }
 
-  /// Lets the transaction that runs finish, cancels all that wait, ends the thread. Again: does nothing. One
-  /// thread at a time.
+  /// Lets the transaction that runs finish, cancels all that wait, ends the threads and the log, which says how that went
+  /// (CommitLog::close). Again: does nothing. One thread at a time.
   void close() noexcept;
 
  private:
@@ -118,6 +123,11 @@ class Engine final : private query::Meanwhile {
   void relieve() noexcept;
   void carry_out_writes() noexcept;
   void wake_relief() noexcept;
+  // logging.cpp
+  void take_errand(Errand& errand) noexcept override;
+  void give_back_held(TransactionImpl& transaction) noexcept override;
+  void tend_log_soon() noexcept override { ring(); }
+  bool is_held(const TransactionImpl& transaction, Status status) const noexcept;
   // admission.cpp
   void receive() noexcept;
   void admit(TransactionImpl& transaction) noexcept;
@@ -196,6 +206,7 @@ class Engine final : private query::Meanwhile {
   std::uint32_t refused_in_a_row_ = 0;
 
   std::vector<std::string> degraded_;
+  const std::unique_ptr<CommitLog> log_;
   std::thread thread_;
   std::thread relief_;
 };

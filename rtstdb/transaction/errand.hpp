@@ -16,6 +16,9 @@ class Errand : public HandOverLink {
 
   void mark_done() noexcept { state_.set_and_wake(done); }
   void wait() noexcept { state_.wait_while(under_way); }
+  bool is_done() const noexcept { return state_.get() == done; }
+  /// Given once more, after it was done.
+  void begin_anew() noexcept { state_.set(under_way); }
 
  private:
   static constexpr std::uint32_t under_way = 0;

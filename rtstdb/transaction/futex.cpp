@@ -4,6 +4,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <ctime>
 #include <limits>
 
 namespace rtstdb::transaction {
@@ -13,6 +14,15 @@ static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
 
 void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected) noexcept {
   syscall(SYS_futex, &word, FUTEX_WAIT_PRIVATE, expected, nullptr, nullptr, 0);
+}
+
+void futex_wait_for(const std::atomic<std::uint32_t>& word, std::uint32_t expected,
+                    Nanoseconds at_most) noexcept {
+  if (at_most <= Nanoseconds(0)) return;
+  timespec limit{};
+  limit.tv_sec = static_cast<std::time_t>(at_most.count() / 1'000'000'000);
+  limit.tv_nsec = static_cast<long>(at_most.count() % 1'000'000'000);
+  syscall(SYS_futex, &word, FUTEX_WAIT_PRIVATE, expected, &limit, nullptr, 0);
 }
 
 void futex_wake_all(const std::atomic<std::uint32_t>* word) noexcept {

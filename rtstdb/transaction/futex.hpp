@@ -5,10 +5,15 @@
 #include <atomic>
 #include <cstdint>
 
+#include <rtstdb/time.hpp>
+
 namespace rtstdb::transaction {
 
 /// Sleeps while `word` is `expected`; returns at once when it is not. May return early.
 void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected) noexcept;
+/// So long at most.
+void futex_wait_for(const std::atomic<std::uint32_t>& word, std::uint32_t expected,
+                    Nanoseconds at_most) noexcept;
 /// Only the address is used: the word may be gone already.
 void futex_wake_all(const std::atomic<std::uint32_t>* word) noexcept;
 

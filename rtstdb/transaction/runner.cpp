@@ -82,6 +82,10 @@ bool Runner::fits_beside(const TransactionImpl& transaction) const noexcept {
 
 Status Runner::write(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept {
   if (!expectations_hold(transaction, store_.latest_snapshot())) return Status::conflict;
+  if (const auto refused = log_ != nullptr ? log_->refuses(transaction.write_set()) : std::nullopt) {
+    transaction.draft().refused_by = *refused;
+    return Status::refused;
+  }
   if (auto fault = store_.stage(transaction.write_set())) {
     transaction.draft().bad_input = *fault;
     return Status::bad_input;
@@ -92,11 +96,14 @@ Status Runner::write(TransactionImpl& transaction, Running& running, query::Mean
     store_.discard();
     return *failure;
   }
+  if (log_ != nullptr && log_->mode() == DurabilityMode::sync)
+    return write_through(transaction, running, version);
   store_.publish();
   if (!published_in_time(transaction, running)) {
     store_.discard();
     return Status::missed;
   }
+  if (log_ != nullptr) log_->record(transaction.write_set());
   const Status status = done(transaction, version);
   store_.settle();
   return status;

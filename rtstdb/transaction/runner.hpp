@@ -18,6 +18,7 @@
 
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/store/store.hpp"
+#include "rtstdb/transaction/commit_log.hpp"
 #include "rtstdb/transaction/cost_model.hpp"
 #include "rtstdb/transaction/running.hpp"
 #include "rtstdb/transaction/transaction_impl.hpp"
@@ -27,9 +28,10 @@ namespace rtstdb::transaction {
 class Runner {
  public:
   /// `chunk`: how long an urgent transaction may wait for one that asks; zero: nothing is divided.
+  /// `log`: null, nothing is recorded.
   Runner(store::Store& store, query::Executor& executor, const Clock& clock, CostModel& costs,
-         Nanoseconds chunk)
-      : store_(store), executor_(executor), clock_(clock), costs_(costs), chunk_(chunk) {}
+         Nanoseconds chunk, CommitLog* log = nullptr)
+      : store_(store), executor_(executor), clock_(clock), costs_(costs), chunk_(chunk), log_(log) {}
 
   /// Fills the transaction's outcome and returns its status, pending when it gave way (Running); does not give the transaction back. In its waits and gaps
   /// `meanwhile` is served and may run others by this: those that fits_beside says yes to.
@@ -45,6 +47,9 @@ class Runner {
  private:
   Status rehearse_once(TransactionImpl& transaction) noexcept;
   Status write(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept;
+  /// Sync mode (logging.cpp): what is staged is published when it is on disk.
+  Status write_through(TransactionImpl& transaction, const Running& running,
+                       const query::RowSource& version) noexcept;
   Status read(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept;
   static bool expectations_hold(TransactionImpl& transaction, const query::RowSource& rows) noexcept;
   /// The status with which the transaction fails; none when its answers stand.
@@ -69,6 +74,7 @@ class Runner {
   const Clock& clock_;
   CostModel& costs_;
   Nanoseconds chunk_;
+  CommitLog* log_;
   RunningStack running_;
 };
 

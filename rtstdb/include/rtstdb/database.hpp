@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include <rtstdb/durability.hpp>
 #include <rtstdb/geometry.hpp>
 #include <rtstdb/limits.hpp>
 #include <rtstdb/query.hpp>
@@ -53,6 +54,8 @@ struct DatabaseOptions {
   /// SCHED_FIFO priority of the database's thread, 0: ordinary. The driver's threads, which do the computing
   /// on a software device, get two less. Where it is refused, Health says so.
   int thread_priority = 0;
+  /// What survives; by default nothing.
+  DurabilityOptions durability;
 };
 
 struct DeviceInfo {
@@ -112,23 +115,29 @@ struct Health {
 
 class Database {
  public:
-  /// Errors: no_device with a sentence that says what was looked for, what was found and what to install.
+  /// Errors: no_device with a sentence that says what was looked for, what was found and what to install. Where there is a directory
+  /// for what survives: file, when the disk refuses, another process has it, or what is there is damaged, with the place; capacity,
+  /// when the world that is there does not fit into the options.
   static Result<std::unique_ptr<Database>> open(const DatabaseOptions& options);
   /// The devices that open could choose from, in the order of their index. Empty: none, or no Vulkan at all.
   static std::vector<DeviceInfo> devices();
 
+  /// As close, without an answer.
   virtual ~Database() = default;
 
   virtual const DeviceInfo& device() const noexcept = 0;
 
   // ---- setup ----
   /// Copies the mesh to the device and builds its structure there. Errors: what validate says; capacity; bad_input
-  /// for options that are out of their range.
+  /// for options that are out of their range. Where there is a log, the mesh is on disk when this returns; file, when the disk
+  /// refuses, or has not made room in the log for ten seconds.
   virtual Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name,
                                           const GeometryOptions& options) = 0;
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) {
     return add_geometry(mesh, name, {});
   }
+  /// The newest geometry of that name, also one that was there when the database was opened.
+  virtual std::optional<GeometryId> find_geometry(std::string_view name) const = 0;
   /// Allocates the query's buffers and runs its pipeline once, since drivers compile at the first dispatch.
   /// Errors: capacity, out_of_memory, device_lost; bad_input for options that contradict one another.
   virtual Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) = 0;
@@ -163,6 +172,20 @@ class Database {
   /// is published; whoever comes later changes nothing. Whichever it is, the transaction has one outcome.
   virtual void cancel(Transaction& transaction) noexcept = 0;
   virtual VersionInfo latest() const noexcept = 0;
+  /// Every version up to this one is on disk, or came to nothing. Without a log: 0.
+  virtual Version durable() const noexcept = 0;
+
+  // ---- what survives
+  /// Sees to it that a version gets to the disk soon and waits for that, so long at most. False: it is not there, see durability().
+  /// Any thread; blocks.
+  virtual bool wait_until_durable(Version version, Nanoseconds at_most) noexcept = 0;
+  virtual Durability durability() const = 0;
+  /// What was found when the database was opened.
+  virtual const Recovery& recovery() const noexcept = 0;
+  /// Lets the transaction that runs finish, cancels all that wait, writes down what is left to write and ends the log. From then on
+  /// transactions are cancelled at once, and setup and looking into versions are misuse. Errors: file, when the disk refuses; what
+  /// durable() says is safe all the same. Again: does nothing.
+  virtual Result<void> close() = 0;
 
   // ---- looking in from outside the tick ----
   /// All entities of a version, by ascending index. Errors: bad_input when the version is unknown or no

@@ -21,7 +21,7 @@
 namespace rtstdb {
 
 /// Numbers the commits with writes, ascending; 0 is the empty database. A number whose transaction came to
-/// nothing after it had begun is not given again.
+/// nothing after it had begun is not given again, unless the process died before it was told of in the log.
 using Version = std::uint64_t;
 
 /// One row as it stands in a version.
@@ -67,7 +67,7 @@ enum class Status : std::uint8_t {
   committed,    ///< done in time
   late,         ///< done after its deadline (hard, soft), answers whole or not
   missed,       ///< firm: the deadline passed before it could be published; nothing was done
-  refused,      ///< admission: could not be met, see earliest_feasible; nothing was done
+  refused,      ///< admission, or the log: see refused_by; nothing was done
   conflict,     ///< a precondition did not hold; nothing was done
   cancelled,    ///< by Database::cancel, from a full queue or by the database closing; nothing was done
   truncated,    ///< committed, but at least one answer is incomplete or overflowed
@@ -112,6 +112,14 @@ struct BadInput {
 /// Why a transaction was cancelled.
 enum class CancelledBy : std::uint8_t { nobody, caller, full_queue, closing };
 
+/// Why a transaction was refused.
+enum class RefusedBy : std::uint8_t {
+  nobody,
+  admission,  ///< its deadline could not be met, see earliest_feasible
+  log_full,   ///< group, sync: the log has no room for its writes now, or never where they take more than half of its ring
+  log_fault,  ///< group, sync: the log's disk refuses
+};
+
 /// Which precondition did not hold.
 struct Conflict {
   std::uint32_t precondition = 0;  ///< ordinal among the transaction's expect calls
@@ -126,6 +134,7 @@ struct Outcome {
   std::int32_t bad_query = -1;  ///< bad_input: ordinal of the ask at fault; -1: a write or the terms
   Conflict conflict;
   CancelledBy cancelled_by = CancelledBy::nobody;
+  RefusedBy refused_by = RefusedBy::nobody;
   bool truncated = false;    ///< at least one answer is incomplete or overflowed, also when late
   Version version = 0;       ///< the version made, or read
   WorldTime version_time{};  ///< from when that version holds
@@ -139,7 +148,12 @@ struct Outcome {
   std::uint32_t restarts = 0;
   Nanoseconds gpu_time{0};        ///< of the actual cost, spent on the device
   ClockTime earliest_feasible{};  ///< refused: the earliest deadline that is admitted when asked for at once
-  bool durable = false;           ///< written to a log that survives a crash
+  /// Group, sync: what it wrote is on disk, and was at that instant. False and done: group, and the disk refused.
+  bool durable = false;
+  ClockTime durable_at{};
+  /// Sync: nothing was done, but the disk refused when that was to be written down; if the process ends before it is, the writes
+  /// may stand when the database is opened again.
+  bool in_doubt = false;
 
   /// Whether the writes are in and the answers stand.
   bool done() const noexcept {
@@ -150,6 +164,7 @@ struct Outcome {
 const char* to_string(Status status) noexcept;
 const char* to_string(DeadlineClass deadline_class) noexcept;
 const char* to_string(BadInputReason reason) noexcept;
+const char* to_string(RefusedBy refused_by) noexcept;
 /// One sentence for the user, with the values. Allocates: not in the tick.
 std::string describe(const BadInput& bad_input);
 std::string describe(const Outcome& outcome);

@@ -1,0 +1,263 @@
+#include "rtstdb/transaction/commit_log.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <cerrno>
+#include <utility>
+
+#include "rtstdb/log/directory.hpp"
+#include "rtstdb/log/format.hpp"
+#include "rtstdb/log/geometry_file.hpp"
+#include "rtstdb/log/log_start.hpp"
+#include "rtstdb/log/posix_disk.hpp"
+#include "rtstdb/transaction/signals_blocked.hpp"
+#include "rtstdb/transaction/transaction_impl.hpp"
+
+namespace rtstdb::transaction {
+namespace {
+
+Error file_error(const log::DiskError& fault) {
+  if (fault.call == log::DiskCall::lock && fault.number == EWOULDBLOCK)
+    return {ErrorCode::file, "another database has this log open"};
+  return {ErrorCode::file, fault.in_words()};
+}
+
+Error does_not_fit(const char* what, std::size_t there, std::size_t room) {
+  return {ErrorCode::capacity, "the log tells of " + std::to_string(there) + " " + what +
+                                   ", and there is room for " + std::to_string(room)};
+}
+
+Recovery in_public(const log::Recovered& recovered) {
+  const log::RecoveryReport& report = recovered.report;
+  Recovery told;
+  told.found = report.database_id != 0;
+  told.version = recovered.world.latest.version;
+  told.checkpoint = report.checkpoint_version;
+  told.commits = report.versions;
+  told.closed = report.log.end == log::LogEnd::closed;
+  told.torn = report.log.end == log::LogEnd::torn;
+  told.salvaged = report.log.end == log::LogEnd::damaged;
+  told.duration = report.duration;
+  told.in_words = report.in_words();
+  return told;
+}
+
+}  // namespace
+
+CommitLog::CommitLog(std::shared_ptr<log::Disk> disk, const CommitLogOptions& options)
+    : options_(options),
+      clock_(options.clock != nullptr ? *options.clock : monotonic_clock_),
+      disk_(std::move(disk)),
+      ring_(options.durability.ring_bytes),
+      recorder_(ring_),
+      world_copy_(options.max_entities) {}
+
+Result<std::unique_ptr<CommitLog>> CommitLog::open(std::shared_ptr<log::Disk> disk,
+                                                   const CommitLogOptions& options) {
+  std::unique_ptr<CommitLog> opened(new CommitLog(std::move(disk), options));
+  auto lock = opened->disk_->lock(log::lock_name);
+  if (!lock) return file_error(lock.error());
+  opened->lock_ = std::move(lock.value());
+  if (auto recovered = opened->recover(); !recovered) return recovered.error();
+  if (auto started = opened->start_writer(); !started) return started.error();
+  return opened;
+}
+
+Result<void> CommitLog::recover() {
+  auto recovered = log::recover(*disk_, {.salvage = options_.durability.salvage, .clock = &clock_});
+  if (!recovered) return recovered.error();
+  recovered_ = std::move(recovered).value();
+  recovery_ = in_public(*recovered_);
+  const log::World& world = recovered_->world;
+  if (world.rows.size() > options_.max_entities)
+    return does_not_fit("entities at once", world.rows.size(), options_.max_entities);
+  if (world.geometries.size() > options_.max_geometries)
+    return does_not_fit("geometries", world.geometries.size(), options_.max_geometries);
+  for (const log::WorldGeometry& geometry : world.geometries)
+    world_copy_.add(geometry.logged, geometry.mesh.positions_m.size());
+  if (!recovered_->listing.geometries.empty())
+    next_geometry_file_ = recovered_->listing.geometries.back() + 1;
+  return {};
+}
+
+Result<void> CommitLog::start_writer() {
+  const DurabilityOptions& durability = options_.durability;
+  log::WriterOptions options;
+  options.segment_bytes = durability.segment_bytes;
+  options.checkpoint_every_bytes = durability.checkpoint_every_bytes;
+  // Whoever waits for the disk waits for no company.
+  if (mode() == DurabilityMode::async) options.flush_interval = durability.flush_interval;
+  const log::LogStart start = log::start_after(*recovered_, log::new_database_id());
+  database_id_ = start.database_id;
+  auto writer = log::Writer::start(*disk_, clock_, ring_, world_copy_, options, start);
+  if (!writer) return writer.error();
+  writer_ = std::move(writer).value();
+  return {};
+}
+
+void CommitLog::restore(store::Store& store) {
+  const log::World& world = recovered_->world;
+  for (const log::WorldGeometry& geometry : world.geometries) {
+    const GeometryOptions& options = geometry.logged.options;
+    if (options.deforms)
+      store.keep_shapes(geometry.logged.id,
+                        store::ShapeHistory::make(world.shape_of(geometry), options.kept_shapes,
+                                                  geometry.shape_version));
+  }
+  if (recovery_.found) store.restore(world.restored());
+  recovered_.reset();
+}
+
+void CommitLog::start(LogOwner& owner, const Clock& deadline_clock) {
+  owner_ = &owner;
+  deadline_clock_ = &deadline_clock;
+  world_copy_.attach(&owner);
+  const SignalsBlocked inherited_by_the_thread;
+  thread_ = std::thread([this] { run_thread(); });
+  pthread_setname_np(thread_.native_handle(), "rtstdb log");
+  const sched_param ordinary{};
+  pthread_setschedparam(thread_.native_handle(), SCHED_OTHER, &ordinary);
+}
+
+CommitLog::~CommitLog() {
+  static_cast<void>(close());
+}
+
+Result<void> CommitLog::close() noexcept {
+  if (!thread_.joinable()) return closed_;
+  closing_.store(true, std::memory_order_release);
+  bell_.ring_urgently();
+  thread_.join();
+  return closed_;
+}
+
+// ---- the engine's thread
+
+std::optional<RefusedBy> CommitLog::refuses(const store::WriteSet& set) const noexcept {
+  if (mode() == DurabilityMode::async) return std::nullopt;
+  // In sync mode the engine would wait for a checkpoint, which needs the engine.
+  const bool waits_in_vain = mode() == DurabilityMode::sync && writer_->waits_for_checkpoint();
+  if (writer_->refused_by_disk() || waits_in_vain) return RefusedBy::log_fault;
+  if (!recorder_.room_for(set)) return RefusedBy::log_full;
+  return std::nullopt;
+}
+
+void CommitLog::record(const store::WriteSet& set) noexcept {
+  if (!recorder_.record(set)) in_gap_.store(true, std::memory_order_release);
+  if (mode() != DurabilityMode::async) return;  // hold() rings
+  if (ring_.used() > ring_.capacity() / 2) {
+    bell_.ring_urgently();
+  } else {
+    bell_.ring();
+  }
+}
+
+void CommitLog::hold(TransactionImpl& transaction) noexcept {
+  const bool open = held_given_.push(transaction);
+  RTSTDB_ASSERT(open);
+  bell_.ring_urgently();
+}
+
+bool CommitLog::write_through(const store::WriteSet& set) noexcept {
+  const bool recorded = recorder_.record(set);
+  RTSTDB_ASSERT(recorded);  // refuses() was asked
+  bell_.ring_urgently();
+  wait_until([&] { return durable() >= set.version || writer_->waits_for_checkpoint(); });
+  return durable() >= set.version;
+}
+
+bool CommitLog::take_back(Version version) noexcept {
+  recorder_.take_back(version);
+  bell_.ring_urgently();
+  const auto on_disk = [&] { return writer_->records_on_disk() >= recorder_.records(); };
+  wait_until([&] { return on_disk() || writer_->refused_by_disk(); });
+  return on_disk();
+}
+
+void CommitLog::tend() noexcept {
+  if (!in_gap_.load(std::memory_order_relaxed)) return;
+  recorder_.tend();
+  if (recorder_.in_gap()) return;
+  in_gap_.store(false, std::memory_order_relaxed);
+  bell_.ring_urgently();
+}
+
+bool CommitLog::room_for(const log::LoggedGeometry& geometry) const noexcept {
+  return !recorder_.in_gap() && ring_.room_for(log::geometry_bytes(geometry), log::taken_back_bytes);
+}
+
+void CommitLog::record_geometry(const log::LoggedGeometry& geometry, std::size_t positions) {
+  const bool recorded = recorder_.record(geometry);
+  RTSTDB_ASSERT(recorded);  // room_for() was asked
+  world_copy_.add(geometry, positions);
+  bell_.ring_urgently();
+}
+
+// ---- setup, any thread
+
+Result<log::LoggedGeometry> CommitLog::write_geometry(const TriangleMesh& mesh, std::string_view name,
+                                                      const GeometryOptions& options) {
+  if (name.size() > log::max_name_bytes)
+    return Error{ErrorCode::bad_input, "a name of " + std::to_string(name.size()) +
+                                           " bytes is longer than the log takes, which is " +
+                                           std::to_string(log::max_name_bytes)};
+  log::LoggedGeometry geometry;
+  geometry.name = name;
+  geometry.options = options;
+  geometry.file = next_geometry_file_++;  // also where it fails: its file may stay
+  auto checksum = log::write_geometry_file(*disk_, database_id_, geometry.file, mesh);
+  if (!checksum) return file_error(checksum.error());
+  geometry.file_checksum = checksum.value();
+  return geometry;
+}
+
+bool CommitLog::wait_until_durable(Version version, Nanoseconds at_most) noexcept {
+  const ClockTime end = monotonic_clock_.now() + at_most;
+  while (true) {
+    const std::uint32_t heard = progress_.load(std::memory_order_seq_cst);
+    if (durable() >= version) return true;
+    const Nanoseconds left = end - monotonic_clock_.now();
+    if (left <= Nanoseconds(0)) return false;
+    writer_->flush_soon();
+    bell_.ring_urgently();
+    waiters_.fetch_add(1, std::memory_order_seq_cst);
+    futex_wait_for(progress_, heard, left);
+    waiters_.fetch_sub(1, std::memory_order_relaxed);
+  }
+}
+
+template <class Condition>
+void CommitLog::wait_until(Condition holds) noexcept {
+  while (true) {
+    const std::uint32_t heard = progress_.load(std::memory_order_seq_cst);
+    if (holds()) return;
+    waiters_.fetch_add(1, std::memory_order_seq_cst);
+    futex_wait(progress_, heard);
+    waiters_.fetch_sub(1, std::memory_order_relaxed);
+  }
+}
+
+Durability CommitLog::state() const {
+  const log::WriterStatistics statistics = writer_->statistics();
+  Durability state;
+  state.mode = mode();
+  state.durable = durable();
+  state.refused_by_disk = writer_->refused_by_disk();
+  state.waits_for_checkpoint = statistics.waits_for_checkpoint;
+  state.faults = statistics.faults;
+  state.last_fault = statistics.last_fault;
+  state.gaps = statistics.gaps;
+  state.commits_in_gaps = recorder_.gap_versions();
+  state.ring_bytes = statistics.ring_bytes;
+  state.ring_high_water = statistics.ring_high_water;
+  state.groups = statistics.groups;
+  state.bytes = statistics.bytes;
+  state.segments = statistics.segments;
+  state.checkpoints = statistics.checkpoints;
+  state.longest_write = statistics.longest_write;
+  state.all_writes = statistics.all_writes;
+  return state;
+}
+
+}  // namespace rtstdb::transaction
