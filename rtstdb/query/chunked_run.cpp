@@ -77,15 +77,25 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
     if (!other.finish()) return RunStatus::device_lost;
     unpack(*before, pass);
     if (!under_way) break;
-    if (const auto ended = gap(other, !at_end(next))) return ended;
+    if (const auto ended = gap(other, !at_end(next), lane, *under_way, pass)) return ended;
   }
   return std::nullopt;
 }
 
-std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more) noexcept {
+std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::Submit& other,
+                                         const Chunk& under_way, Pass pass) noexcept {
   if (meanwhile_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
-  if (meanwhile_->between_chunks() == Meanwhile::Gap::stop) return RunStatus::stopped;
+  switch (meanwhile_->between_chunks()) {
+    case Meanwhile::Gap::stop:
+      return RunStatus::stopped;
+    case Meanwhile::Gap::enough:
+      if (!other.finish()) return RunStatus::device_lost;
+      unpack(under_way, pass);
+      return RunStatus::partial;
+    case Meanwhile::Gap::go_on:
+      break;
+  }
   if (structures_.runs == runs) return std::nullopt;
   if (!bring_up(next)) return RunStatus::device_lost;
   if (more) return std::nullopt;

@@ -53,8 +53,9 @@ class ChunkedRun {
   bool bring_up(accel::Submit& lane) noexcept;
   /// What ended the run; none when all chunks of the pass are done.
   std::optional<RunStatus> run_pass(Pass pass) noexcept;
-  /// Lets others run. `next` is the lane that the next chunk takes, if there is one.
-  std::optional<RunStatus> gap(accel::Submit& next, bool more) noexcept;
+  /// Lets others run. `next` is the lane that the next chunk takes, if there is one; `under_way` the chunk in the other.
+  std::optional<RunStatus> gap(accel::Submit& next, bool more, accel::Submit& other, const Chunk& under_way,
+                               Pass pass) noexcept;
   Chunk take(Cursor& next, Pass pass) const noexcept;
   /// Past requests that nothing is left of.
   void pass_over(Cursor& next, Pass pass) const noexcept;

@@ -77,14 +77,33 @@ class PreparedQuery {
   CostSamples cost;
   double share_ns = 0.0;    ///< of the last run's cost
   double structures = 0.0;  ///< share of the last times it was asked that structures had to be brought up
+  std::uint32_t answered_in_time = 0;  ///< of the run under way
+  AnswerInfo info;
 
+  explicit PreparedQuery(LatePolicy late = LatePolicy::discard) : late_(late) {}
   virtual ~PreparedQuery() = default;
+  LatePolicy late() const noexcept { return late_; }
   virtual QueryKind kind() const noexcept = 0;
   virtual std::uint32_t capacity() const noexcept = 0;
   /// Looks at the first `count` elements: finite, carriers alive, sizes positive, times not before the
   /// version's; widens `times`. The first fault goes to the result.
   virtual std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                         TimeSpan& times) const noexcept = 0;
+  /// Elements that the run under way has answered, or the last one, in whatever order the executor has them.
+  virtual std::uint32_t answered() const noexcept = 0;
+  /// Whether an answer of that run is incomplete or overflowed.
+  virtual bool truncated() const noexcept = 0;
+  /// The caller reads what the last run left from here on, of `count` elements. Of them all but the first `answered`, in
+  /// that order, are marked as incomplete.
+  virtual void let_stand(std::uint32_t answered, std::uint32_t count) noexcept = 0;
+  /// The caller does not read it: LatePolicy::last_good, what stood before does; else nothing.
+  virtual void let_fall() noexcept = 0;
+
+ protected:
+  void set_late(LatePolicy late) noexcept { late_ = late; }
+
+ private:
+  LatePolicy late_;
 };
 
 struct Request {
@@ -97,6 +116,7 @@ struct Request {
 enum class RunStatus : std::uint8_t {
   done,
   truncated,
+  partial,  ///< ended in a gap: what was answered until then stands
   stopped,  ///< given up in a gap, no answer may be drawn from it
   device_lost,
 };
@@ -121,7 +141,11 @@ struct RunReport {
 /// called run. Rows of the version being asked stay as they are.
 class Meanwhile {
  public:
-  enum class Gap : std::uint8_t { go_on, stop };
+  enum class Gap : std::uint8_t {
+    go_on,
+    enough,  ///< what is under way is the last that is answered
+    stop,
+  };
 
   virtual ~Meanwhile() = default;
   /// From here to end_wait others may commit.

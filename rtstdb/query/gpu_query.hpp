@@ -45,9 +45,6 @@ class GpuQuery : public PreparedQuery {
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
   virtual void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept = 0;
 
-  /// Whether at least one answer of the batch is incomplete or overflowed.
-  virtual bool truncated() const noexcept = 0;
-
   /// Setup. From then on it is one of `queries`, until leave.
   void join(std::shared_ptr<PreparedQueries> queries) {
     queries_ = std::move(queries);

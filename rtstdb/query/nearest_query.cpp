@@ -8,6 +8,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/query/element_check.hpp"
+#include "rtstdb/query/late_policy.hpp"
 #include "shaders/shared/nearest.h"
 #include "shaders/shared/query.h"
 
@@ -47,7 +48,7 @@ Result<void> check_options(const NearestQueryOptions& options) {
     return Error{ErrorCode::bad_input,
                  query + "a signed distance; only distances to surfaces and triangles have a sign"};
   }
-  return {};
+  return check_late(options.name, options.late);
 }
 
 /// Which of the shaders of a target has the shortest list that holds k.
@@ -83,6 +84,7 @@ Result<std::unique_ptr<GpuNearestQuery>> GpuNearestQuery::create(gpu::Device& de
   if (auto checked = check_options(options); !checked) return checked.error();
   auto query = std::make_unique<GpuNearestQuery>();
   query->options_ = options;
+  query->set_late(options.late);
   auto search = device.create_pipeline(shader_of(options));
   if (!search) return search.error();
   query->search_ = std::move(search).value();
@@ -104,7 +106,9 @@ Result<std::unique_ptr<GpuNearestQuery>> GpuNearestQuery::create(gpu::Device& de
 
 Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
   const std::size_t points = options_.capacity;
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+  neighbors_.resize(places_of_answers(late()));
+  answers_.resize(neighbors_.size());
+  std::vector<std::pair<gpu::Buffer*, gpu::BufferOptions>> buffers = {
       {&point_records_,
        {.name = options_.name + " points",
         .size_bytes = points * sizeof(shared::NearestRecord),
@@ -113,20 +117,23 @@ Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
        {.name = options_.name + " counts",
         .size_bytes = points * sizeof(shared::NearestCount),
         .memory = gpu::Memory::readback}},
-      {&neighbors_,
-       {.name = options_.name + " neighbors",
-        .size_bytes = points * options_.k * sizeof(Neighbor),
-        .memory = gpu::Memory::readback}},
   };
+  for (gpu::Buffer& neighbors : neighbors_) {
+    buffers.emplace_back(&neighbors, gpu::BufferOptions{.name = options_.name + " neighbors",
+                                                        .size_bytes = points * options_.k * sizeof(Neighbor),
+                                                        .memory = gpu::Memory::readback});
+  }
   for (const auto& [buffer, options] : buffers) {
     auto made = device.create_buffer(options);
     if (!made) return made.error();
     *buffer = std::move(made).value();
   }
   // What the device can not hold has been refused by now.
-  std::uninitialized_default_construct_n(neighbors_.host_as<Neighbor>().data(), points * options_.k);
+  for (const gpu::Buffer& neighbors : neighbors_)
+    std::uninitialized_default_construct_n(neighbors.host_as<Neighbor>().data(), points * options_.k);
+  for (std::vector<NearestAnswer>& answers : answers_)
+    answers.resize(points);
   points_.resize(points);
-  answers_.resize(points);
   incomplete_.reserve(points);
   order_ = PointOrder(options_.capacity);
   return {};
@@ -151,10 +158,13 @@ Result<void> GpuNearestQuery::bind(gpu::Device& device, const accel::GeometryPoo
   search_bindings_.clear();
   still_bindings_.clear();
   sign_bindings_.clear();
-  for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
-    const gpu::Buffer* searched[] = {&tlas.nodes(slot), &tlas.instances(slot), &point_records_,
-                                     &counts_,          &neighbors_,           &tlas.identity_texels(slot),
-                                     &pool.triangles(), &pool.nodes()};
+  slots_ = tlas.slots();
+  for (std::uint32_t place = 0; place < neighbors_.size() * slots_; ++place) {
+    const std::uint32_t slot = place % slots_;
+    const gpu::Buffer& neighbors = neighbors_[place / slots_];
+    const gpu::Buffer* searched[] = {
+        &tlas.nodes(slot), &tlas.instances(slot),       &point_records_,   &counts_,
+        &neighbors,        &tlas.identity_texels(slot), &pool.triangles(), &pool.nodes()};
     const std::span all(searched);
     auto search = device.create_bindings(search_, looks_at_triangles(options_.target) ? all : all.first(6));
     if (!search) return search.error();
@@ -167,7 +177,7 @@ Result<void> GpuNearestQuery::bind(gpu::Device& device, const accel::GeometryPoo
     }
     if (!sign_) continue;
     const gpu::Buffer* const signs[] = {&pool.nodes(), &tlas.instances(slot), &point_records_,   &counts_,
-                                        &neighbors_,   &pool.triangles(),     &tlas.places(slot)};
+                                        &neighbors,    &pool.triangles(),     &tlas.places(slot)};
     auto sign = device.create_bindings(sign_, signs);
     if (!sign) return sign.error();
     sign_bindings_.push_back(std::move(sign).value());
@@ -227,14 +237,15 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
       recorder.dispatch(pipeline, bindings, args, std::min(end - first, most_groups));
     }
   };
+  const std::uint32_t bound = written_ * slots_ + view.slot;
   const bool still = still_ && view.window_begin == view.window_end;
   if (still)
-    in_pieces(still_, still_bindings_[view.slot], 1);
+    in_pieces(still_, still_bindings_[bound], 1);
   else
-    in_pieces(search_, search_bindings_[view.slot], 1);
+    in_pieces(search_, search_bindings_[bound], 1);
   if (!sign_) return;
   recorder.barrier();
-  in_pieces(sign_, sign_bindings_[view.slot], options_.k);
+  in_pieces(sign_, sign_bindings_[bound], options_.k);
 }
 
 void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
@@ -257,15 +268,27 @@ void GpuNearestQuery::unpack_again(PlaceRange range, const accel::TlasView& /*vi
 }
 
 bool GpuNearestQuery::truncated() const noexcept {
-  return std::ranges::any_of(answers(), &NearestAnswer::incomplete);
+  return std::ranges::any_of(std::span(answers_[written_]).first(answered_), &NearestAnswer::incomplete);
+}
+
+void GpuNearestQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
+  for (std::uint32_t place = answered; place < count; ++place)
+    answers_[written_][order_.last()[place]] = {.neighbors = {}, .incomplete = true};
+  readable_ = count;
+  read_ = written_;
+  written_ = (written_ + 1) % static_cast<std::uint32_t>(neighbors_.size());
+}
+
+void GpuNearestQuery::let_fall() noexcept {
+  if (late() != LatePolicy::last_good) readable_ = 0;
 }
 
 bool GpuNearestQuery::take_answer(std::uint32_t place) noexcept {
   const shared::NearestCount count = counts_.host_as<const shared::NearestCount>()[place];
   const bool incomplete = count.incomplete != 0;
-  const auto neighbors = neighbors_.host_as<const Neighbor>().subspan(std::size_t{place} * options_.k,
-                                                                      incomplete ? 0 : count.found);
-  answers_[order_.last()[place]] = {.neighbors = neighbors, .incomplete = incomplete};
+  const auto neighbors = neighbors_[written_].host_as<const Neighbor>().subspan(
+      std::size_t{place} * options_.k, incomplete ? 0 : count.found);
+  answers_[written_][order_.last()[place]] = {.neighbors = neighbors, .incomplete = incomplete};
   return !incomplete;
 }
 

@@ -17,7 +17,10 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
                                                          const NearestQueryOptions& options);
 
   std::span<Nearest> points() noexcept override { return points_; }
-  std::span<const NearestAnswer> answers() const noexcept override { return {answers_.data(), answered_}; }
+  std::span<const NearestAnswer> answers() const noexcept override {
+    return {answers_[read_].data(), readable_};
+  }
+  const AnswerInfo& answer_info() const noexcept override { return info; }
 
   QueryKind kind() const noexcept override { return QueryKind::nearest; }
   std::uint32_t capacity() const noexcept override { return options_.capacity; }
@@ -36,6 +39,9 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
                     const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override;
   bool truncated() const noexcept override;
+  std::uint32_t answered() const noexcept override { return answered_; }
+  void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override;
+  void let_fall() noexcept override;
 
  private:
   Result<void> create_buffers(gpu::Device& device);
@@ -48,13 +54,20 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
 
   NearestQueryOptions options_;
   std::vector<Nearest> points_;
-  std::vector<NearestAnswer> answers_;
   std::uint32_t answered_ = 0;
+  std::uint32_t readable_ = 0;  // points whose answers the caller reads, in
+  std::uint32_t read_ = 0;      // this place of answers, while the device writes
+  std::uint32_t written_ = 0;   // to this one: another where those of before have to stay
+  std::uint32_t slots_ = 0;
   PointOrder order_;                       // in which the device has the points
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
   gpu::Pipeline search_, still_, sign_;    // still_: of centres alone; sign_: of signed queries alone
-  gpu::Buffer point_records_, counts_, neighbors_;  // in the device's order; k neighbors for each point
-  std::vector<gpu::Bindings> search_bindings_, still_bindings_, sign_bindings_;  // one per slot
+  // In the device's order; k neighbors for each point. The answers look into neighbors.
+  gpu::Buffer point_records_, counts_;
+  std::vector<gpu::Buffer> neighbors_;               // one place, or two
+  std::vector<std::vector<NearestAnswer>> answers_;  // as many
+  std::vector<gpu::Bindings> search_bindings_, still_bindings_,
+      sign_bindings_;  // one per slot, for each place
 };
 
 }  // namespace rtstdb::query

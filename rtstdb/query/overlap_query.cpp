@@ -8,11 +8,14 @@ namespace rtstdb::query {
 
 Result<std::unique_ptr<GpuOverlapQuery>> GpuOverlapQuery::create(gpu::Device& device,
                                                                  const OverlapQueryOptions& options) {
-  auto runner = RegionRunner::create(
-      device, {.name = options.name, .capacity = options.capacity, .ids_per_region = options.ids_per_entity});
+  auto runner = RegionRunner::create(device, {.name = options.name,
+                                              .capacity = options.capacity,
+                                              .ids_per_region = options.ids_per_entity,
+                                              .late = options.late});
   if (!runner) return runner.error();
   auto query = std::make_unique<GpuOverlapQuery>();
   query->runner_ = std::move(runner).value();
+  query->set_late(options.late);
   query->overlaps_.resize(options.capacity);
   query->order_.resize(options.capacity);
   std::iota(query->order_.begin(), query->order_.end(), 0u);

@@ -39,6 +39,12 @@ class GpuOverlapQuery final : public OverlapQuery, public GpuQuery {
     runner_.unpack_again(range, view);
   }
   bool truncated() const noexcept override { return runner_.truncated(); }
+  std::uint32_t answered() const noexcept override { return runner_.answered(); }
+  void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override {
+    runner_.let_stand(answered, count);
+  }
+  void let_fall() noexcept override { runner_.let_fall(); }
+  const AnswerInfo& answer_info() const noexcept override { return info; }
 
  private:
   shared::RegionRecord packed(const Overlap& overlap, const RowSource& rows, const accel::Tlas& tlas,

@@ -8,6 +8,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/query/element_check.hpp"
+#include "rtstdb/query/late_policy.hpp"
 
 namespace rtstdb::query {
 namespace {
@@ -97,8 +98,11 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
                                           std::to_string(max_rays_per_query) + " are possible"};
   }
   if (auto checked = check_hits_per_ray(options); !checked) return checked.error();
+  if (auto checked = check_late(options.name, options.late); !checked) return checked.error();
   auto query = std::make_unique<GpuRayQuery>();
   query->options_ = options;
+  query->set_late(options.late);
+  query->hits_.resize(places_of_answers(options.late));
   query->max_groups_ = device.limits().max_groups;
   for (const gpu::ShaderId shader : shaders_of(options)) {
     auto pipeline = device.create_pipeline(shader);
@@ -115,18 +119,20 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
   rays.texel_float4 = true;
   auto hits = texels(" hits", hit_count * sizeof(RayHit), gpu::Memory::readback);
   hits.texel_store = true;
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+  std::vector<std::pair<gpu::Buffer*, gpu::BufferOptions>> buffers = {
       {&query->rays_, rays},
-      {&query->hits_, hits},
       {&query->again_, texels(" rays asked again", 16 * again_texels, gpu::Memory::upload)},
       {&query->some_incomplete_, texels(" incomplete", 16, gpu::Memory::readback)}};
+  for (gpu::Buffer& place : query->hits_)
+    buffers.emplace_back(&place, hits);
   for (const auto& [buffer, wanted] : buffers) {
     auto made = device.create_buffer(wanted);
     if (!made) return made.error();
     *buffer = std::move(made).value();
   }
   std::uninitialized_default_construct_n(query->rays_.host_as<Ray>().data(), options.capacity);
-  std::uninitialized_default_construct_n(query->hits_.host_as<RayHit>().data(), hit_count);
+  for (const gpu::Buffer& place : query->hits_)
+    std::uninitialized_default_construct_n(place.host_as<RayHit>().data(), hit_count);
   query->incomplete_.reserve(options.capacity);
   return query;
 }
@@ -171,9 +177,11 @@ std::optional<BadInput> GpuRayQuery::fault_of(std::uint32_t element, const RowSo
 
 Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& pool,
                                const accel::Tlas& tlas) {
+  slots_ = tlas.slots();
   for (Kernel& kernel : kernels_) {
     kernel.bindings.clear();
-    for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
+    for (std::uint32_t place = 0; place < hits_.size() * slots_; ++place) {
+      const std::uint32_t slot = place % slots_;
       const gpu::Buffer* buffers[] = {&pool.nodes(),
                                       &pool.triangles(),
                                       &tlas.nodes(slot),
@@ -181,7 +189,7 @@ Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& p
                                       &tlas.identity_texels(slot),
                                       &rays_,
                                       &again_,
-                                      &hits_,
+                                      &hits_[place / slots_],
                                       &some_incomplete_,
                                       &tlas.places(slot)};
       const bool moving = &kernel == &kernels_.back();
@@ -249,13 +257,29 @@ void GpuRayQuery::dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone,
                                                                  : -1.0f,
                        .two = 2};
   for (; args.first < groups.end; args.first += max_groups_) {
-    recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args,
+    recorder.dispatch(kernel.pipeline, kernel.bindings[written_ * slots_ + view.slot], args,
                       std::min(groups.end - args.first, max_groups_));
   }
 }
 
 void GpuRayQuery::unpack_again(PlaceRange /*range*/, const accel::TlasView& /*view*/) noexcept {
   // The answers lie where they are read.
+}
+
+void GpuRayQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
+  const auto hits = hits_[written_].host_as<RayHit>();
+  for (std::size_t k = std::size_t{answered} * options_.hits_per_ray;
+       k < std::size_t{count} * options_.hits_per_ray; ++k) {
+    hits[k] = {};
+    hits[k].status = HitStatus::incomplete;
+  }
+  readable_ = count;
+  read_ = written_;
+  written_ = (written_ + 1) % static_cast<std::uint32_t>(hits_.size());
+}
+
+void GpuRayQuery::let_fall() noexcept {
+  if (late() != LatePolicy::last_good) readable_ = 0;
 }
 
 bool GpuRayQuery::truncated() const noexcept {

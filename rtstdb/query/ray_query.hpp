@@ -17,8 +17,9 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
 
   std::span<Ray> rays() noexcept override { return rays_.host_as<Ray>().first(options_.capacity); }
   std::span<const RayHit> hits() const noexcept override {
-    return hits_.host_as<const RayHit>().first(std::size_t{answered_} * options_.hits_per_ray);
+    return hits_[read_].host_as<const RayHit>().first(std::size_t{readable_} * options_.hits_per_ray);
   }
+  const AnswerInfo& answer_info() const noexcept override { return info; }
 
   QueryKind kind() const noexcept override {
     switch (options_.mode) {
@@ -47,12 +48,15 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
                     const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override;
   bool truncated() const noexcept override;
+  std::uint32_t answered() const noexcept override { return answered_; }
+  void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override;
+  void let_fall() noexcept override;
 
  private:
   /// A kernel for rays of the world that all ask at one instant, and a dearer one for all others.
   struct Kernel {
     gpu::Pipeline pipeline;
-    std::vector<gpu::Bindings> bindings;  // one per slot
+    std::vector<gpu::Bindings> bindings;  // one per slot, for each place of hits
   };
 
   /// Groups from `first` to before `end`, in pieces where the device runs fewer at once. `end_ray`: no ray from there
@@ -60,7 +64,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone, const RowSource& rows,
                 const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
   bool is_incomplete(std::uint32_t ray) const noexcept {
-    return hits_.host_as<const RayHit>()[std::size_t{ray} * options_.hits_per_ray].status ==
+    return hits_[written_].host_as<const RayHit>()[std::size_t{ray} * options_.hits_per_ray].status ==
            HitStatus::incomplete;
   }
   std::optional<BadInput> fault_of(std::uint32_t element, const RowSource& rows,
@@ -68,11 +72,16 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
 
   RayQueryOptions options_;
   std::uint32_t answered_ = 0;
+  std::uint32_t readable_ = 0;             // rays whose hits the caller reads, in
+  std::uint32_t read_ = 0;                 // this place of hits, while the device writes
+  std::uint32_t written_ = 0;              // to this one: another where those of before have to stay
   mutable bool carried_ = false;           // what check saw in the batch that is recorded next
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
   std::uint32_t max_groups_ = 0;
+  std::uint32_t slots_ = 0;
   std::vector<Kernel> kernels_;
-  gpu::Buffer rays_, hits_, again_, some_incomplete_;
+  gpu::Buffer rays_, again_, some_incomplete_;
+  std::vector<gpu::Buffer> hits_;  // one, or two
 };
 
 }  // namespace rtstdb::query

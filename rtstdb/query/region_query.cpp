@@ -15,11 +15,13 @@ Result<std::unique_ptr<GpuRegionQuery>> GpuRegionQuery::create(gpu::Device& devi
                                               .capacity = options.capacity,
                                               .level = options.level,
                                               .ids_per_region = options.ids_per_region,
-                                              .frusta = true});
+                                              .frusta = true,
+                                              .late = options.late});
   if (!runner) return runner.error();
   auto query = std::make_unique<GpuRegionQuery>();
   query->runner_ = std::move(runner).value();
   query->level_ = options.level;
+  query->set_late(options.late);
   query->regions_.resize(options.capacity);
   query->point_order_ = PointOrder(options.capacity);
   query->order_.resize(options.capacity);

@@ -41,6 +41,12 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
     runner_.unpack_again(range, view);
   }
   bool truncated() const noexcept override { return runner_.truncated(); }
+  std::uint32_t answered() const noexcept override { return runner_.answered(); }
+  void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override {
+    runner_.let_stand(answered, count);
+  }
+  void let_fall() noexcept override { runner_.let_fall(); }
+  const AnswerInfo& answer_info() const noexcept override { return info; }
 
  private:
   shared::RegionRecord packed(const Region& region, const accel::Tlas& tlas,

@@ -6,6 +6,8 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/query/late_policy.hpp"
+
 namespace rtstdb::query {
 namespace {
 
@@ -63,7 +65,10 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const RegionRunne
                                           std::to_string(max_regions_per_query) + " regions of 0 to " +
                                           std::to_string(max_ids_per_region) + " are possible"};
   }
+  if (auto checked = check_late(options.name, options.late); !checked) return checked.error();
   RegionRunner runner;
+  runner.late_ = options.late;
+  runner.answers_.resize(places_of_answers(options.late));
   runner.level_ = options.level;
   runner.ids_per_region_ = options.ids_per_region;
   if (auto made = runner.create_kernels(device, options.frusta); !made) return made.error();
@@ -124,13 +129,16 @@ Result<void> RegionRunner::create_buffers(gpu::Device& device, const std::string
   }
   // What the device can not hold has been refused by now.
   if (lists_triangles) {
-    triangles_.resize(capacity * ids_per_region_);
+    for (Answers& answers : answers_)
+      answers.triangles.resize(capacity * ids_per_region_);
     sorted_.resize(ids_per_region_);
     numbers_.resize(ids_per_region_);
   } else {
-    entities_.resize(capacity * ids_per_region_);
+    for (Answers& answers : answers_)
+      answers.entities.resize(capacity * ids_per_region_);
   }
-  answers_.resize(capacity);
+  for (Answers& answers : answers_)
+    answers.of_regions.resize(capacity);
   incomplete_.reserve(capacity);
   return {};
 }
@@ -209,7 +217,7 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
 void RegionRunner::unpack(PlaceRange range, const accel::TlasView& view) noexcept {
   for (std::uint32_t i = range.first; i < range.end; ++i) {
     unpack_answer(order_[i], i, view);
-    if (answers_[order_[i]].incomplete) incomplete_.push_back(i);
+    if (answers_[written_].of_regions[order_[i]].incomplete) incomplete_.push_back(i);
   }
   answered_ = range.end;
 }
@@ -230,14 +238,29 @@ void RegionRunner::unpack_again(PlaceRange range, const accel::TlasView& view) n
 }
 
 bool RegionRunner::truncated() const noexcept {
-  return std::ranges::any_of(answers(),
-                             [](const RegionAnswer& answer) { return answer.overflow || answer.incomplete; });
+  return std::ranges::any_of(order_.first(answered_), [&](std::uint32_t region) {
+    const RegionAnswer& answer = answers_[written_].of_regions[region];
+    return answer.overflow || answer.incomplete;
+  });
+}
+
+void RegionRunner::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
+  for (std::uint32_t place = answered; place < count; ++place)
+    answers_[written_].of_regions[order_[place]] = {
+        .entities = {}, .triangles = {}, .found = 0, .overflow = false, .incomplete = true};
+  readable_ = count;
+  read_ = written_;
+  written_ = (written_ + 1) % static_cast<std::uint32_t>(answers_.size());
+}
+
+void RegionRunner::let_fall() noexcept {
+  if (late_ != LatePolicy::last_good) readable_ = 0;
 }
 
 void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
                                  const accel::TlasView& view) noexcept {
   const shared::RegionCount count = counts_.host_as<const shared::RegionCount>()[place];
-  RegionAnswer& answer = answers_[region];
+  RegionAnswer& answer = answers_[written_].of_regions[region];
   answer = {.entities = {},
             .triangles = {},
             .found = count.found,
@@ -258,7 +281,8 @@ std::span<const EntityId> RegionRunner::unpack_entities(std::uint32_t region, st
   const auto all_ids = ids_.host_as<const std::uint32_t>();
   const std::size_t begin = std::size_t{place} * ids_per_region_;
   const auto ids = all_ids.subspan(begin, kept);
-  const auto entities = std::span(entities_).subspan(std::size_t{region} * ids_per_region_, kept);
+  const auto entities =
+      std::span(answers_[written_].entities).subspan(std::size_t{region} * ids_per_region_, kept);
   // Identities lie all over the memory, and the ids of the next region were written by another core: they are
   // called for before they are needed, which takes a quarter off.
   for (const std::uint32_t index : ids)
@@ -276,7 +300,8 @@ std::span<const EntityTriangle> RegionRunner::unpack_triangles(std::uint32_t reg
                                                                std::uint32_t kept,
                                                                const accel::TlasView& view) noexcept {
   const auto found = ids_.host_as<const glm::uvec2>().subspan(std::size_t{place} * ids_per_region_, kept);
-  const auto triangles = std::span(triangles_).subspan(std::size_t{region} * ids_per_region_, kept);
+  const auto triangles =
+      std::span(answers_[written_].triangles).subspan(std::size_t{region} * ids_per_region_, kept);
   const std::uint32_t entity = found[0].x;
   std::uint32_t others = 0;
   std::uint32_t first = found[0].y;

@@ -29,6 +29,7 @@ struct RegionRunnerOptions {
   RegionLevel level = RegionLevel::bounds;
   std::uint32_t ids_per_region = 0;  ///< 0: only counts
   bool frusta = false;               ///< may be asked
+  LatePolicy late = LatePolicy::discard;
 };
 
 class RegionRunner {
@@ -51,7 +52,13 @@ class RegionRunner {
   void record_again(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept;
   bool truncated() const noexcept;
-  std::span<const RegionAnswer> answers() const noexcept { return {answers_.data(), answered_}; }
+  // As PreparedQuery.
+  std::uint32_t answered() const noexcept { return answered_; }
+  void let_stand(std::uint32_t answered, std::uint32_t count) noexcept;
+  void let_fall() noexcept;
+  std::span<const RegionAnswer> answers() const noexcept {
+    return {answers_[read_].of_regions.data(), readable_};
+  }
 
  private:
   struct Kernel {
@@ -63,6 +70,11 @@ class RegionRunner {
     std::optional<Kernel> still;   // where all ask at one instant; regions by triangle have none
     std::optional<Kernel> moving;  // everywhere
     std::optional<Kernel> lowest;  // asks those again that found more than they have room for
+  };
+  struct Answers {
+    std::vector<EntityId> entities;         // ids_per_region for each, or
+    std::vector<EntityTriangle> triangles;  // these
+    std::vector<RegionAnswer> of_regions;   // looking into them
   };
   Result<void> create_kernels(gpu::Device& device, bool frusta);
   template <class Each>
@@ -85,11 +97,13 @@ class RegionRunner {
   std::span<const std::uint32_t> order_;  // the caller's region of each record
   RegionKindEnds ends_{};
   IdOrder id_order_;
-  std::vector<EntityId> entities_;         // ids_per_region for each, or
-  std::vector<EntityTriangle> triangles_;  // these
+  LatePolicy late_ = LatePolicy::discard;
+  std::uint32_t readable_ = 0;             // regions whose answers the caller reads, in
+  std::uint32_t read_ = 0;                 // this place of answers, while they are written
+  std::uint32_t written_ = 0;              // to this one: another where those of before have to stay
+  std::vector<Answers> answers_;           // one place, or two
   std::vector<std::uint64_t> sorted_;      // of one region, by entity and triangle
   std::vector<std::uint32_t> numbers_;     // of one region, where all are of one entity
-  std::vector<RegionAnswer> answers_;
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
 };
 

@@ -58,6 +58,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   const bool firm = transaction.is(DeadlineClass::firm);
   transaction.promised = false;
   transaction.promised_cost = Nanoseconds(0);
+  transaction.needed_cost = Nanoseconds(0);
   if (firm && now > deadline) {
     outcome.lateness = now - deadline;
     finish(transaction, Status::missed);
@@ -68,6 +69,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   if (cost) {
     outcome.predicted_cost = cost->mean;
     transaction.promised_cost = cost->promised;
+    transaction.needed_cost = cost->needed + std::min(cost->promised - cost->needed, chunk_);
   }
   if (transaction.reserved) {
     const Nanoseconds budget = transaction.reservation()->options().budget;
@@ -95,7 +97,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
 ClockTime Engine::expected_end(ClockTime now, const TransactionImpl& transaction,
                                ClockTime deadline) const noexcept {
   return behind_reserved(now, now + rest_before(now, transaction, deadline) +
-                                  queue_.cost_before(transaction, deadline) + transaction.promised_cost);
+                                  queue_.cost_before(transaction, deadline) + transaction.needed_cost);
 }
 
 Nanoseconds Engine::rest_before(ClockTime now, const TransactionImpl& transaction,

@@ -23,17 +23,19 @@ double positions_of(const store::WriteSet& writes) noexcept {
 /// Sums up parts that take place one after the other.
 class Sum {
  public:
-  void add(const query::CostSamples& samples, double count) noexcept {
+  void add(const query::CostSamples& samples, double count, bool is_needed = true) noexcept {
     const double cost_ns = predict_ns(samples, count);
     mean_ns_ += cost_ns;
     promised_ns_ += cost_ns * samples.above;
+    if (is_needed) needed_ns_ += cost_ns * samples.above;
   }
   Prediction prediction() const noexcept {
-    return {Nanoseconds(std::llround(mean_ns_)), Nanoseconds(std::llround(promised_ns_))};
+    return {Nanoseconds(std::llround(mean_ns_)), Nanoseconds(std::llround(promised_ns_)),
+            Nanoseconds(std::llround(needed_ns_))};
   }
 
  private:
-  double mean_ns_ = 0.0, promised_ns_ = 0.0;
+  double mean_ns_ = 0.0, promised_ns_ = 0.0, needed_ns_ = 0.0;
 };
 
 }  // namespace
@@ -50,7 +52,7 @@ std::optional<Prediction> CostModel::predict(const store::WriteSet& writes,
   for (const query::Request& request : requests) {
     const query::CostSamples& samples = of(request);
     if (of_kind(request).samples < samples_needed) return std::nullopt;
-    sum.add(samples, request.count);
+    sum.add(samples, request.count, !writes.empty() || request.query->late() != LatePolicy::partial);
   }
   const query::StructureWork structures = expected(writes, requests);
   if (structures.refitted) sum.add(refits_, structures.rows);

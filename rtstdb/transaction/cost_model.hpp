@@ -20,6 +20,7 @@ namespace rtstdb::transaction {
 struct Prediction {
   Nanoseconds mean{0};
   Nanoseconds promised{0};  ///< with as much more as the last samples lay above their means
+  Nanoseconds needed{0};    ///< of that, what remains where queries whose answers may be partial get none
 };
 
 class CostModel {

@@ -181,7 +181,18 @@ std::string about_done(const Outcome& outcome) {
   if (outcome.predicted_cost.count() != 0) {
     text += sentence(", predicted %.3f ms", milliseconds(outcome.predicted_cost));
   }
-  if (outcome.truncated) text += "; at least one answer is incomplete or has overflowed";
+  if (outcome.partial) {
+    text += "; not all elements were answered by the deadline";
+  } else if (outcome.truncated) {
+    text += "; at least one answer is incomplete or has overflowed";
+  }
+  return text;
+}
+
+std::string nothing_was_done(const Outcome& outcome) {
+  std::string text = "; nothing was done";
+  if (outcome.partial) text += ", but some elements were answered by then";
+  if (outcome.stale) text += "; there are answers of before";
   return text;
 }
 
@@ -321,19 +332,18 @@ std::string describe(const Outcome& outcome) {
     case Status::late:
       return sentence("late by %.3f ms: ", milliseconds(outcome.lateness)) + about_done(outcome);
     case Status::missed:
-      return sentence("missed: the firm deadline had passed by %.3f ms; nothing was done",
-                      milliseconds(outcome.lateness)) +
-             whether_in_doubt(outcome);
+      return sentence("missed: the firm deadline had passed by %.3f ms", milliseconds(outcome.lateness)) +
+             nothing_was_done(outcome) + whether_in_doubt(outcome);
     case Status::refused:
-      return "refused: " + why_refused(outcome) + "; nothing was done" + whether_in_doubt(outcome);
+      return "refused: " + why_refused(outcome) + nothing_was_done(outcome) + whether_in_doubt(outcome);
     case Status::conflict:
-      return about_conflict(outcome) + "; nothing was done";
+      return about_conflict(outcome) + nothing_was_done(outcome);
     case Status::cancelled:
-      return "cancelled" + why_cancelled(outcome.cancelled_by) + "; nothing was done";
+      return "cancelled" + why_cancelled(outcome.cancelled_by) + nothing_was_done(outcome);
     case Status::device_lost:
       return "device_lost: the GPU stopped answering; nothing was published";
     case Status::bad_input:
-      return "bad_input: " + fault_itself(outcome.bad_input) + place_of(outcome) + "; nothing was done";
+      return "bad_input: " + fault_itself(outcome.bad_input) + place_of(outcome) + nothing_was_done(outcome);
   }
   return "unknown";
 }

@@ -9,6 +9,7 @@
 #include <rtstdb/result.hpp>
 
 #include "rtstdb/transaction/futex.hpp"
+#include "rtstdb/transaction/late_answers.hpp"
 #include "rtstdb/transaction/shape_errand.hpp"
 #include "rtstdb/transaction/signals_blocked.hpp"
 #include "rtstdb/transaction/snapshot_errand.hpp"
@@ -178,6 +179,7 @@ void Engine::ring() noexcept {
 }
 
 void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
+  late_answers::settle(transaction, status, clock_);
   const Terms terms = transaction.terms();
   tally_.ended(status, transaction.outcome(), terms);
   reservations_.ended(transaction, status);

@@ -2,6 +2,7 @@
 
 #include "rtstdb/transaction/engine.hpp"
 #include "rtstdb/transaction/futex.hpp"
+#include "rtstdb/transaction/late_answers.hpp"
 
 namespace rtstdb::transaction {
 namespace {
@@ -34,6 +35,7 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
   const TransactionImpl& transaction = *running.transaction;
   if (transaction.is_to_be_cancelled()) return Gap::stop;
   look_at_budget(running);
+  late_answers::note_gap(running, clock_);
   if (queue_.holds_before(transaction) && !stays_in_one_piece(transaction)) {
     running.stands_since = clock_.now();
     const auto urgent = [&](const TransactionImpl& waiting) {
@@ -50,6 +52,7 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
     running.gives_way = has_to_give_way(transaction);
     if (running.gives_way) return Gap::stop;
   }
+  if (late_answers::are_enough(running, clock_)) return Gap::enough;
   const bool in_vain = transaction.is(DeadlineClass::firm) && clock_.now() > transaction.terms().deadline;
   return in_vain ? Gap::stop : Gap::go_on;
 }

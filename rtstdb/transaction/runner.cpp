@@ -34,6 +34,10 @@ Status Runner::rehearse(TransactionImpl& transaction) noexcept {
     status = rehearse_once(transaction);
     transaction.ask_parts(1, 1);
   }
+  for (const query::Request& request : transaction.requests()) {
+    request.query->let_fall();
+    if (request.query->late() != LatePolicy::last_good) request.query->info = {};
+  }
   return status;
 }
 
@@ -156,6 +160,9 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
     return Status::bad_input;
   }
   divide(transaction);
+  transaction.asked = {rows.version(), rows.time()};
+  for (const query::Request& request : transaction.requests())
+    request.query->answered_in_time = 0;
   const ClockTime begun = clock_.now();
   const query::RunReport report = executor_.run(rows, transaction.requests(), times, meanwhile);
   outcome.computed = clock_.now();
@@ -165,7 +172,8 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
   if (report.status == query::RunStatus::stopped) return stopped(transaction, running);
   if (transaction.is_to_be_cancelled()) return cancelled(transaction);
-  outcome.truncated = report.status == query::RunStatus::truncated;
+  outcome.partial = report.status == query::RunStatus::partial;
+  outcome.truncated = report.status == query::RunStatus::truncated || outcome.partial;
   return std::nullopt;
 }
 
@@ -217,6 +225,19 @@ std::optional<BadInput> Runner::check_queries(TransactionImpl& transaction, cons
   return fault;
 }
 
+void Runner::learn_queries(TransactionImpl& transaction, const Running& running) noexcept {
+  const auto requests = transaction.requests();
+  if (requests.empty()) return;
+  const auto asked = transaction.asked_counts();
+  if (transaction.outcome().partial) {
+    for (query::Request& request : requests)
+      request.count = std::min(request.count, request.query->answered());
+  }
+  costs_.learn_queries(requests, running.queries_cost, running.structures);
+  for (std::size_t k = 0; k < requests.size() && transaction.outcome().partial; ++k)
+    requests[k].count = asked[k];
+}
+
 ClockTime Runner::note_cost(TransactionImpl& transaction, const Running& running) noexcept {
   Outcome& outcome = transaction.draft();
   const ClockTime now = clock_.now();
@@ -224,8 +245,7 @@ ClockTime Runner::note_cost(TransactionImpl& transaction, const Running& running
   outcome.actual_cost = now - outcome.started - running.interrupted;
   if (!clock_.is_virtual()) {
     costs_.learn_writes(transaction.write_set(), outcome.actual_cost - running.queries_cost);
-    if (!transaction.requests().empty())
-      costs_.learn_queries(transaction.requests(), running.queries_cost, running.structures);
+    learn_queries(transaction, running);
   }
   return now;
 }

@@ -65,6 +65,7 @@ class Runner {
   /// Reads the clock, notes the cost and sets `published`. False: a firm deadline has passed, `published`
   /// stays unset.
   bool published_in_time(TransactionImpl& transaction, const Running& running) noexcept;
+  void learn_queries(TransactionImpl& transaction, const Running& running) noexcept;
   /// Reads the clock.
   ClockTime note_cost(TransactionImpl& transaction, const Running& running) noexcept;
   Status done(TransactionImpl& transaction, const query::RowSource& rows) noexcept;

@@ -159,6 +159,8 @@ void TransactionImpl::mark_pending() noexcept {
   assert_declaring();
   outcome_.status = Status::pending;
   reserved = false;
+  for (const query::Request& request : requests_)
+    request.query->answered_in_time = 0;
   to_be_cancelled_.store(false, std::memory_order_relaxed);
   status_.set(static_cast<std::uint32_t>(Status::pending));
 }

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include <rtstdb/database.hpp>
 #include <rtstdb/transaction.hpp>
 
 #include "rtstdb/query/executor.hpp"
@@ -65,6 +66,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   const store::WriteSet& write_set() const noexcept { return write_set_; }
   std::span<const query::Request> requests() const noexcept { return requests_; }
   std::span<query::Request> requests() noexcept { return requests_; }
+  std::span<const std::uint32_t> asked_counts() const noexcept { return asked_; }
   /// Asks as large a share of each batch as this of what was declared.
   void ask_parts(std::uint32_t share, std::uint32_t of) noexcept;
   Outcome& draft() noexcept { return outcome_; }
@@ -78,9 +80,11 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   void wait() noexcept { status_.wait_while(static_cast<std::uint32_t>(Status::pending)); }
 
   Nanoseconds promised_cost{0};  ///< zero: not known
+  Nanoseconds needed_cost{0};    ///< of that, what it takes to be done in time: answers may be partial
   bool promised = false;         ///< firm, and admitted by its cost
   Nanoseconds slack{0};          ///< promised: what may still come before it
   std::uint64_t arrival = 0;     ///< the engine's count of admitted transactions, for order among equals
+  VersionInfo asked;             ///< the version that its queries are about
   bool reserved = false;         ///< it goes before all that are not, and is
   ClockTime due{};               ///< by then
 

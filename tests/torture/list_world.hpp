@@ -31,6 +31,12 @@ class ListQuery final : public rtstdb::RayQuery, public rtstdb::query::PreparedQ
   std::optional<rtstdb::BadInput> check(std::uint32_t count, const rtstdb::query::RowSource& rows,
                                         rtstdb::query::TimeSpan& times) const noexcept override;
 
+  std::uint32_t answered() const noexcept override { return capacity(); }
+  bool truncated() const noexcept override { return false; }
+  void let_stand(std::uint32_t, std::uint32_t) noexcept override {}
+  void let_fall() noexcept override {}
+  const rtstdb::AnswerInfo& answer_info() const noexcept override { return info; }
+
   std::vector<ListRead> lists;  ///< by key; values are the answer
 };
 

@@ -19,6 +19,10 @@
 
 namespace rtstdb {
 
+/// Numbers the commits with writes, ascending; 0 is the empty database. A number whose transaction came to
+/// nothing after it had begun is not given again, unless the process died before it was told of in the log.
+using Version = std::uint64_t;
+
 /// Names an entity for good: `index` is re-used after a delete, `generation` is not. Default: no entity.
 struct EntityId {
   std::uint32_t index = std::numeric_limits<std::uint32_t>::max();

@@ -27,6 +27,43 @@
 
 namespace rtstdb {
 
+/// What a query's spans hold when its transaction was not done in time. A transaction may ask queries with different ones.
+enum class LatePolicy : std::uint8_t {
+  /// Answers of transactions that were done, late or not; else none.
+  discard,
+  /// Those, and when a transaction comes to nothing, for whatever reason, the answers of the last one that was done stay:
+  /// Outcome::stale, and answer_info() says how old they are. Takes twice the memory for answers.
+  last_good,
+  /// In a transaction without writes: what could be answered by the deadline. When all that is left to be answered are
+  /// queries of this kind, the transaction ends when it would else pass its deadline, whatever its class: it is done, and
+  /// truncated (Outcome::partial). A firm one that passes it nevertheless, or still has others to answer, is missed, and
+  /// the elements that were answered by then stand. Queries are answered in the order in which they were asked.
+  /// Elements without an answer are marked as incomplete. Batches are divided as usual (DatabaseOptions::chunk), and this
+  /// is looked at between chunks: of a batch that is not divided, all is answered or nothing. Never under a virtual clock.
+  /// In a transaction with writes as discard: there is no version that they could be answers to.
+  partial,
+};
+
+/// Whose answers a query's spans hold.
+struct AnswerInfo {
+  std::uint32_t elements = 0;  ///< that the spans are about; 0: none
+  std::uint32_t missing = 0;   ///< LatePolicy::partial: of them without an answer, and marked as incomplete
+  Version version = 0;         ///< the version that was asked
+  WorldTime version_time{};
+  ClockTime published{};  ///< when they could first be read; zero where the transaction was missed
+  bool stale =
+      false;  ///< LatePolicy::last_good: the last transaction came to nothing, they are of one before
+  Nanoseconds age{0};  ///< stale: from `published` until that transaction ended
+};
+
+/// What all prepared queries can tell.
+class Query {
+ public:
+  virtual ~Query() = default;
+  /// After the outcome of a transaction that asked the query, until it is submitted again.
+  virtual const AnswerInfo& answer_info() const noexcept = 0;
+};
+
 // ---- ray
 
 enum class RayMode : std::uint8_t {
@@ -81,13 +118,13 @@ struct RayQueryOptions {
   /// "temporal unaware" case). Carriers too. v_relative_mps is still made of the rows' velocities, at those
   /// poses.
   bool ignore_motion = false;
+  LatePolicy late = LatePolicy::discard;
 };
 
 /// Rays and hits lie in memory that the device reads and writes: nothing is copied on the way. On a device
 /// with memory of its own the input span is best filled in order and never read.
-class RayQuery {
+class RayQuery : public Query {
  public:
-  virtual ~RayQuery() = default;
   virtual std::span<Ray> rays() noexcept = 0;  ///< capacity elements, the caller's to fill
   /// Of as many rays as the last transaction asked for, hits_per_ray for each. RayMode::first: every triangle
   /// that is crossed counts, so a ray through an edge has a hit on either side of it, at the same lambda; what
@@ -163,11 +200,11 @@ struct RegionQueryOptions {
   RegionLevel level = RegionLevel::bounds;
   /// Entities, or triangles, that an answer lists at most. 0: the query only counts, which is faster.
   std::uint32_t ids_per_region = 64;
+  LatePolicy late = LatePolicy::discard;
 };
 
-class RegionQuery {
+class RegionQuery : public Query {
  public:
-  virtual ~RegionQuery() = default;
   virtual std::span<Region> regions() noexcept = 0;
   virtual std::span<const RegionAnswer> answers() const noexcept = 0;
 };
@@ -228,11 +265,11 @@ struct NearestQueryOptions {
   NearestTarget target = NearestTarget::surface;
   std::uint32_t k = 1;     ///< answers to a point: 1 to max_neighbors
   bool is_signed = false;  ///< for surface and triangle; refused for the other targets
+  LatePolicy late = LatePolicy::discard;
 };
 
-class NearestQuery {
+class NearestQuery : public Query {
  public:
-  virtual ~NearestQuery() = default;
   virtual std::span<Nearest> points() noexcept = 0;
   virtual std::span<const NearestAnswer> answers() const noexcept = 0;
 };
@@ -254,11 +291,11 @@ struct OverlapQueryOptions {
   std::string name;
   std::uint32_t capacity = 0;
   std::uint32_t ids_per_entity = 64;  ///< 0: the query only counts, which is faster
+  LatePolicy late = LatePolicy::discard;
 };
 
-class OverlapQuery {
+class OverlapQuery : public Query {
  public:
-  virtual ~OverlapQuery() = default;
   virtual std::span<Overlap> overlaps() noexcept = 0;
   virtual std::span<const OverlapAnswer> answers() const noexcept = 0;
 };

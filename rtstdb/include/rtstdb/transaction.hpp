@@ -20,10 +20,6 @@
 
 namespace rtstdb {
 
-/// Numbers the commits with writes, ascending; 0 is the empty database. A number whose transaction came to
-/// nothing after it had begun is not given again, unless the process died before it was told of in the log.
-using Version = std::uint64_t;
-
 /// One row as it stands in a version.
 struct EntityState {
   EntityId id;
@@ -62,12 +58,12 @@ struct Terms {
 };
 
 enum class Status : std::uint8_t {
-  idle,         ///< never submitted
-  pending,      ///< submitted, no outcome yet
-  committed,    ///< done in time
-  late,         ///< done after its deadline (hard, soft), answers whole or not
-  missed,       ///< firm: the deadline passed before it could be published; nothing was done
-  refused,      ///< admission, or the log: see refused_by; nothing was done
+  idle,       ///< never submitted
+  pending,    ///< submitted, no outcome yet
+  committed,  ///< done in time
+  late,       ///< done after its deadline (hard, soft), answers whole or not
+  missed,   ///< firm: the deadline passed before it could be published; nothing was done (but see LatePolicy)
+  refused,  ///< admission, or the log: see refused_by; nothing was done (but see LatePolicy)
   conflict,     ///< a precondition did not hold; nothing was done
   cancelled,    ///< by Database::cancel, from a full queue or by the database closing; nothing was done
   truncated,    ///< committed, but at least one answer is incomplete or overflowed
@@ -136,6 +132,8 @@ struct Outcome {
   CancelledBy cancelled_by = CancelledBy::nobody;
   RefusedBy refused_by = RefusedBy::nobody;
   bool truncated = false;    ///< at least one answer is incomplete or overflowed, also when late
+  bool partial = false;      ///< LatePolicy::partial: some elements were answered by the deadline, others not
+  bool stale = false;        ///< not done, and LatePolicy::last_good: a query has its answers of before
   Version version = 0;       ///< the version made, or read
   WorldTime version_time{};  ///< from when that version holds
   // Five timestamps on the deadline clock; zero where the transaction did not get that far.

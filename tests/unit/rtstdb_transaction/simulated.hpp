@@ -55,11 +55,18 @@ class SimulatedClock final : public Clock {
 class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
  public:
   explicit SimulatedQuery(std::uint32_t capacity, int label_given = 0,
-                          query::QueryKind kind = query::QueryKind::ray_closest)
-      : label(label_given), kind_(kind), rays_(capacity), hits_(capacity) {}
+                          query::QueryKind kind = query::QueryKind::ray_closest,
+                          LatePolicy late = LatePolicy::discard)
+      : PreparedQuery(late),
+        label(label_given),
+        kind_(kind),
+        rays_(capacity),
+        hits_(capacity),
+        kept_(capacity) {}
 
   std::span<Ray> rays() noexcept override { return rays_; }
-  std::span<const RayHit> hits() const noexcept override { return hits_; }
+  std::span<const RayHit> hits() const noexcept override { return std::span(kept_).first(readable_); }
+  const AnswerInfo& answer_info() const noexcept override { return info; }
   query::QueryKind kind() const noexcept override { return kind_; }
   std::uint32_t capacity() const noexcept override { return static_cast<std::uint32_t>(rays_.size()); }
   std::optional<BadInput> check(std::uint32_t count, const query::RowSource& rows,
@@ -78,12 +85,34 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
     return std::nullopt;
   }
 
+  std::uint32_t answered() const noexcept override { return answered_; }
+  bool truncated() const noexcept override { return is_truncated; }
+  void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override {
+    std::ranges::copy(hits_, kept_.begin());
+    for (std::uint32_t k = answered; k < count; ++k)
+      kept_[k].status = HitStatus::incomplete;
+    readable_ = count;
+  }
+  void let_fall() noexcept override {
+    if (late() != LatePolicy::last_good) readable_ = 0;
+  }
+  /// The executor has come so far; elements from `first` on hit something at that distance.
+  void answer(std::uint32_t first, std::uint32_t end, float lambda) {
+    answered_ = end;
+    for (std::uint32_t k = first; k < end; ++k) {
+      hits_[k].status = HitStatus::hit;
+      hits_[k].lambda = lambda;
+    }
+  }
+
   const int label;
+  bool is_truncated = false;
 
  private:
   query::QueryKind kind_;
   std::vector<Ray> rays_;
-  std::vector<RayHit> hits_;
+  std::vector<RayHit> hits_, kept_;
+  std::uint32_t answered_ = 0, readable_ = 0;
 };
 
 /// Does what `work` says; by default costs nothing.
@@ -94,7 +123,13 @@ class SimulatedExecutor final : public query::Executor {
 
   query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
                        const query::TimeSpan& times, query::Meanwhile* meanwhile) noexcept override {
-    if (chunk && !run_chunks(rows, requests, meanwhile)) return {query::RunStatus::stopped, 0};
+    using enum query::RunStatus;
+    for (const query::Request& request : requests)
+      dynamic_cast<SimulatedQuery&>(*request.query).answer(0, chunk ? 0 : request.count, lambda);
+    if (chunk) {
+      const query::RunStatus ended = run_chunks(rows, requests, meanwhile);
+      if (ended != done) return {ended, 0};
+    }
     if (while_waiting && meanwhile != nullptr) {
       meanwhile->begin_wait();
       while_waiting();
@@ -110,10 +145,11 @@ class SimulatedExecutor final : public query::Executor {
       chunk;
   /// What happens while a run waits for the device; none: it never waits.
   std::function<void()> while_waiting;
+  float lambda = 0.0f;  ///< of all hits
 
  private:
-  bool run_chunks(const query::RowSource& rows, std::span<const query::Request> requests,
-                  query::Meanwhile* meanwhile) {
+  query::RunStatus run_chunks(const query::RowSource& rows, std::span<const query::Request> requests,
+                              query::Meanwhile* meanwhile) {
     for (std::size_t k = 0; k < requests.size(); ++k) {
       const query::Request& request = requests[k];
       const std::uint32_t step = request.per_chunk == 0 ? request.count : request.per_chunk;
@@ -122,11 +158,20 @@ class SimulatedExecutor final : public query::Executor {
         if (meanwhile != nullptr) meanwhile->begin_wait();
         chunk(rows, request, first, std::min(first + step, request.count));
         if (meanwhile != nullptr) meanwhile->end_wait();
-        if (!last && meanwhile != nullptr && meanwhile->between_chunks() == query::Meanwhile::Gap::stop)
-          return false;
+        const std::uint32_t end = std::min(first + step, request.count);
+        dynamic_cast<SimulatedQuery&>(*request.query).answer(first, end, lambda);
+        if (last || meanwhile == nullptr) continue;
+        switch (meanwhile->between_chunks()) {
+          case query::Meanwhile::Gap::go_on:
+            break;
+          case query::Meanwhile::Gap::enough:
+            return query::RunStatus::partial;
+          case query::Meanwhile::Gap::stop:
+            return query::RunStatus::stopped;
+        }
       }
     }
-    return true;
+    return query::RunStatus::done;
   }
 };
 

@@ -1,0 +1,75 @@
+#include "rtstdb/transaction/late_answers.hpp"
+
+#include <algorithm>
+
+namespace rtstdb::transaction::late_answers {
+namespace {
+
+bool may_be_partial(const query::Request& request) noexcept {
+  return request.query->late() == LatePolicy::partial;
+}
+
+bool may_be_partial(const TransactionImpl& transaction) noexcept {
+  return transaction.terms().deadline != ClockTime::max() && transaction.write_set().empty() &&
+         std::ranges::any_of(transaction.requests(),
+                             [](const auto& request) { return may_be_partial(request); });
+}
+
+void let_stand(const query::Request& request, std::uint32_t answered,
+               const TransactionImpl& transaction) noexcept {
+  answered = std::min(answered, request.count);
+  request.query->let_stand(answered, request.count);
+  const VersionInfo version = transaction.asked;
+  request.query->info = {.elements = request.count,
+                         .missing = request.count - answered,
+                         .version = version.version,
+                         .version_time = version.time,
+                         .published = transaction.outcome().published};
+}
+
+}  // namespace
+
+void note_gap(Running& running, const Clock& clock) noexcept {
+  const TransactionImpl& transaction = *running.transaction;
+  if (!may_be_partial(transaction)) return;
+  const ClockTime now = clock.now();
+  running.chunk = now - running.last_gap.value_or(transaction.outcome().started);
+  if (now > transaction.terms().deadline) return;
+  for (const query::Request& request : transaction.requests())
+    request.query->answered_in_time = request.query->answered();
+}
+
+bool are_enough(Running& running, const Clock& clock) noexcept {
+  const TransactionImpl& transaction = *running.transaction;
+  if (!may_be_partial(transaction)) return false;
+  const ClockTime now = clock.now();
+  running.last_gap = now;
+  if (now + running.chunk <= transaction.terms().deadline) return false;
+  return std::ranges::all_of(transaction.requests(), [](const query::Request& request) {
+    return may_be_partial(request) || request.query->answered() >= request.count;
+  });
+}
+
+void settle(TransactionImpl& transaction, Status status, const Clock& clock) noexcept {
+  Outcome& outcome = transaction.draft();
+  const bool done = status == Status::committed || status == Status::truncated || status == Status::late;
+  const bool in_time_stands = status == Status::missed && may_be_partial(transaction);
+  for (const query::Request& request : transaction.requests()) {
+    query::PreparedQuery& query = *request.query;
+    if (done) {
+      let_stand(request, outcome.partial ? query.answered() : request.count, transaction);
+    } else if (in_time_stands && may_be_partial(request) && query.answered_in_time > 0) {
+      let_stand(request, query.answered_in_time, transaction);
+      outcome.partial = true;
+    } else {
+      query.let_fall();
+      if (query.late() != LatePolicy::last_good) query.info = {};
+      if (query.info.elements == 0) continue;
+      query.info.stale = true;
+      query.info.age = clock.now() - query.info.published;
+      outcome.stale = true;
+    }
+  }
+}
+
+}  // namespace rtstdb::transaction::late_answers
