@@ -111,7 +111,7 @@ Nanoseconds Engine::rest_before(ClockTime now, const TransactionImpl& transactio
     const Nanoseconds spent =
         running.stands_since.value_or(now) - other.outcome().started - running.interrupted;
     // Of one that takes longer than was thought, or of which nothing is known, a chunk is left.
-    const Nanoseconds left = std::max(other.promised_cost - spent, innermost ? chunk_ : Nanoseconds(0));
+    const Nanoseconds left = std::max(running.promised_cost() - spent, innermost ? chunk_ : Nanoseconds(0));
     if (passed && chunk_ > Nanoseconds(0)) {
       sum += innermost ? std::min(left, chunk_) : Nanoseconds(0);
     } else {
@@ -127,8 +127,11 @@ void Engine::each_behind(const TransactionImpl& transaction, ClockTime deadline,
     if (other.promised && ReadyQueue::comes_before(transaction, deadline, other)) each(other);
   };
   queue_.for_each(look);
-  for (const Running& running : runner_.running().all())
+  for (const Running& running : runner_.running().all()) {
     look(*running.transaction);
+    for (TransactionImpl* other : running.others)
+      look(*other);
+  }
 }
 
 std::optional<ClockTime> Engine::first_broken(const TransactionImpl& transaction,

@@ -221,11 +221,22 @@ void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
   asleep_.store(false, std::memory_order_relaxed);
 }
 
-void Engine::carry_out(TransactionImpl& transaction) noexcept {
+void Engine::carry_out(TransactionImpl& transaction, const TransactionImpl* interrupted) noexcept {
   if (transaction.is_to_be_cancelled()) return finish_cancelled(transaction, CancelledBy::caller);
+  Together together;
+  const std::size_t count = gather(transaction, interrupted, together);
+  if (count > 1) return carry_out_together(std::span(together).first(count));
+  carry_out_alone(transaction);
+}
+
+void Engine::carry_out_alone(TransactionImpl& transaction) noexcept {
   const Status status = runner_.run(transaction, this);
   if (status == Status::pending) return put_back(transaction);
   if (store_.latest().version != latest_.get().version) latest_.set(store_.latest());
+  end(transaction, status);
+}
+
+void Engine::end(TransactionImpl& transaction, Status status) noexcept {
   accuracy_.ended(transaction, status);
   if (!is_held(transaction, status)) return finish(transaction, status);
   transaction.draft().status = status;

@@ -21,12 +21,14 @@
 // Threads: submit, wait, cancel, latest, counts, snapshot and call from any; constructor, make_transaction and
 // destructor are setup. submit, wait, cancel and latest neither allocate nor take a lock.
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -161,7 +163,15 @@ class Engine final : private query::Meanwhile, private LogOwner {
   void put_back(TransactionImpl& transaction) noexcept;
   /// When one that would be done by `end` is done behind the reserved ones that may still come before.
   ClockTime behind_reserved(ClockTime now, ClockTime end) const noexcept;
-  void carry_out(TransactionImpl& transaction) noexcept;
+  /// With others that it can share a run with; in a gap, those that go before the interrupted one.
+  void carry_out(TransactionImpl& transaction, const TransactionImpl* interrupted = nullptr) noexcept;
+  void carry_out_alone(TransactionImpl& transaction) noexcept;
+  void end(TransactionImpl& transaction, Status status) noexcept;
+  // sharing.cpp
+  using Together = std::array<TransactionImpl*, Runner::most_together>;
+  /// Takes those out of the queue that share a run with the first. How many there are, with it.
+  std::size_t gather(TransactionImpl& first, const TransactionImpl* interrupted, Together& together) noexcept;
+  void carry_out_together(std::span<TransactionImpl* const> readers) noexcept;
   void finish(TransactionImpl& transaction, Status status) noexcept;
   void finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept;
   void drop_cancelled() noexcept;

@@ -44,7 +44,7 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
     while (!has_to_give_way(transaction)) {
       TransactionImpl* const next = queue_.pop_first(urgent);
       if (next == nullptr) break;
-      carry_out(*next);
+      carry_out(*next, &transaction);
       receive();
     }
     running.interrupted += clock_.now() - *running.stands_since;

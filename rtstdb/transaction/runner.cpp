@@ -251,8 +251,11 @@ ClockTime Runner::note_cost(TransactionImpl& transaction, const Running& running
 }
 
 bool Runner::published_in_time(TransactionImpl& transaction, const Running& running) noexcept {
+  return is_in_time(transaction, note_cost(transaction, running));
+}
+
+bool Runner::is_in_time(TransactionImpl& transaction, ClockTime now) noexcept {
   Outcome& outcome = transaction.draft();
-  const ClockTime now = note_cost(transaction, running);
   const ClockTime deadline = transaction.terms().deadline;
   if (transaction.is(DeadlineClass::firm) && now > deadline) {
     outcome.lateness = now - deadline;

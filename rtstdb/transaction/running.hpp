@@ -18,9 +18,10 @@ namespace rtstdb::transaction {
 
 struct Running {
   TransactionImpl* transaction = nullptr;
-  std::optional<Version> reading;  ///< the version it reads, which commits have to leave readable
-  bool staged = false;             ///< its writes are: nobody else's can be
-  Nanoseconds queries_cost{0};     ///< of that, interruptions are no part
+  std::span<TransactionImpl* const> others;  ///< that share its run
+  std::optional<Version> reading;            ///< the version it reads, which commits have to leave readable
+  bool staged = false;                       ///< its writes are: nobody else's can be
+  Nanoseconds queries_cost{0};               ///< of that, interruptions are no part
   query::StructureWork structures;
   std::optional<ClockTime> stands_since;  ///< when it was interrupted; none while it gets on
   Nanoseconds interrupted{0};             ///< spent on others in its gaps
@@ -28,6 +29,13 @@ struct Running {
   // Where answers may be partial.
   std::optional<ClockTime> last_gap;  ///< when others had run in it
   Nanoseconds chunk{0};               ///< from the gap before to this one
+
+  Nanoseconds promised_cost() const noexcept {
+    Nanoseconds sum = transaction->promised_cost;
+    for (const TransactionImpl* other : others)
+      sum += other->promised_cost;
+    return sum;
+  }
 };
 
 class RunningStack {

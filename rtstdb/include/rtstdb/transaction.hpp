@@ -144,6 +144,9 @@ struct Outcome {
   Nanoseconds interrupted{0};                     ///< spent on more urgent transactions, which ran in between
   /// Times it was begun anew, since it stood in the way of a reserved one. The timestamps are those of the last time.
   std::uint32_t restarts = 0;
+  /// Other small readers of the same version whose queries the device had in the same submission; of what that cost, a part in
+  /// proportion to what was predicted is this one's actual cost.
+  std::uint32_t shared_with = 0;
   Nanoseconds gpu_time{0};        ///< of the actual cost, spent on the device
   ClockTime earliest_feasible{};  ///< refused: the earliest deadline that is admitted when asked for at once
   /// Group, sync: what it wrote is on disk, and was at that instant. False and done: group, and the disk refused.

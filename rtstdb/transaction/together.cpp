@@ -1,0 +1,118 @@
+// Small readers of one version that are ready together: one run of the executor for all of them, since what a submission
+// costs of its own is most of what each of them would.
+//
+// Costs are not learned from such a run. They would be too low for one that runs alone, and promises with them.
+
+#include <algorithm>
+#include <span>
+
+#include <rtstdb/limits.hpp>
+
+#include "rtstdb/transaction/runner.hpp"
+
+namespace rtstdb::transaction {
+namespace {
+
+/// The times of all lie within it: structures are made for the window of a run, and wide ones are dear to search.
+constexpr Nanoseconds widest_window{max_query_window_ns / 8};
+
+Nanoseconds part_of(Nanoseconds whole, Nanoseconds part, Nanoseconds of) noexcept {
+  const double share = static_cast<double>(part.count()) / static_cast<double>(of.count());
+  return Nanoseconds(static_cast<std::int64_t>(static_cast<double>(whole.count()) * share));
+}
+
+}  // namespace
+
+std::optional<Version> Runner::shared_version(const TransactionImpl& transaction) const noexcept {
+  if (clock_.is_virtual() || transaction.promised_cost == Nanoseconds(0)) return std::nullopt;
+  if (!transaction.write_set().empty() || transaction.requests().empty()) return std::nullopt;
+  if (transaction.requests().size() > together_.size() / most_together) return std::nullopt;
+  const auto found = store_.read(transaction.terms().read_at, store::ReadFor::rows_and_shapes);
+  const auto* version = std::get_if<store::Snapshot>(&found);
+  return version != nullptr ? std::optional(version->version()) : std::nullopt;
+}
+
+void Runner::read_together(std::span<TransactionImpl* const> readers, std::span<Status> statuses,
+                           query::Meanwhile* meanwhile) noexcept {
+  const auto found = store_.read(readers[0]->terms().read_at, store::ReadFor::rows_and_shapes);
+  const auto& version = *std::get_if<store::Snapshot>(&found);
+  Running& running = running_.push(*readers[0]);
+  running.others = readers.subspan(1);
+  running.reading = version.version();
+  requests_together_ = 0;
+  query::TimeSpan times;
+  std::uint32_t taking_part = 0;
+  for (std::size_t k = 0; k < readers.size(); ++k) {
+    statuses[k] = begin_together(*readers[k], version, times);
+    taking_part += readers[k]->shares ? 1 : 0;
+  }
+  query::RunReport report;
+  const ClockTime begun = clock_.now();
+  if (taking_part > 0)
+    report = executor_.run(version, std::span(together_).first(requests_together_), times, meanwhile);
+  const ClockTime computed = clock_.now();
+  running.queries_cost = computed - begun;
+  for (std::size_t k = 0; k < readers.size(); ++k) {
+    if (!readers[k]->shares) continue;
+    Outcome& outcome = readers[k]->draft();
+    outcome.computed = computed;
+    outcome.shared_with = taking_part - 1;
+    statuses[k] = end_together(*readers[k], report, running, version);
+  }
+  running_.pop();
+}
+
+Status Runner::begin_together(TransactionImpl& reader, const store::Snapshot& version,
+                              query::TimeSpan& times) noexcept {
+  Outcome& outcome = reader.draft();
+  reader.shares = false;
+  const ClockTime now = clock_.now();
+  if (reader.is(DeadlineClass::firm) && now > reader.terms().deadline) {
+    outcome.lateness = now - reader.terms().deadline;
+    return Status::missed;
+  }
+  outcome.started = now;
+  if (!expectations_hold(reader, version)) return Status::conflict;
+  query::TimeSpan own;
+  if (auto fault = check_queries(reader, version, own)) {
+    outcome.bad_input = *fault;
+    return Status::bad_input;
+  }
+  const query::TimeSpan all{std::min(times.first, own.first), std::max(times.last, own.last)};
+  const bool first = requests_together_ == 0;
+  if (!first && all.last - all.first > std::max(widest_window, times.last - times.first))
+    return Status::pending;
+  times = all;
+  reader.answer_reads(version);
+  reader.asked = {version.version(), version.time()};
+  for (query::Request& request : reader.requests()) {
+    request.per_chunk = 0;
+    together_[requests_together_++] = request;
+  }
+  reader.shares = true;
+  return Status::pending;
+}
+
+Status Runner::end_together(TransactionImpl& reader, const query::RunReport& report, const Running& running,
+                            const store::Snapshot& version) noexcept {
+  Outcome& outcome = reader.draft();
+  if (report.status == query::RunStatus::device_lost) return Status::device_lost;
+  if (reader.is_to_be_cancelled()) return cancelled(reader);
+  const auto requests = reader.requests();
+  outcome.truncated =
+      report.status == query::RunStatus::truncated &&
+      std::ranges::any_of(requests, [](const query::Request& one) { return one.query->truncated(); });
+  Nanoseconds promised{0};
+  const auto add = [&](const TransactionImpl& one) {
+    promised += one.shares ? one.promised_cost : Nanoseconds(0);
+  };
+  add(*running.transaction);
+  for (const TransactionImpl* other : running.others)
+    add(*other);
+  outcome.actual_cost = part_of(running.queries_cost, reader.promised_cost, promised);
+  outcome.gpu_time = part_of(Nanoseconds(report.gpu_ns), reader.promised_cost, promised);
+  if (!is_in_time(reader, clock_.now())) return Status::missed;
+  return done(reader, version);
+}
+
+}  // namespace rtstdb::transaction

@@ -1,0 +1,206 @@
+// What each kind of query leaves on the device of a transaction that was not done in time: the answers of before, or those
+// that were there by the deadline, each as in a whole batch.
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <string>
+#include <utility>
+
+#include "tests/gpu/random_questions.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+/// Each reading is so much later than the one before: what is in time does not depend on the machine.
+class SteppingClock final : public Clock {
+ public:
+  ClockTime now() const noexcept override {
+    return clock_time_ns(now_ns_.fetch_add(100'000, std::memory_order_relaxed));
+  }
+  ClockTime in(Nanoseconds time) const { return now() + time; }
+
+ private:
+  mutable std::atomic<std::int64_t> now_ns_{1'000'000'000};
+};
+
+constexpr std::uint32_t capacity = 24 * 1024;  // chunks of 4096, before a kind is measured
+
+class LatePolicies : public DatabaseTest {
+ protected:
+  void SetUp() override {
+    open({.clock = &clock_});
+    Random random(17);
+    const GeometryId body = DatabaseTest::add(make_sphere(1.0, 10));
+    std::vector<EntityRow> rows;
+    for (int k = 0; k < 300; ++k)
+      rows.push_back(row_of(body, 15.0 * random.vector()));
+    ids_ = create(rows);
+    const auto point = [&] { return glm::vec3(15.0 * random.vector()); };
+    for (std::uint32_t k = 0; k < capacity; ++k) {
+      rays_.push_back(ray_from(point(), glm::vec3(random.direction())));
+      points_.push_back({.point_m = point()});
+      const auto shape = static_cast<RegionShape>(random.below(2));
+      regions_.push_back(region_of(shape, RegionTest::touching, point(), glm::vec3(2.0f)));
+      overlaps_.push_back({.entity = ids_[random.below(ids_.size())]});
+    }
+  }
+  void TearDown() override {
+    all_.clear();
+    DatabaseTest::TearDown();
+  }
+
+  /// One prepared query of some kind, with its elements filled in.
+  struct Prepared {
+    std::string name;
+    std::shared_ptr<Query> query;
+    std::function<void(Transaction&, std::uint32_t count)> ask;
+    /// In words; empty for one that is incomplete.
+    std::function<std::vector<std::string>()> answers;
+  };
+
+  static std::string word(const RayHit& hit) {
+    if (hit.status == HitStatus::incomplete) return "";
+    return std::to_string(static_cast<int>(hit.status)) + " " + std::to_string(hit.entity.index) + " " +
+           std::to_string(hit.lambda);
+  }
+  static std::string word(const RegionAnswer& answer) {
+    if (answer.incomplete) return "";
+    std::string text = std::to_string(answer.found);
+    for (const EntityId id : answer.entities)
+      text += " " + std::to_string(id.index);
+    return text;
+  }
+  static std::string word(const NearestAnswer& answer) {
+    if (answer.incomplete) return "";
+    std::string text = "k";
+    for (const Neighbor& one : answer.neighbors)
+      text += " " + std::to_string(one.entity.index) + " " + std::to_string(one.distance_m);
+    return text;
+  }
+  template <class Of, class Elements, class Source>
+  void keep(const std::string& name, Result<std::unique_ptr<Of>> made, Elements elements,
+            const Source& source) {
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    const std::shared_ptr<Of> query = std::move(made).value();
+    std::ranges::copy(source, ((*query).*elements)().begin());
+    all_.push_back(
+        {name, query,
+         [query](Transaction& transaction, std::uint32_t count) { transaction.ask(*query, count); },
+         [query] {
+           std::vector<std::string> words;
+           if constexpr (requires { query->hits(); }) {
+             for (const auto& answer : query->hits())
+               words.push_back(word(answer));
+           } else {
+             for (const auto& answer : query->answers())
+               words.push_back(word(answer));
+           }
+           return words;
+         }});
+  }
+  void prepare_all(LatePolicy late) {
+    all_.clear();
+    keep("rays", database().prepare(RayQueryOptions{.name = "rays", .capacity = capacity, .late = late}),
+         &RayQuery::rays, rays_);
+    keep(
+        "points",
+        database().prepare(NearestQueryOptions{.name = "points", .capacity = capacity, .k = 2, .late = late}),
+        &NearestQuery::points, points_);
+    keep("regions",
+         database().prepare(
+             RegionQueryOptions{.name = "regions", .capacity = capacity, .ids_per_region = 8, .late = late}),
+         &RegionQuery::regions, regions_);
+    keep("overlaps",
+         database().prepare(OverlapQueryOptions{
+             .name = "overlaps", .capacity = capacity, .ids_per_entity = 8, .late = late}),
+         &OverlapQuery::overlaps, overlaps_);
+  }
+  Outcome run(const Prepared& prepared, const Terms& terms, std::uint32_t count = capacity) {
+    const auto transaction = database().make_transaction({.max_queries = 1});
+    transaction->begin(terms);
+    prepared.ask(*transaction, count);
+    return database().execute(*transaction);
+  }
+  Terms firm(Nanoseconds deadline) const {
+    return {.deadline_class = DeadlineClass::firm, .deadline = clock_.in(deadline), .read_at = {}};
+  }
+
+  SteppingClock clock_;
+  std::vector<EntityId> ids_;
+  std::vector<Ray> rays_;
+  std::vector<Nearest> points_;
+  std::vector<Region> regions_;
+  std::vector<Overlap> overlaps_;
+  std::vector<Prepared> all_;
+};
+
+TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
+  prepare_all(LatePolicy::partial);
+  for (const Prepared& prepared : all_) {
+    SCOPED_TRACE(prepared.name);
+    // Two readings before the first gap, some in each.
+    const Outcome partial = run(prepared, firm(Nanoseconds(1'800'000)));
+    const AnswerInfo info = prepared.query->answer_info();
+    const std::vector<std::string> some = prepared.answers();
+    ASSERT_TRUE(partial.partial) << describe(partial);
+    EXPECT_EQ(some.size(), capacity);
+    EXPECT_GT(info.missing, 0u);
+    EXPECT_LT(info.missing, capacity);
+    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count(some, "")), info.missing);
+    EXPECT_EQ(info.version, database().latest().version);
+    EXPECT_EQ(run(prepared, {}).status, Status::committed);
+    const std::vector<std::string> whole = prepared.answers();
+    EXPECT_EQ(prepared.query->answer_info().missing, 0u);
+    std::uint32_t different = 0;
+    for (std::uint32_t k = 0; k < capacity; ++k)
+      different += !some[k].empty() && some[k] != whole[k];
+    EXPECT_EQ(different, 0u);
+  }
+}
+
+TEST_F(LatePolicies, LastGoodAnswersStayWhileOthersAreWritten) {
+  prepare_all(LatePolicy::last_good);
+  const Version first = database().latest().version;
+  std::vector<std::vector<std::string>> before;
+  for (const Prepared& prepared : all_) {
+    ASSERT_TRUE(run(prepared, {}).done());
+    before.push_back(prepared.answers());
+  }
+  for (const EntityId id : ids_)
+    update_motion(id, {.p_world_m = {1.0, 2.0, 3.0}}, {});
+  for (std::size_t k = 0; k < all_.size(); ++k) {
+    SCOPED_TRACE(all_[k].name);
+    // In time to begin and not to be published: the device has written its answers.
+    Outcome missed;
+    for (int steps = 2; missed.computed == ClockTime{} || missed.done(); ++steps) {
+      ASSERT_LT(steps, 60);
+      missed = run(all_[k], firm(Nanoseconds(steps * 100'000)));
+      if (!missed.done()) continue;
+      steps = 2;
+      before[k] = all_[k].answers();
+    }
+    EXPECT_EQ(missed.status, Status::missed);
+    EXPECT_TRUE(missed.stale);
+    EXPECT_EQ(all_[k].answers(), before[k]);
+    const AnswerInfo& info = all_[k].query->answer_info();
+    EXPECT_TRUE(info.stale);
+    EXPECT_GE(info.version, first);
+    EXPECT_GT(info.age.count(), 0);
+  }
+}
+
+TEST_F(LatePolicies, AreRefusedWhereTheyAreNone) {
+  const auto none = static_cast<LatePolicy>(3);
+  EXPECT_EQ(database().prepare(RayQueryOptions{.name = "r", .capacity = 1, .late = none}).error().message,
+            "query 'r' has the late policy 3, which is none of the enumerators");
+  EXPECT_EQ(database().prepare(RegionQueryOptions{.name = "r", .capacity = 1, .late = none}).error().code,
+            ErrorCode::bad_input);
+  EXPECT_EQ(database().prepare(NearestQueryOptions{.name = "r", .capacity = 1, .late = none}).error().code,
+            ErrorCode::bad_input);
+  EXPECT_EQ(database().prepare(OverlapQueryOptions{.name = "r", .capacity = 1, .late = none}).error().code,
+            ErrorCode::bad_input);
+}
+
+}  // namespace
+}  // namespace rtstdb::test
