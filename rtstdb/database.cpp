@@ -54,6 +54,10 @@ Result<void> check_options(const DatabaseOptions& options) {
     return Error{ErrorCode::bad_input,
                  "chunk is " + std::to_string(options.chunk.count()) + " ns; 0 and more are possible"};
   }
+  if (options.spin < Nanoseconds(0)) {
+    return Error{ErrorCode::bad_input,
+                 "spin is " + std::to_string(options.spin.count()) + " ns; 0 and more are possible"};
+  }
   if (!(options.max_reserved_share > 0.0 && options.max_reserved_share <= 1.0)) {
     return Error{ErrorCode::bad_input, "max_reserved_share is " + std::to_string(options.max_reserved_share) +
                                            "; above 0 to 1 is possible"};
@@ -181,7 +185,8 @@ class DatabaseImpl final : public Database {
                  .queue_capacity = options.queue_capacity,
                  .chunk = options.chunk,
                  .thread_priority = options.thread_priority,
-                 .max_reserved_share = options.max_reserved_share},
+                 .max_reserved_share = options.max_reserved_share,
+                 .spin = options.spin},
                 *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_, std::move(log)) {}
 
   const DeviceInfo& device() const noexcept override { return device_->info(); }

@@ -37,6 +37,8 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
     : max_entities_(options.store.max_entities),
       chunk_(options.chunk),
       max_reserved_share_(options.max_reserved_share),
+      // Real-time threads that spin starve whom they wait for.
+      spin_(options.thread_priority > 0 ? Nanoseconds(0) : spin_where_possible(options.spin)),
       clock_(clock),
       store_(std::move(options.store)),
       latest_(store_.latest()),
@@ -109,6 +111,11 @@ void Engine::cancel(Transaction& transaction) noexcept {
 const Outcome& Engine::wait(Transaction& transaction) noexcept {
   auto& submitted = static_cast<TransactionImpl&>(transaction);
   RTSTDB_ASSERT(submitted.status() != Status::idle);
+  thread_local Spin spin;
+  const auto has_outcome = [&] { return submitted.status() != Status::pending; };
+  if (has_outcome()) return submitted.outcome();
+  if (spin_ > Nanoseconds(0) && !is_realtime_thread() && spin.until(spin_, has_outcome))
+    return submitted.outcome();
   submitted.wait();
   return submitted.outcome();
 }
@@ -216,6 +223,7 @@ bool Engine::work_once() noexcept {
 }
 
 void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
+  if (spin_before_sleep_.until(spin_, [&] { return bell_.load(std::memory_order_relaxed) != heard; })) return;
   asleep_.store(true, std::memory_order_seq_cst);
   futex_wait(bell_, heard);
   asleep_.store(false, std::memory_order_relaxed);

@@ -46,6 +46,7 @@
 #include "rtstdb/transaction/ready_queue.hpp"
 #include "rtstdb/transaction/reservations.hpp"
 #include "rtstdb/transaction/runner.hpp"
+#include "rtstdb/transaction/spin.hpp"
 #include "rtstdb/transaction/tally.hpp"
 #include "rtstdb/transaction/transaction_impl.hpp"
 
@@ -58,6 +59,7 @@ struct EngineOptions {
   /// SCHED_FIFO priority of the engine's thread, 0: ordinary. Where it is refused, degraded() says so.
   int thread_priority = 0;
   double max_reserved_share = 0.8;
+  Nanoseconds spin{0};  ///< see DatabaseOptions
 };
 
 class Engine final : private query::Meanwhile, private LogOwner {
@@ -185,6 +187,7 @@ class Engine final : private query::Meanwhile, private LogOwner {
   const std::uint32_t max_entities_;
   const Nanoseconds chunk_;
   const double max_reserved_share_;
+  const Nanoseconds spin_;  ///< zero: neither owners nor the engine do
   const Clock& clock_;
   Tally tally_;
   Accuracy accuracy_;
@@ -214,6 +217,7 @@ class Engine final : private query::Meanwhile, private LogOwner {
   std::uint32_t cancels_seen_ = 0;
   std::uint64_t arrivals_ = 0;
   std::uint32_t refused_in_a_row_ = 0;
+  Spin spin_before_sleep_;
 
   std::vector<std::string> degraded_;
   const std::unique_ptr<CommitLog> log_;

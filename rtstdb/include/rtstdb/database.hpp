@@ -49,6 +49,10 @@ struct DatabaseOptions {
   /// The share of each length of time that reservations may ask for together: above 0, at most 1. The rest is for what is
   /// measured too low, and for all others.
   double max_reserved_share = 0.8;
+  /// So long, at most, one who waits for an outcome looks for it before he sleeps, and the database's thread for work: where
+  /// the processors are idle a wake-up takes longer than a small transaction. Neither does it where it does not pay, on one
+  /// processor, or with real-time priority. Zero: never.
+  Nanoseconds spin{30'000};
   /// The deadline clock; null: CLOCK_MONOTONIC. Must outlive the database.
   const Clock* clock = nullptr;
   /// SCHED_FIFO priority of the database's thread, 0: ordinary. The driver's threads, which do the computing

@@ -1,0 +1,47 @@
+#include "rtstdb/transaction/spin.hpp"
+
+#include <sched.h>
+
+#include <algorithm>
+#include <ctime>
+
+namespace rtstdb::transaction {
+
+Nanoseconds spin_where_possible(Nanoseconds wanted) noexcept {
+  cpu_set_t cpus;
+  CPU_ZERO(&cpus);
+  const bool known = sched_getaffinity(0, sizeof cpus, &cpus) == 0;
+  return known && CPU_COUNT(&cpus) < 2 ? Nanoseconds(0) : wanted;
+}
+
+bool is_realtime_thread() noexcept {
+  const int policy = sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
+  return policy == SCHED_FIFO || policy == SCHED_RR;
+}
+
+std::int64_t Spin::now_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+void Spin::pause() noexcept {
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  asm volatile("yield");
+#endif
+}
+
+bool Spin::pays() noexcept {
+  if (credit_ > 0) return true;
+  if (++left_out_ < try_again_after) return false;
+  left_out_ = 0;
+  return true;
+}
+
+void Spin::note(bool found) noexcept {
+  credit_ = found ? std::min(credit_ + gain, most_credit) : std::max(credit_ - 1, 0);
+}
+
+}  // namespace rtstdb::transaction

@@ -1,0 +1,49 @@
+#pragma once
+// Looking for a short while whether something has happened, before a thread goes to sleep: to be woken takes longer than
+// most transactions do. Only where the other can run meanwhile, and only as long as it pays.
+
+#include <cstdint>
+
+#include <rtstdb/time.hpp>
+
+namespace rtstdb::transaction {
+
+/// How long threads of this process may spin: `wanted`, or not at all where they have one processor only.
+Nanoseconds spin_where_possible(Nanoseconds wanted) noexcept;
+
+/// Whether the calling thread is scheduled in real time: it would keep those from running that it waits for.
+bool is_realtime_thread() noexcept;
+
+/// One thread's experience. After some spins in vain it is only tried now and then.
+class Spin {
+ public:
+  /// Until `happened` says yes: true; or for so long, or since it does not pay: false. Neither blocks nor allocates.
+  template <class Happened>
+  bool until(Nanoseconds most, Happened happened) noexcept {
+    if (most <= Nanoseconds(0) || !pays()) return happened();
+    const std::int64_t end_ns = now_ns() + most.count();
+    bool found = happened();
+    while (!found && now_ns() < end_ns) {
+      for (int k = 0; k < 16 && !found; ++k) {
+        pause();
+        found = happened();
+      }
+    }
+    note(found);
+    return found;
+  }
+
+ private:
+  static std::int64_t now_ns() noexcept;
+  static void pause() noexcept;
+  bool pays() noexcept;
+  void note(bool found) noexcept;
+
+  static constexpr int most_credit = 32;
+  static constexpr int gain = 4;
+  static constexpr int try_again_after = 64;
+  int credit_ = gain;
+  int left_out_ = 0;
+};
+
+}  // namespace rtstdb::transaction

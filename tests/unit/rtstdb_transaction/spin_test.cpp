@@ -1,0 +1,93 @@
+// Looking before sleeping: bounded, given up where it does not pay, and off where it could starve others.
+
+#include "rtstdb/transaction/spin.hpp"
+
+#include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
+
+#include <thread>
+
+#include "simulated.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(Spin, LooksUntilItHasHappened) {
+  Spin spin;
+  int looks = 0;
+  EXPECT_TRUE(spin.until(10s, [&] { return ++looks == 1000; }));
+  EXPECT_EQ(looks, 1000);
+  EXPECT_FALSE(spin.until(0ns, [] { return false; }));
+  EXPECT_TRUE(spin.until(0ns, [] { return true; })) << "one look is always taken";
+}
+
+TEST(Spin, IsGivenUpWhereItIsInVain) {
+  Spin spin;
+  int spun = 0;
+  for (int k = 0; k < 1000; ++k) {
+    int looks = 0;
+    spin.until(100us, [&] {
+      ++looks;
+      return false;
+    });
+    spun += looks > 1;
+  }
+  EXPECT_GE(spun, 10) << "it is tried again";
+  EXPECT_LE(spun, 40);
+  for (int k = 0; k < 200; ++k)
+    spin.until(10s, [] { return true; });
+  int looks = 0;
+  EXPECT_TRUE(spin.until(10s, [&] { return ++looks == 100; })) << "and pays again";
+}
+
+TEST(Spin, IsOffOnOneProcessor) {
+  // In a thread of its own: its affinity ends with it.
+  std::thread([] {
+    cpu_set_t before;
+    ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
+    EXPECT_EQ(spin_where_possible(5us), CPU_COUNT(&before) < 2 ? 0us : 5us);
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(sched_getcpu(), &one);
+    ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+    EXPECT_EQ(spin_where_possible(5us), 0us);
+  }).join();
+}
+
+TEST(Spin, RealTimeThreadsAreTold) {
+  std::thread([] {
+    EXPECT_FALSE(is_realtime_thread());
+    const sched_param parameters{.sched_priority = 1};
+    const bool permitted = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+    EXPECT_EQ(is_realtime_thread(), permitted);
+  }).join();
+}
+
+TEST(Spin, NothingIsLostBetweenLookingAndSleeping) {
+  EngineOptions options = engine_options();
+  options.spin = 20us;
+  World world(options);
+  const EntityId entity = world.create(0);
+  std::vector<std::thread> threads;
+  for (unsigned k = 0; k < 3; ++k) {
+    threads.emplace_back([&, k] {
+      const auto transaction = world.make();
+      for (unsigned round = 0; round < 2000; ++round) {
+        transaction->begin({});
+        transaction->update(entity, row_of(round));
+        EXPECT_EQ(world.execute(*transaction).status, Status::committed);
+        // Now shorter than the spin, now longer.
+        if (round % 64 == 0) std::this_thread::sleep_for(Nanoseconds(10'000 * (k + 1)));
+      }
+    });
+  }
+  for (std::thread& thread : threads)
+    thread.join();
+  EXPECT_EQ(world.engine.counts().committed, 3u * 2000u + 1u);
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test
