@@ -237,15 +237,15 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
       recorder.dispatch(pipeline, bindings, args, std::min(end - first, most_groups));
     }
   };
-  const std::uint32_t bound = written_ * slots_ + view.slot;
+  const std::uint32_t at = written_ * slots_ + view.slot;
   const bool still = still_ && view.window_begin == view.window_end;
   if (still)
-    in_pieces(still_, still_bindings_[bound], 1);
+    in_pieces(still_, still_bindings_[at], 1);
   else
-    in_pieces(search_, search_bindings_[bound], 1);
+    in_pieces(search_, search_bindings_[at], 1);
   if (!sign_) return;
   recorder.barrier();
-  in_pieces(sign_, sign_bindings_[bound], options_.k);
+  in_pieces(sign_, sign_bindings_[at], options_.k);
 }
 
 void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {

@@ -82,7 +82,9 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   const bool in_time = end <= deadline;
   if (breaks_none && (!firm || in_time || refused_in_a_row_ == refusals_before_one_is_let_in)) {
     transaction.promised = firm && in_time;
-    transaction.slack = deadline - end;
+    // What others may still take from it makes it later, and lets more of the reserved ones in.
+    const Nanoseconds reserved = firm ? reservations_.still_to_come(end, deadline) : Nanoseconds(0);
+    transaction.slack = std::max(deadline - end - reserved, Nanoseconds(0));
     take_from_slack(transaction);
     if (firm) refused_in_a_row_ = 0;
     return true;

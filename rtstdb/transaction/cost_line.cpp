@@ -13,6 +13,9 @@ constexpr double fading = 0.98;
 constexpr double above_fading = 0.99;
 constexpr double most_above = 4.0;
 
+/// The largest of some samples is not the largest there will be.
+constexpr double more_than_seen = 1.25;
+
 struct Line {
   double base_ns = 0.0, slope_ns = 0.0;
 };
@@ -49,6 +52,10 @@ double predict_ns(const query::CostSamples& samples, double count) noexcept {
   if (const auto line = fitted(samples)) return line->base_ns + line->slope_ns * count;
   const double more = samples.counts > 0.0 ? std::max(1.0, count * samples.weight / samples.counts) : 1.0;
   return samples.costs / samples.weight * more;
+}
+
+double promised_ns(const query::CostSamples& samples, double count) noexcept {
+  return predict_ns(samples, count) * (1.0 + more_than_seen * (samples.above - 1.0));
 }
 
 double per_element_ns(const query::CostSamples& samples, double count) noexcept {

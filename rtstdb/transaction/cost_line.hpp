@@ -10,6 +10,8 @@ void learn(query::CostSamples& samples, double count, double cost_ns) noexcept;
 /// Zero before the first sample. Where only one count was ever seen, more is taken to cost in proportion and less to cost
 /// the same.
 double predict_ns(const query::CostSamples& samples, double count) noexcept;
+/// With as much more as the last samples lay above their line, and a quarter of that.
+double promised_ns(const query::CostSamples& samples, double count) noexcept;
 /// What one more costs, where there are so many; zero before the first sample.
 double per_element_ns(const query::CostSamples& samples, double count) noexcept;
 

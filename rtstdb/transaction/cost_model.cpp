@@ -24,10 +24,10 @@ double positions_of(const store::WriteSet& writes) noexcept {
 class Sum {
  public:
   void add(const query::CostSamples& samples, double count, bool is_needed = true) noexcept {
-    const double cost_ns = predict_ns(samples, count);
-    mean_ns_ += cost_ns;
-    promised_ns_ += cost_ns * samples.above;
-    if (is_needed) needed_ns_ += cost_ns * samples.above;
+    const double promised = promised_ns(samples, count);
+    mean_ns_ += predict_ns(samples, count);
+    promised_ns_ += promised;
+    if (is_needed) needed_ns_ += promised;
   }
   Prediction prediction() const noexcept {
     return {Nanoseconds(std::llround(mean_ns_)), Nanoseconds(std::llround(promised_ns_)),
@@ -82,13 +82,11 @@ query::StructureWork CostModel::expected(const store::WriteSet& writes,
 }
 
 CostModel::Pieces CostModel::longest_pieces() const noexcept {
-  const auto cost_ns = [](const query::CostSamples& samples, double count) {
-    return predict_ns(samples, count) * samples.above;
-  };
-  const double trees_ns = std::max(cost_ns(builds_, entities_), cost_ns(refits_, most_refitted_rows_));
-  return {.structures = Nanoseconds(std::llround(trees_ns + cost_ns(shapes_, most_shapes_))),
-          .commit =
-              Nanoseconds(std::llround(cost_ns(writes_, most_rows_) + cost_ns(positions_, most_positions_)))};
+  const double trees_ns =
+      std::max(promised_ns(builds_, entities_), promised_ns(refits_, most_refitted_rows_));
+  return {.structures = Nanoseconds(std::llround(trees_ns + promised_ns(shapes_, most_shapes_))),
+          .commit = Nanoseconds(
+              std::llround(promised_ns(writes_, most_rows_) + promised_ns(positions_, most_positions_)))};
 }
 
 std::uint32_t CostModel::elements_in(const query::Request& request, Nanoseconds time) const noexcept {

@@ -19,7 +19,7 @@ namespace rtstdb::transaction {
 
 struct Prediction {
   Nanoseconds mean{0};
-  Nanoseconds promised{0};  ///< with as much more as the last samples lay above their means
+  Nanoseconds promised{0};  ///< see cost_line.hpp
   Nanoseconds needed{0};    ///< of that, what remains where queries whose answers may be partial get none
 };
 

@@ -90,7 +90,7 @@ ReservationImpl::~ReservationImpl() {
 
 ReservationCounts ReservationImpl::counts() const {
   const auto read = [](const Counter& counter) { return counter.load(std::memory_order_relaxed); };
-  return {.name = options_.name,
+  return {.options = options_,
           .transactions = read(transactions_),
           .kept = read(kept_),
           .broken = read(broken_),

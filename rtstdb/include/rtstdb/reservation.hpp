@@ -38,7 +38,7 @@ struct ReservationOptions {
 /// Each transaction that named the reservation and has its outcome is counted in `transactions`, and in one of the others
 /// unless it came to nothing for a reason of its own (conflict, bad input, cancelled, device lost).
 struct ReservationCounts {
-  std::string name;
+  ReservationOptions options;
   std::uint64_t transactions = 0;
   std::uint64_t kept = 0;    ///< done by when they were due
   std::uint64_t broken = 0;  ///< kept to their reservation and were not done by when they were due
