@@ -245,7 +245,8 @@ Writer::Step Writer::step(std::int64_t real_time_ns) {
 ClockTime Writer::wake_at() const noexcept {
   ClockTime at = ClockTime::max();
   if (!group_.empty()) at = std::min(at, std::max(retry_.at(), last_flush_ + options_.flush_interval));
-  if (waits_for_checkpoint_ && !checkpointer_.under_way()) at = std::min(at, checkpointer_.retry_at());
+  if (waits_for_checkpoint_ && segment_ != nullptr && !checkpointer_.under_way())
+    at = std::min(at, checkpointer_.retry_at());
   return at;
 }
 

@@ -40,8 +40,8 @@ void CommitLog::run_thread() noexcept {
 void CommitLog::nap(LogBell::Heard heard, ClockTime wake_at) noexcept {
   const bool looks = world_copy_.under_way() || in_gap_.load(std::memory_order_acquire);
   if (wake_at == ClockTime::max() && !looks) return bell_.sleep(heard);
-  const Nanoseconds left = wake_at == ClockTime::max() ? look_again_after : wake_at - clock_.now();
-  bell_.doze(heard, looks || left <= Nanoseconds(0) ? look_again_after : left);
+  const ClockTime now = clock_.now();
+  bell_.doze(heard, looks || wake_at <= now ? look_again_after : wake_at - now);
 }
 
 void CommitLog::tell_progress() noexcept {

@@ -26,6 +26,7 @@ Status Runner::write_through(TransactionImpl& transaction, const Running& runnin
   if (!on_disk || !published_in_time(transaction, running)) {
     store_.discard();
     outcome.in_doubt = !log_->take_back(version.version());
+    if (outcome.in_doubt) outcome.version = version.version();
     if (on_disk) return Status::missed;
     outcome.refused_by = RefusedBy::log_fault;
     return Status::refused;

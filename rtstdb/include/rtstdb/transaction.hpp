@@ -134,7 +134,7 @@ struct Outcome {
   bool truncated = false;    ///< at least one answer is incomplete or overflowed, also when late
   bool partial = false;      ///< LatePolicy::partial: some elements were answered by the deadline, others not
   bool stale = false;        ///< not done, and LatePolicy::last_good: a query has its answers of before
-  Version version = 0;       ///< the version made, or read
+  Version version = 0;       ///< the version made, or read; in doubt: that may stand
   WorldTime version_time{};  ///< from when that version holds
   // Five timestamps on the deadline clock; zero where the transaction did not get that far.
   ClockTime submitted{}, admitted{}, started{}, computed{}, published{};

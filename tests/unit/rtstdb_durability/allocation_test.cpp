@@ -1,0 +1,49 @@
+// With a log, too, the tick's calls allocate nothing: neither the client's thread nor the engine's.
+
+#include <algorithm>
+
+#include "life.hpp"
+#include "tests/support/allocation_guard.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+class AllocationWithALog : public testing::TestWithParam<DurabilityMode> {};
+
+INSTANTIATE_TEST_SUITE_P(Durability, AllocationWithALog,
+                         every_mode(), mode_name);
+
+TEST_P(AllocationWithALog, TicksAllocateNothing) {
+  LifeOptions options;
+  options.mode = GetParam();
+  options.ring_bytes = 4096;  // async fills it, and leaves gaps
+  options.checkpoint_every_bytes = 20'000;
+  SimulatedDisk disk(1);
+  Life life(disk, options);
+  const auto transaction = life.make();
+  transaction->begin({});
+  const std::uint32_t created = transaction->create(body(1));
+  ASSERT_TRUE(life.execute(*transaction).done());
+  const EntityId id = transaction->created(created);
+  hil::allocation_guard::reset();
+  life.engine.call([] { hil::allocation_guard::enter_tick(); });
+  hil::allocation_guard::enter_tick();
+  std::uint32_t done = 0;
+  for (std::uint32_t k = 0; k < 2000 / one_in; ++k) {
+    transaction->begin(terms(DeadlineClass::firm, life.clock.peek() + Nanoseconds(1'000'000)));
+    for (std::uint32_t write = 0; write < 4; ++write)
+      transaction->update(id, body(k));
+    const Outcome& outcome = life.execute(*transaction);
+    if (outcome.done()) ++done;
+    static_cast<void>(life.log().durable());
+  }
+  hil::allocation_guard::leave_tick();
+  life.engine.call([] { hil::allocation_guard::leave_tick(); });
+  EXPECT_EQ(hil::allocation_guard::seen().total(), 0u);
+  EXPECT_GT(done, 100u);
+  EXPECT_GT(life.log().state().groups, 0u);
+  EXPECT_GE(life.log().state().checkpoints, one_in == 1 ? 1u : 0u);
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test

@@ -1,0 +1,143 @@
+// A disk that takes long: async goes on and leaves a gap, group and sync refuse when there is no room; behind it everything is whole.
+
+#include "life.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+class FullRing : public testing::Test {
+ protected:
+  LifeOptions options(DurabilityMode mode) const {
+    LifeOptions options;
+    options.mode = mode;
+    options.ring_bytes = 4096;
+    options.checkpoint_every_bytes = 0;
+    return options;
+  }
+  SimulatedDisk disk_{5};
+  std::mt19937_64 random_{5};
+  Model model_;
+};
+
+TEST_F(FullRing, AsyncGoesOnAndIsWholeBehindTheGap) {
+  Version gap_begins_after = 0;
+  {
+    Life life(disk_, options(DurabilityMode::async));
+    DiskGate gate(disk_, DiskCall::sync);
+    gate.close();
+    ASSERT_TRUE(life.commit(model_, random_).done());
+    gate.wait_until_somebody_stands_there();
+    for (int k = 0; k < 500; ++k)
+      ASSERT_TRUE(life.commit(model_, random_).done());
+    Durability state = life.log().state();
+    EXPECT_GT(state.commits_in_gaps, 300u);
+    EXPECT_GT(state.ring_high_water, 3500u);
+    EXPECT_EQ(state.ring_bytes, 4096u);
+    EXPECT_EQ(state.durable, 0u);
+    // What a crash would leave now is a state from before the gap.
+    SimulatedDisk crashed(1);
+    crashed.set_contents(disk_.contents());
+    const auto recovered = log::recover(crashed);
+    ASSERT_TRUE(recovered.ok());
+    EXPECT_TRUE(model_.knows(recovered.value().world.latest.version));
+    gap_begins_after = recovered.value().world.latest.version;
+    gate.open();
+    EXPECT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time))
+        << life.log().state().last_fault;
+    state = life.log().state();
+    EXPECT_EQ(state.gaps, 1u);
+    EXPECT_GE(state.checkpoints, 1u);
+    EXPECT_FALSE(state.waits_for_checkpoint);
+    ASSERT_TRUE(life.commit(model_, random_).done());
+    life.engine.close();
+    EXPECT_TRUE(life.log().close().ok());
+  }
+  Life life(disk_, options(DurabilityMode::async));
+  EXPECT_GT(life.log().recovery().checkpoint, gap_begins_after);
+  EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+}
+
+TEST_F(FullRing, AsyncClosesWholeWithinAGap) {
+  {
+    Life life(disk_, options(DurabilityMode::async));
+    DiskGate gate(disk_, DiskCall::sync);
+    gate.close();
+    ASSERT_TRUE(life.commit(model_, random_).done());
+    gate.wait_until_somebody_stands_there();
+    for (int k = 0; k < 100; ++k)
+      ASSERT_TRUE(life.commit(model_, random_).done());
+    EXPECT_GT(life.log().state().commits_in_gaps, 0u);
+    gate.open();
+    life.engine.close();
+    EXPECT_TRUE(life.log().close().ok());
+    EXPECT_EQ(life.log().durable(), life.engine.latest().version);
+  }
+  Life life(disk_, options(DurabilityMode::async));
+  EXPECT_TRUE(life.log().recovery().closed) << life.log().recovery().in_words;
+  EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+}
+
+TEST_F(FullRing, GroupRefusesAtOnceAndKeepsWhatItPromised) {
+  {
+    Life life(disk_, options(DurabilityMode::group));
+    const auto creator = life.make();
+    creator->begin({});
+    creator->create(body(1));
+    ASSERT_TRUE(life.execute(*creator).done());
+    const EntityId id = creator->created(0);
+    DiskGate gate(disk_, DiskCall::sync);
+    gate.close();
+    std::vector<std::unique_ptr<Transaction>> held;
+    bool refused = false;
+    for (std::uint32_t k = 0; k < 200 && !refused; ++k) {
+      held.push_back(life.make());
+      held.back()->begin({});
+      held.back()->update(id, body(100 + k));
+      life.engine.submit(*held.back());
+      if (k == 0) gate.wait_until_somebody_stands_there();
+      // Whoever is held is published all the same.
+      while (held.back()->status() == Status::pending && life.engine.latest().version < k + 2)
+        std::this_thread::yield();
+      if (held.back()->status() == Status::pending) continue;
+      refused = true;
+      EXPECT_EQ(held.back()->outcome().refused_by, RefusedBy::log_full);
+      EXPECT_NE(describe(held.back()->outcome()).find("no room"), std::string::npos);
+      // Reading goes on.
+      creator->begin({});
+      creator->read(id);
+      EXPECT_TRUE(life.execute(*creator).done());
+      EXPECT_EQ(creator->state(0)->row.material, 100 + k - 1);
+    }
+    EXPECT_TRUE(refused);
+    held.pop_back();
+    EXPECT_GT(held.size(), 3u);
+    for (const auto& transaction : held)
+      EXPECT_EQ(transaction->status(), Status::pending);
+    gate.open();
+    for (const auto& transaction : held) {
+      EXPECT_TRUE(life.engine.wait(*transaction).durable);
+      EXPECT_LE(transaction->outcome().version, life.log().durable());
+    }
+    EXPECT_EQ(life.log().state().commits_in_gaps, 0u);
+    creator->begin({});
+    creator->update(id, body(7));
+    EXPECT_TRUE(life.execute(*creator).durable) << describe(creator->outcome());
+  }
+  disk_.crash();
+  Life life(disk_, options(DurabilityMode::group));
+  EXPECT_EQ(life.image()[0].material, 7u);
+}
+
+TEST_F(FullRing, ARecordThatNeverFitsIsRefusedWhereItIsPromised) {
+  Life life(disk_, options(DurabilityMode::sync));
+  const auto large = life.engine.make_transaction(room_for(30, 0, 0));
+  large->begin({});
+  const std::uint32_t first = large->create(body(1));
+  for (std::uint32_t k = 0; k < 29; ++k)
+    large->update({first, 1}, body(k));
+  EXPECT_EQ(life.execute(*large).refused_by, RefusedBy::log_full);
+  ASSERT_TRUE(life.commit(model_, random_).durable);
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test

@@ -1,0 +1,94 @@
+// Group mode: commits that come while the disk is busy share the next group, and the engine goes on meanwhile.
+
+#include <thread>
+
+#include "life.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+LifeOptions group_mode() {
+  LifeOptions options;
+  options.mode = DurabilityMode::group;
+  options.checkpoint_every_bytes = 0;
+  return options;
+}
+
+TEST(Group, CommitsOfSeveralClientsShareOneWrite) {
+  SimulatedDisk disk(1);
+  Life life(disk, group_mode());
+  DiskGate gate(disk, DiskCall::sync);
+  gate.close();
+  const auto first = life.make();
+  first->begin({});
+  first->create(body(1));
+  life.engine.submit(*first);
+  gate.wait_until_somebody_stands_there();
+  const std::uint64_t groups = life.log().state().groups;
+  constexpr std::uint32_t clients = 8;
+  std::vector<std::thread> threads;
+  std::vector<Outcome> outcomes(clients);
+  for (std::uint32_t k = 0; k < clients; ++k)
+    threads.emplace_back([&, k] {
+      const auto transaction = life.make();
+      transaction->begin({});
+      transaction->create(body(2 + k));
+      outcomes[k] = life.execute(*transaction);
+    });
+  // All are published while the disk is busy: the engine waits for nobody.
+  while (life.engine.latest().version < 1 + clients)
+    std::this_thread::yield();
+  EXPECT_EQ(first->status(), Status::pending);
+  EXPECT_EQ(life.log().durable(), 0u);
+  gate.open();
+  for (std::thread& thread : threads)
+    thread.join();
+  EXPECT_TRUE(life.engine.wait(*first).durable);
+  for (const Outcome& outcome : outcomes) {
+    EXPECT_EQ(outcome.status, Status::committed);
+    EXPECT_TRUE(outcome.durable);
+  }
+  EXPECT_EQ(life.log().state().groups, groups + 2);
+  EXPECT_EQ(life.engine.counts().committed, 1 + clients);
+}
+
+TEST(Group, CancellingWhatIsHeldChangesNothing) {
+  SimulatedDisk disk(1);
+  Life life(disk, group_mode());
+  DiskGate gate(disk, DiskCall::sync);
+  gate.close();
+  const auto transaction = life.make();
+  transaction->begin({});
+  transaction->create(body(1));
+  life.engine.submit(*transaction);
+  gate.wait_until_somebody_stands_there();
+  life.engine.cancel(*transaction);
+  gate.open();
+  EXPECT_EQ(life.engine.wait(*transaction).status, Status::committed);
+  EXPECT_TRUE(transaction->outcome().durable);
+  EXPECT_EQ(life.image()[0].material, 1u);
+}
+
+/// A deadline is about publishing: what the disk takes beyond it makes nothing late.
+TEST(Group, TheDiskMakesNothingLate) {
+  SimulatedDisk disk(1);
+  Life life(disk, group_mode());
+  disk.before_each([&](DiskCall call) {
+    if (call == DiskCall::sync) life.clock.advance(Nanoseconds(5'000'000));
+  });
+  const auto transaction = life.make();
+  const ClockTime deadline = life.clock.peek() + Nanoseconds(1'000'000);
+  transaction->begin(terms(DeadlineClass::firm, deadline));
+  transaction->create(body(1));
+  const Outcome& outcome = life.execute(*transaction);
+  EXPECT_EQ(outcome.status, Status::committed);
+  EXPECT_LE(outcome.published, deadline);
+  EXPECT_GT(outcome.durable_at, deadline);
+  EXPECT_EQ(life.engine.counts().firm_late_commits, 0u);
+  EXPECT_EQ(life.engine.counts().firm_handed_over_late, 0u);
+  life.engine.close();
+  disk.before_each(nullptr);
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test

@@ -1,0 +1,199 @@
+#pragma once
+// Databases, one life after the other, on one simulated disk: an engine with its log, what it does by a seed, and a model that
+// remembers what every version was.
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "../rtstdb_transaction/simulated.hpp"
+#include "rtstdb/transaction/commit_log.hpp"
+#include "tests/support/simulated_disk.hpp"
+
+namespace rtstdb::transaction::test {
+
+using hil::test::SimulatedDisk;
+using log::DiskCall;
+
+/// Sanitizers are slow: they do one in so many of what is done over and over.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr int one_in = 8;
+#else
+inline constexpr int one_in = 1;
+#endif
+
+/// For what has to happen at last.
+inline constexpr Nanoseconds long_time{60'000'000'000};
+
+/// For tests of each mode that has a log.
+inline auto every_mode() {
+  return testing::Values(DurabilityMode::async, DurabilityMode::group, DurabilityMode::sync);
+}
+inline std::string mode_name(const testing::TestParamInfo<DurabilityMode>& mode) {
+  return to_string(mode.param);
+}
+
+/// What the world is, to a test: by index who lives there, and what was written last.
+struct Slot {
+  std::uint32_t generation = 0;  ///< the last that was given
+  bool lives = false;
+  std::uint32_t material = 0;
+  Version written_by = 0;
+  bool operator==(const Slot&) const = default;
+};
+using Image = std::vector<Slot>;
+
+/// Without what a snapshot does not tell: the generations of those who are gone.
+inline Image living(Image image) {
+  for (Slot& slot : image)
+    if (!slot.lives) slot = {};
+  return image;
+}
+
+inline std::string in_words(const Image& image) {
+  std::string text;
+  for (std::size_t k = 0; k < image.size(); ++k) {
+    if (!image[k].lives) continue;
+    text += std::to_string(k) + "/" + std::to_string(image[k].generation) + "=" +
+            std::to_string(image[k].material) + "@" + std::to_string(image[k].written_by) + " ";
+  }
+  return text;
+}
+
+/// A row without geometry.
+inline EntityRow body(std::uint32_t material) {
+  EntityRow row;
+  row.material = material;
+  return row;
+}
+
+/// Knows of every version what it was, without asking the database.
+class Model {
+ public:
+  static constexpr std::uint32_t room = 24;
+
+  /// Declares a random transaction: one to three writes.
+  void declare(Transaction& transaction, std::mt19937_64& random);
+  /// What was declared has become that version, or may have: then the world goes on as if it had not.
+  void is_done(Version version);
+  void may_be_done(Version version);
+  /// The database was opened again at that version.
+  void go_on_at(Version version);
+
+  const Image& now() const { return now_; }
+  bool knows(Version version) const { return images_.contains(version); }
+  const Image& image(Version version) const { return images_.at(version); }
+  /// The newest that is certain, of those up to a version.
+  Version newest_up_to(Version version) const {
+    Version newest = 0;
+    for (const auto& [number, certain] : certain_)
+      if (number <= version && certain) newest = number;
+    return newest;
+  }
+
+ private:
+  struct Op {
+    enum class Kind : std::uint8_t { create, update, remove } kind = Kind::create;
+    std::uint32_t index = 0, material = 0;
+  };
+  Image after(Version version) const;
+
+  std::uint32_t materials_ = 0;
+  Image now_ = Image(room);
+  std::vector<Op> declared_;
+  std::map<Version, Image> images_{{0, Image(room)}};
+  std::map<Version, bool> certain_{{0, true}};
+};
+
+struct LifeOptions {
+  DurabilityMode mode = DurabilityMode::async;
+  std::size_t ring_bytes = std::size_t{1} << 16;
+  std::uint64_t segment_bytes = std::uint64_t{32} << 10;
+  std::uint64_t checkpoint_every_bytes = std::uint64_t{8} << 10;
+  Nanoseconds flush_interval{1'000'000};
+  std::uint32_t retained_changes = 256;
+};
+
+inline CommitLogOptions log_options(const LifeOptions& options) {
+  CommitLogOptions made;
+  made.durability.mode = options.mode;
+  made.durability.ring_bytes = options.ring_bytes;
+  made.durability.segment_bytes = options.segment_bytes;
+  made.durability.checkpoint_every_bytes = options.checkpoint_every_bytes;
+  made.durability.flush_interval = options.flush_interval;
+  made.max_entities = Model::room;
+  return made;
+}
+
+/// The disk outlives the log.
+inline Result<std::unique_ptr<CommitLog>> open_log(SimulatedDisk& disk, const CommitLogOptions& options) {
+  return CommitLog::open(std::shared_ptr<log::Disk>(std::shared_ptr<void>(), &disk), options);
+}
+
+inline EngineOptions engine_options_for(const LifeOptions& options) {
+  EngineOptions made = engine_options(64, Model::room, options.retained_changes);
+  made.store.geometry_known = [](GeometryId id) { return !id.valid() || id.index == 0; };
+  return made;
+}
+
+/// One engine with its log, from open to close.
+class Life {
+ public:
+  /// The disk lets it be opened (else it ends the test).
+  Life(SimulatedDisk& disk, const LifeOptions& options)
+      : Life(std::move(open_log(disk, log_options(options))).value(), options) {}
+  Life(std::unique_ptr<CommitLog> log, const LifeOptions& options)
+      : engine(engine_options_for(options), executor, clock, std::move(log)) {}
+
+  std::unique_ptr<Transaction> make() { return engine.make_transaction(room_for(4, 2, 1)); }
+  const Outcome& execute(Transaction& transaction) {
+    engine.submit(transaction);
+    return engine.wait(transaction);
+  }
+  /// One random transaction, and what has become of it, told to the model.
+  const Outcome& commit(Model& model, std::mt19937_64& random, const Terms& given = {});
+  CommitLog& log() { return *engine.log(); }
+  Image image();
+
+  SimulatedClock clock;
+  SimulatedExecutor executor;
+  Engine engine;
+
+ private:
+  std::unique_ptr<Transaction> transaction_ = make();
+};
+
+/// Holds whoever calls the disk with one kind of call, until it is opened.
+class DiskGate {
+ public:
+  DiskGate(SimulatedDisk& disk, DiskCall call) {
+    disk.before_each([this, call](DiskCall made) {
+      if (made == call && closed_.load()) {
+        stands_.store(true);
+        stands_.notify_all();
+        closed_.wait(true);
+      }
+    });
+  }
+  ~DiskGate() { open(); }
+  DiskGate(const DiskGate&) = delete;
+  DiskGate& operator=(const DiskGate&) = delete;
+
+  void close() { closed_.store(true); }
+  void wait_until_somebody_stands_there() { stands_.wait(false); }
+  void open() {
+    closed_.store(false);
+    closed_.notify_all();
+  }
+
+ private:
+  std::atomic<bool> closed_{false}, stands_{false};
+};
+
+}  // namespace rtstdb::transaction::test

@@ -1,0 +1,110 @@
+// What is refused when a log is opened, and geometry that comes back.
+
+#include "life.hpp"
+#include "rtstdb/log/directory.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+class OpenALog : public testing::Test {
+ protected:
+  void commit_some(int count) {
+    Life life(disk_, {});
+    for (int k = 0; k < count; ++k)
+      ASSERT_TRUE(life.commit(model_, random_).done());
+    ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+  }
+  SimulatedDisk disk_{9};
+  std::mt19937_64 random_{9};
+  Model model_;
+};
+
+TEST_F(OpenALog, OneDatabaseHasIt) {
+  Life life(disk_, {});
+  const auto second = open_log(disk_, log_options({}));
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, ErrorCode::file);
+  EXPECT_EQ(second.error().message, "another database has this log open");
+}
+
+TEST_F(OpenALog, RefusesAWorldThatDoesNotFit) {
+  commit_some(30);
+  CommitLogOptions options = log_options({});
+  options.max_entities = 1;
+  const auto opened = open_log(disk_, options);
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::capacity);
+  EXPECT_NE(opened.error().message.find("there is room for 1"), std::string::npos) << opened.error().message;
+}
+
+TEST_F(OpenALog, RefusesDamageAndSalvages) {
+  commit_some(60);
+  auto contents = disk_.contents();
+  std::erase_if(contents, [](const auto& file) { return file.first.starts_with("checkpoint."); });
+  auto& segment = contents.at(log::segment_name(1));
+  segment[1024 + 100] ^= std::byte{1};
+  disk_.set_contents(contents);
+  const auto refused = open_log(disk_, log_options({}));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("segment.0000000001"), std::string::npos) << refused.error().message;
+  CommitLogOptions options = log_options({});
+  options.durability.salvage = true;
+  auto salvaged = open_log(disk_, options);
+  ASSERT_TRUE(salvaged.ok()) << salvaged.error().message;
+  EXPECT_TRUE(salvaged.value()->recovery().salvaged);
+  const Version version = salvaged.value()->recovery().version;
+  ASSERT_TRUE(model_.knows(version));
+  model_.go_on_at(version);
+  Life life(std::move(salvaged).value(), {});
+  EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+  ASSERT_TRUE(life.commit(model_, random_).done());
+  EXPECT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+}
+
+TEST_F(OpenALog, EveryRefusalOfTheDiskIsAnError) {
+  commit_some(20);
+  const auto contents = disk_.contents();
+  for (std::uint64_t call = 0;; ++call) {
+    SimulatedDisk disk(call + 1);
+    disk.set_contents(contents);
+    disk.fail_call(call, EIO);
+    const auto opened = open_log(disk, log_options({}));
+    if (disk.calls() <= call) break;
+    if (opened.ok()) continue;  // removing what was not finished
+    EXPECT_EQ(opened.error().code, ErrorCode::file);
+    EXPECT_NE(opened.error().message.find("Input/output error"), std::string::npos) << opened.error().message;
+  }
+}
+
+TEST_F(OpenALog, ShapesComeBack) {
+  const TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
+  GeometryOptions deforms;
+  deforms.deforms = true;
+  const auto positions = [&](float x) { return std::vector<glm::vec3>(mesh.positions_m.size(), glm::vec3(x)); };
+  const std::size_t count = mesh.positions_m.size();
+  for (int lives = 0; lives < 3; ++lives) {
+    Life life(disk_, {.checkpoint_every_bytes = lives == 1 ? 1u : 0u});
+    if (lives == 0) {
+      auto geometry = life.log().write_geometry(mesh, "soft", deforms);
+      ASSERT_TRUE(geometry.ok());
+      life.engine.call([&] {
+        geometry.value().id = {0};
+        life.engine.keep_shapes({0}, store::ShapeHistory::make(mesh.positions_m, deforms.kept_shapes));
+        life.log().record_geometry(geometry.value(), count);
+      });
+    } else {
+      EXPECT_EQ(life.engine.shape({0}, count, ReadAt::latest()).value()[0].x, static_cast<float>(lives));
+    }
+    const auto transaction = life.engine.make_transaction(
+        {.max_geometry_updates = 1, .max_positions = static_cast<std::uint32_t>(count)});
+    for (int k = 0; k < 3; ++k) {
+      transaction->begin({});
+      transaction->update_geometry({0}, positions(static_cast<float>(lives + 1)));
+      ASSERT_TRUE(life.execute(*transaction).done()) << describe(transaction->outcome());
+      ASSERT_TRUE(life.log().wait_until_durable(transaction->outcome().version, long_time));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test
