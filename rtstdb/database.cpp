@@ -4,6 +4,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <functional>
 #include <mutex>
 #include <new>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "rtstdb/geometry/row_check.hpp"
 #include "rtstdb/gpu/device.hpp"
 #include "rtstdb/log/posix_disk.hpp"
+#include "rtstdb/open_past.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
 #include "rtstdb/query/nearest_query.hpp"
 #include "rtstdb/query/overlap_query.hpp"
@@ -66,7 +68,9 @@ Result<void> check_options(const DatabaseOptions& options) {
 }
 
 Result<void> check_options(const DurabilityOptions& options) {
-  const auto refuse = [](const std::string& what) { return Error{ErrorCode::bad_input, "durability: " + what}; };
+  const auto refuse = [](const std::string& what) {
+    return Error{ErrorCode::bad_input, "durability: " + what};
+  };
   const std::string mode = to_string(options.mode);
   if (options.directory.empty()) {
     if (options.mode == DurabilityMode::group || options.mode == DurabilityMode::sync)
@@ -80,8 +84,7 @@ Result<void> check_options(const DurabilityOptions& options) {
                   " ns; 0 and more are possible");
   if (options.ring_bytes < min_ring_bytes || options.ring_bytes > max_ring_bytes)
     return refuse("ring_bytes is " + std::to_string(options.ring_bytes) + "; " +
-                  std::to_string(min_ring_bytes) + " to " + std::to_string(max_ring_bytes) +
-                  " are possible");
+                  std::to_string(min_ring_bytes) + " to " + std::to_string(max_ring_bytes) + " are possible");
   if (options.segment_bytes < min_segment_bytes)
     return refuse("segment_bytes is " + std::to_string(options.segment_bytes) + "; " +
                   std::to_string(min_segment_bytes) + " and more are possible");
@@ -138,9 +141,10 @@ Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& 
   };
   auto disk = log::open_directory(directory);
   if (!disk) return with_place(disk.error().in_words());
-  auto opened = transaction::CommitLog::open(std::move(disk.value()), {.durability = options.durability,
-                                                                       .max_entities = options.max_entities,
-                                                                       .max_geometries = options.max_geometries});
+  auto opened =
+      transaction::CommitLog::open(std::move(disk.value()), {.durability = options.durability,
+                                                             .max_entities = options.max_entities,
+                                                             .max_geometries = options.max_geometries});
   if (!opened) return Error{opened.error().code, with_place(opened.error().message).message};
   return opened;
 }
@@ -152,14 +156,14 @@ struct Added {
   bool deforms = false;
 };
 
-/// Brings what the log told of to the device, in its order.
-Result<std::vector<Added>> add_recovered(const transaction::CommitLog* log, query::GpuExecutor& executor) {
+/// Brings what a log told of to the device, in its order.
+Result<std::vector<Added>> add_recovered(const log::World& world, query::GpuExecutor& executor) {
   std::vector<Added> known;
-  if (log == nullptr) return known;
-  for (const log::WorldGeometry& geometry : log->recovered_world().geometries) {
+  for (const log::WorldGeometry& geometry : world.geometries) {
     const auto& [id, name, options, file, checksum] = geometry.logged;
     auto added = executor.add_geometry(geometry.mesh, options);
-    if (!added) return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
+    if (!added)
+      return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
     RTSTDB_ASSERT(added.value() == id);
     known.push_back({geometry.mesh, name, options.deforms});
   }
@@ -171,13 +175,14 @@ constexpr Nanoseconds longest_wait_for_log{10'000'000'000};
 
 class DatabaseImpl final : public Database {
  public:
-  /// `known`: what the log told of, on the device already.
+  /// `known`: what the log told of, on the device already. `past`: see EngineOptions.
   DatabaseImpl(std::unique_ptr<gpu::Device> device, std::unique_ptr<query::GpuExecutor> executor,
                const DatabaseOptions& options, std::unique_ptr<transaction::CommitLog> log,
-               std::vector<Added> known)
+               std::vector<Added> known, std::function<void(store::Store&)> past)
       : device_(std::move(device)),
         executor_(std::move(executor)),
         meshes_(std::move(known)),
+        is_past_(static_cast<bool>(past)),
         engine_({.store = {.max_entities = options.max_entities,
                            .retained_changes = options.retained_changes,
                            .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); },
@@ -186,13 +191,15 @@ class DatabaseImpl final : public Database {
                  .chunk = options.chunk,
                  .thread_priority = options.thread_priority,
                  .max_reserved_share = options.max_reserved_share,
-                 .spin = options.spin},
+                 .spin = options.spin,
+                 .past = std::move(past)},
                 *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_, std::move(log)) {}
 
   const DeviceInfo& device() const noexcept override { return device_->info(); }
 
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name,
                                   const GeometryOptions& options) override {
+    if (is_past_) return named(name, {ErrorCode::bad_input, "nothing is written to the past"});
     if (auto valid = validate(mesh); !valid) return named(name, valid.error());
     if (auto valid = check_options(options); !valid) return named(name, valid.error());
     return unless_out_of_memory<GeometryId>(
@@ -228,7 +235,9 @@ class DatabaseImpl final : public Database {
   void cancel(Transaction& transaction) noexcept override { engine_.cancel(transaction); }
   VersionInfo latest() const noexcept override { return engine_.latest(); }
 
-  Version durable() const noexcept override { return engine_.log() != nullptr ? engine_.log()->durable() : 0; }
+  Version durable() const noexcept override {
+    return engine_.log() != nullptr ? engine_.log()->durable() : 0;
+  }
   bool wait_until_durable(Version version, Nanoseconds at_most) noexcept override {
     return engine_.log() != nullptr && engine_.log()->wait_until_durable(version, at_most);
   }
@@ -284,7 +293,8 @@ class DatabaseImpl final : public Database {
     const Durability log = durability();
     if (log.refused_by_disk) degraded.push_back("nothing becomes durable now: " + log.last_fault);
     if (log.commits_in_gaps != 0)
-      degraded.push_back(std::to_string(log.commits_in_gaps) + " commits were not recorded, since the disk was slower than they came");
+      degraded.push_back(std::to_string(log.commits_in_gaps) +
+                         " commits were not recorded, since the disk was slower than they came");
     return {.degraded = std::move(degraded),
             .validation_messages = device_->validation_messages(),
             .device_lost = device_->lost()};
@@ -354,19 +364,13 @@ class DatabaseImpl final : public Database {
   std::mutex adding_mutex_;
   mutable std::mutex meshes_mutex_;
   std::vector<Added> meshes_;  // by geometry index
+  const bool is_past_;
   const Recovery nothing_recovered_;
   mutable transaction::Engine engine_;
 };
 
-}  // namespace
-
-std::vector<DeviceInfo> Database::devices() {
-  return gpu::Device::list();
-}
-
-Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options) {
-  if (auto checked = check_options(options); !checked) return checked.error();
-  if (auto checked = check_options(options.durability); !checked) return checked.error();
+/// With a stretch of the past, or none.
+Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, log::Stretch* stretch) {
   return unless_out_of_memory<std::unique_ptr<Database>>(
       "the database", [&]() -> Result<std::unique_ptr<Database>> {
         const bool validation = options.validation == Validation::on ||
@@ -377,12 +381,35 @@ Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options)
         if (!executor) return executor.error();
         auto log = open_log(options);
         if (!log) return log.error();
-        auto known = add_recovered(log.value().get(), *executor.value());
+        const log::World* world = stretch != nullptr ? &stretch->begin : nullptr;
+        if (log.value() != nullptr) world = &log.value()->recovered_world();
+        auto known = world != nullptr ? add_recovered(*world, *executor.value())
+                                      : Result<std::vector<Added>>(std::vector<Added>());
         if (!known) return known.error();
-        auto database = std::make_unique<DatabaseImpl>(std::move(device).value(), std::move(executor).value(),
-                                                       options, std::move(log).value(), std::move(known).value());
+        std::function<void(store::Store&)> past;
+        if (stretch != nullptr) past = [stretch](store::Store& store) { live_through(*stretch, store); };
+        auto database =
+            std::make_unique<DatabaseImpl>(std::move(device).value(), std::move(executor).value(), options,
+                                           std::move(log).value(), std::move(known).value(), std::move(past));
         return std::unique_ptr<Database>(std::move(database));
       });
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> Database::devices() {
+  return gpu::Device::list();
+}
+
+Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options) {
+  if (auto checked = check_options(options); !checked) return checked.error();
+  if (auto checked = check_options(options.durability); !checked) return checked.error();
+  return open_with(options, nullptr);
+}
+
+Result<std::unique_ptr<Database>> open_past(const DatabaseOptions& options, log::Stretch stretch) {
+  if (auto checked = check_options(options); !checked) return checked.error();
+  return open_with(options, &stretch);
 }
 
 }  // namespace rtstdb

@@ -168,6 +168,7 @@ Result<Recovered> recover(Disk& disk, const RecoveryOptions& options) {
 
   auto from = begin_from_checkpoint(disk, options, recovered);
   if (!from) return from.error();
+  report.read_from = from.value();
   if (recovered.listing.segments.empty() && from.value().segment == 0 &&
       !recovered.listing.geometries.empty())
     return Error{ErrorCode::file, geometry_name(recovered.listing.geometries.front()) +

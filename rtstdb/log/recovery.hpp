@@ -30,6 +30,7 @@ struct RecoveryReport {
   std::uint64_t database_id = 0;  ///< 0: there is no database yet
   std::uint64_t checkpoint = 0;   ///< 0: from the empty world
   Version checkpoint_version = 0;
+  Position read_from;  ///< where reading of groups began
   /// Newer checkpoints that were not whole, in words.
   std::vector<std::string> damaged_checkpoints;
   ReadReport log;

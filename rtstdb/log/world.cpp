@@ -14,6 +14,16 @@ bool same(const LoggedGeometry& a, const LoggedGeometry& b) {
 
 }  // namespace
 
+void World::restore(store::Store& store) const {
+  for (const WorldGeometry& geometry : geometries) {
+    const GeometryOptions& options = geometry.logged.options;
+    if (options.deforms)
+      store.keep_shapes(geometry.logged.id, store::ShapeHistory::make(shape_of(geometry), options.kept_shapes,
+                                                                      geometry.shape_version));
+  }
+  store.restore(restored());
+}
+
 const char* World::apply(const store::WriteSet& set) {
   if (set.version <= latest.version) return "its version is not after the one before it";
   if (set.time < latest.time) return "its world time is before that of the version before it";

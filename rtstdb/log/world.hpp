@@ -38,8 +38,10 @@ class World {
   const char* add(const LoggedGeometry& geometry, TriangleMesh&& mesh);
   bool knows(GeometryId geometry) const noexcept { return geometry.index < geometries.size(); }
 
-  /// For Store::restore, and for Store::keep_shapes of geometry that deforms. Points into this.
+  /// For Store::restore, after Store::keep_shapes of geometry that deforms. Points into this.
   store::RestoredRows restored() const noexcept { return {latest, next_version, rows, generations}; }
+  /// Both of them.
+  void restore(store::Store& store) const;
   std::span<const glm::vec3> shape_of(const WorldGeometry& geometry) const noexcept {
     return geometry.positions_m.empty() ? std::span(geometry.mesh.positions_m)
                                         : std::span(geometry.positions_m);

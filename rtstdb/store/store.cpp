@@ -30,6 +30,11 @@ BadInput refusal(BadInputReason reason, double value = 0.0, double other_value =
   return fault;
 }
 
+EntityRow with_motion(EntityRow row, const Motion& motion) {
+  row.motion = motion;
+  return row;
+}
+
 BadInput time_out_of_limits(WorldTime time) {
   return refusal(BadInputReason::out_of_limits, seconds(time));
 }
@@ -98,6 +103,8 @@ bool Store::keeps_after(Version version, const WriteSet& set) const noexcept {
 std::variant<Snapshot, BadInput> Store::read(const ReadAt& read_at, ReadFor purpose) const noexcept {
   if (read_at.kind == ReadAt::Kind::latest) return latest_snapshot();
   const bool by_time = read_at.kind == ReadAt::Kind::time;
+  if (by_time && read_at.time >= ends_at_)
+    return refusal(BadInputReason::beyond_history, seconds(read_at.time), seconds(ends_at_));
   if (by_time ? read_at.time >= latest_.time : read_at.version == latest_.version) return latest_snapshot();
 
   const auto found = by_time ? versions_.at_time(read_at.time) : versions_.find(read_at.version);
@@ -203,6 +210,34 @@ std::optional<BadInput> Store::stage(WriteSet& set) noexcept {
   }
   progress_ = Progress::staged;
   return std::nullopt;
+}
+
+void Store::stage_again(WriteSet& set) noexcept {
+  RTSTDB_ASSERT(progress_ == Progress::none && !set.empty());
+  RTSTDB_ASSERT(set.version >= next_version_ && set.time >= latest_.time);
+  staged_ = &set;
+  for (std::size_t ordinal = 0; ordinal < set.writes.size(); ++ordinal) {
+    Write& write = set.writes[ordinal];
+    const EntityId id = write.state.id;
+    RTSTDB_ASSERT(id.index < options_.max_entities);
+    if (write.kind == WriteKind::create) {
+      ++generations_[id.index];
+      RTSTDB_ASSERT(generations_[id.index] == id.generation);
+      free_.take(id.index);
+      index_limit_ = std::max(index_limit_, id.index + 1);
+    } else {
+      const EntityState* const before = find_staged(id);
+      RTSTDB_ASSERT(before != nullptr);
+      if (write.kind == WriteKind::remove) free_.give_back(id.index);
+      if (write.kind == WriteKind::update_motion)
+        write.state.row = with_motion(before->row, write.state.row.motion);
+    }
+    write.state.written_by = set.version;
+    staged_write_[id.index] = static_cast<std::uint32_t>(ordinal) + 1;
+  }
+  for (std::size_t ordinal = 0; ordinal < set.shapes.size(); ++ordinal)
+    staged_shape_[set.shapes[ordinal].geometry.index] = static_cast<std::uint32_t>(ordinal) + 1;
+  progress_ = Progress::staged;
 }
 
 std::optional<BadInput> Store::check_time(WorldTime time) const noexcept {

@@ -79,7 +79,7 @@ class Store {
   Snapshot latest_snapshot() const noexcept { return {*this, latest_}; }
   /// Misuse unless a set is staged.
   Snapshot staged_snapshot() const noexcept;
-  /// Refuses: snapshot_too_old, unknown_version; values are the version asked for (-1: by time), the oldest
+  /// Refuses: beyond_history, values are the time asked for and ends_at (s); snapshot_too_old, unknown_version; values are the version asked for (-1: by time), the oldest
   /// kept version (that has its shapes, where they are wanted), the time asked for (s), the time of the oldest kept
   /// version (s).
   std::variant<Snapshot, BadInput> read(const ReadAt& read_at,
@@ -101,6 +101,11 @@ class Store {
   /// and of a shape, as Transaction::update_geometry says.
   /// The set must stay where it is and unchanged until settle() or discard().
   std::optional<BadInput> stage(WriteSet& set) noexcept;
+  /// A set that a store staged and published once, with its version, its ids and its rows as they were then, on the world that it
+  /// was staged on; versions that are passed over came to nothing. Misuse where it can not have been so. Then publish, settle.
+  void stage_again(WriteSet& set) noexcept;
+  /// The latest version holds up to there, and what came then is not known: reading as of that time or later is refused.
+  void ends_at(WorldTime time) noexcept { ends_at_ = time; }
   void publish() noexcept;
   void settle() noexcept;
   void discard() noexcept;
@@ -153,6 +158,7 @@ class Store {
 
   VersionInfo latest_;
   Version next_version_ = 1;
+  WorldTime ends_at_ = WorldTime::max();
 
   // changed_between names each index once: an index with the current mark is in the list already.
   mutable std::vector<std::uint64_t> marks_;

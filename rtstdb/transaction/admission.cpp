@@ -38,6 +38,10 @@ void Engine::admit(TransactionImpl& transaction) noexcept {
   transaction.arrival = arrivals_++;
   reservations_.admitted(transaction);
   if (transaction.is_to_be_cancelled()) return finish_cancelled(transaction, CancelledBy::caller);
+  if (is_past_ && !transaction.write_set().empty()) {
+    transaction.draft().refused_by = RefusedBy::the_past;
+    return finish(transaction, Status::refused);
+  }
   if (!passes_admission(transaction, now)) return;
   transaction.draft().admitted = now;
   wait_in_queue(transaction);

@@ -97,15 +97,7 @@ Result<void> CommitLog::start_writer() {
 }
 
 void CommitLog::restore(store::Store& store) {
-  const log::World& world = recovered_->world;
-  for (const log::WorldGeometry& geometry : world.geometries) {
-    const GeometryOptions& options = geometry.logged.options;
-    if (options.deforms)
-      store.keep_shapes(geometry.logged.id,
-                        store::ShapeHistory::make(world.shape_of(geometry), options.kept_shapes,
-                                                  geometry.shape_version));
-  }
-  if (recovery_.found) store.restore(world.restored());
+  recovered_->world.restore(store);
   recovered_.reset();
 }
 

@@ -83,6 +83,9 @@ std::string fault_itself(const BadInput& fault) {
     case BadInputReason::window_too_long:
       return sentence("the times asked at run from %.9f s to %.9f s, more than %g s", fault.values[0],
                       fault.values[1], fault.values[2]);
+    case BadInputReason::beyond_history:
+      return sentence("the world at %.9f s is not known: this history ends before %.9f s", fault.values[0],
+                      fault.values[1]);
     case BadInputReason::snapshot_too_old:
     case BadInputReason::unknown_version:
       return about_version(fault);
@@ -161,12 +164,15 @@ std::string why_refused(const Outcome& outcome) {
       return "the log has no room for its writes";
     case RefusedBy::log_fault:
       return "the log's disk refuses";
+    case RefusedBy::the_past:
+      return "nothing is written to the past";
     case RefusedBy::admission:
     case RefusedBy::nobody:
       break;
   }
   return sentence(
-      "predicted to take %.3f ms; the earliest deadline that could be met lies %.3f ms after it was submitted",
+      "predicted to take %.3f ms; the earliest deadline that could be met lies %.3f ms after it was "
+      "submitted",
       milliseconds(outcome.predicted_cost), milliseconds(outcome.earliest_feasible - outcome.submitted));
 }
 
@@ -264,6 +270,8 @@ const char* to_string(BadInputReason reason) noexcept {
       return "window_too_long";
     case BadInputReason::snapshot_too_old:
       return "snapshot_too_old";
+    case BadInputReason::beyond_history:
+      return "beyond_history";
     case BadInputReason::unknown_version:
       return "unknown_version";
     case BadInputReason::bad_ray:
@@ -298,6 +306,8 @@ const char* to_string(RefusedBy refused_by) noexcept {
       return "log_full";
     case RefusedBy::log_fault:
       return "log_fault";
+    case RefusedBy::the_past:
+      return "the_past";
   }
   return "unknown";
 }

@@ -35,6 +35,7 @@ class CallErrand final : public Errand {
 Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& clock,
                std::unique_ptr<CommitLog> log)
     : max_entities_(options.store.max_entities),
+      is_past_(static_cast<bool>(options.past)),
       chunk_(options.chunk),
       max_reserved_share_(options.max_reserved_share),
       // Real-time threads that spin starve whom they wait for.
@@ -45,10 +46,9 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
       queue_(options.queue_capacity),
       runner_(store_, executor, clock, costs_, options.chunk, log.get()),
       log_(std::move(log)) {
-  if (log_ != nullptr) {
-    log_->restore(store_);
-    latest_.set(store_.latest());
-  }
+  if (log_ != nullptr) log_->restore(store_);
+  if (is_past_) options.past(store_);
+  latest_.set(store_.latest());
   const SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run_thread(); });
   try {
@@ -145,6 +145,8 @@ Result<void> Engine::calibrate(Transaction& transaction) {
   auto& declared = static_cast<TransactionImpl&>(transaction);
   RTSTDB_ASSERT(&declared.engine() == this);
   RTSTDB_ASSERT(declared.status() == Status::idle);
+  if (is_past_ && !declared.write_set().empty())
+    return Error{ErrorCode::bad_input, "it writes, and nothing is written to the past"};
   if (clock_.is_virtual()) return {};
   Status status = Status::committed;
   call([&] { status = runner_.rehearse(declared); });

@@ -60,6 +60,8 @@ struct EngineOptions {
   int thread_priority = 0;
   double max_reserved_share = 0.8;
   Nanoseconds spin{0};  ///< see DatabaseOptions
+  /// Fills the store before all else; then nobody writes (RefusedBy::the_past).
+  std::function<void(store::Store&)> past = {};
 };
 
 class Engine final : private query::Meanwhile, private LogOwner {
@@ -185,6 +187,7 @@ class Engine final : private query::Meanwhile, private LogOwner {
   void set_priority(std::thread& thread, int priority);
 
   const std::uint32_t max_entities_;
+  const bool is_past_;
   const Nanoseconds chunk_;
   const double max_reserved_share_;
   const Nanoseconds spin_;  ///< zero: neither owners nor the engine do

@@ -62,8 +62,8 @@ inline constexpr std::uint64_t min_segment_bytes = std::uint64_t{4} << 10;
 struct Recovery {
   /// False: there was no database yet, or the database has no directory.
   bool found = false;
-  Version version = 0;     ///< that the world is at
-  Version checkpoint = 0;  ///< where reading began; 0: with the empty world
+  Version version = 0;        ///< that the world is at
+  Version checkpoint = 0;     ///< where reading began; 0: with the empty world
   std::uint64_t commits = 0;  ///< read from the log behind that
   bool closed = false;        ///< the log was ended on purpose
   bool torn = false;          ///< what was being written last was cut off

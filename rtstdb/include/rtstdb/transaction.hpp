@@ -83,6 +83,7 @@ enum class BadInputReason : std::uint8_t {
   time_not_covered,
   window_too_long,
   snapshot_too_old,
+  beyond_history,  ///< the time asked for, and from when on nothing is known (s)
   unknown_version,
   bad_ray,           ///< its direction
   bad_lambda_range,  ///< of a ray
@@ -112,8 +113,9 @@ enum class CancelledBy : std::uint8_t { nobody, caller, full_queue, closing };
 enum class RefusedBy : std::uint8_t {
   nobody,
   admission,  ///< its deadline could not be met, see earliest_feasible
-  log_full,   ///< group, sync: the log has no room for its writes now, or never where they take more than half of its ring
+  log_full,  ///< group, sync: the log has no room for its writes now, or never where they take more than half of its ring
   log_fault,  ///< group, sync: the log's disk refuses
+  the_past,   ///< it writes, and the database is a history's
 };
 
 /// Which precondition did not hold.

@@ -1,0 +1,265 @@
+#include "rtstdb/log/stretch.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "rtstdb/log/checkpoint_reader.hpp"
+#include "rtstdb/log/directory.hpp"
+#include "rtstdb/log/geometry_file.hpp"
+#include "rtstdb/log/recovery.hpp"
+#include "rtstdb/log/segment_chain.hpp"
+
+namespace rtstdb::log {
+namespace {
+
+constexpr VersionInfo empty_world{0, world_time_ns(-max_world_time_ns)};
+
+std::string in_words(const VersionInfo& version) {
+  if (version.version == 0) return "version 0, the empty world";
+  return "version " + std::to_string(version.version) + " of " +
+         std::to_string(seconds_between(WorldTime{}, version.time)) + " s";
+}
+
+std::string in_words(const Gap& gap) {
+  return "versions " + std::to_string(gap.first) + " to " + std::to_string(gap.last) + " are not in the log";
+}
+
+/// What there is, one commit after the other.
+class Survey final : public RecordVisitor {
+ public:
+  explicit Survey(Extent& extent) : extent_(extent), begun_with_(extent.first.version) {}
+  const char* record(const Record& record, const RecordPlace&) override {
+    if (record.kind == RecordKind::commit) {
+      ++extent_.commits;
+      before_ = extent_.last;
+      if (record.commit.version > begun_with_) extent_.last = {record.commit.version, record.commit.time};
+    } else if (record.kind == RecordKind::taken_back) {
+      --extent_.commits;
+      if (record.version == extent_.last.version) extent_.last = before_;
+    } else if (record.kind == RecordKind::gap && record.to > begun_with_) {
+      extent_.gaps.push_back({record.version, record.to});
+    }
+    return nullptr;
+  }
+
+ private:
+  Extent& extent_;
+  Version begun_with_;
+  VersionInfo before_;
+};
+
+/// The commits behind a world, held to it one by one.
+class Collecting final : public RecordVisitor {
+ public:
+  Collecting(Disk& disk, std::uint64_t database_id, const ReadAt& to, Stretch& stretch)
+      : disk_(disk), database_id_(database_id), to_(to), stretch_(stretch), now_(stretch.begin) {}
+
+  const char* record(const Record& record, const RecordPlace&) override {
+    if (stretch_.ends) {
+      // It ends with a version that may yet be taken back.
+      enough_ = record.kind != RecordKind::taken_back || record.version != beyond_;
+      if (!enough_) stretch_.ends.reset();
+      return nullptr;
+    }
+    switch (record.kind) {
+      case RecordKind::commit:
+        return commit(record.commit);
+      case RecordKind::geometry:
+        return geometry(record.geometry);
+      case RecordKind::taken_back:
+        return taken_back(record.version);
+      case RecordKind::gap:
+        return met(Gap{record.version, record.to});
+      case RecordKind::padding:
+        break;
+    }
+    return "a record is of no known kind";
+  }
+  bool enough() const override { return enough_; }
+  /// That the stretch would lead over.
+  const std::optional<Gap>& gap() const noexcept { return gap_; }
+
+ private:
+  Version begun_with() const noexcept { return stretch_.begin.latest.version; }
+
+  const char* commit(const store::WriteSet& set) {
+    if (set.version <= begun_with()) return nullptr;
+    const bool beyond = to_.kind == ReadAt::Kind::version
+                            ? set.version > to_.version
+                            : to_.kind == ReadAt::Kind::time && set.time > to_.time;
+    if (beyond) {
+      beyond_ = set.version;
+      stretch_.ends = set.time;
+      return nullptr;
+    }
+    if (const char* fault = now_.apply(set)) return fault;
+    stretch_.commits.emplace_back(set);
+    return nullptr;
+  }
+  const char* taken_back(Version version) {
+    if (version <= begun_with()) return nullptr;
+    if (const char* fault = now_.take_back(version)) return fault;
+    stretch_.commits.pop_back();
+    return nullptr;
+  }
+  const char* geometry(const LoggedGeometry& geometry) {
+    TriangleMesh mesh;
+    if (!now_.knows(geometry.id)) {
+      auto read = read_geometry_file(disk_, database_id_, geometry.file, geometry.file_checksum);
+      if (!read) {
+        fault_ = read.error().message;
+        return fault_.c_str();
+      }
+      mesh = std::move(read).value();
+      TriangleMesh copy = mesh;
+      if (const char* fault = stretch_.begin.add(geometry, std::move(copy))) return fault;
+    }
+    return now_.add(geometry, std::move(mesh));
+  }
+  const char* met(const Gap& gap) {
+    if (gap.last <= begun_with()) return nullptr;
+    enough_ = true;
+    const bool before_it = (to_.kind == ReadAt::Kind::version && to_.version < gap.first) ||
+                           (to_.kind == ReadAt::Kind::time && to_.time <= now_.latest.time);
+    if (!before_it) gap_ = gap;
+    // Nothing tells when the version behind it began.
+    stretch_.ends = now_.latest.time + Nanoseconds(1);
+    return nullptr;
+  }
+
+  Disk& disk_;
+  std::uint64_t database_id_;
+  const ReadAt& to_;
+  Stretch& stretch_;
+  World now_;
+  Version beyond_ = 0;
+  bool enough_ = false;
+  std::optional<Gap> gap_;
+  std::string fault_;
+};
+
+/// The oldest checkpoint that is whole.
+Result<std::optional<CheckpointHeader>> oldest_checkpoint(Disk& disk, const Listing& listing) {
+  for (const std::uint64_t number : listing.checkpoints) {
+    auto header = read_checkpoint_header(disk, number);
+    if (!header) continue;
+    if (read_checkpoint(disk, number, header.value().database_id)) return std::optional(header.value());
+  }
+  return std::optional<CheckpointHeader>();
+}
+
+Error not_there(const std::string& what, Disk& disk, bool salvage) {
+  const auto extent = read_extent(disk, salvage);
+  std::string has;
+  if (extent)
+    has = "; the log has " + in_words(extent.value().first) + ", to " + in_words(extent.value().last);
+  return {ErrorCode::bad_input, what + " is not in the log" + has};
+}
+
+std::string in_words(const ReadAt& read_at) {
+  if (read_at.kind == ReadAt::Kind::version) return "version " + std::to_string(read_at.version);
+  if (read_at.kind == ReadAt::Kind::time)
+    return "the world at " + std::to_string(seconds_between(WorldTime{}, read_at.time)) + " s";
+  return "the latest version";
+}
+
+RecoveryOptions up_to(const ReadAt& read_at, bool salvage) {
+  RecoveryOptions options{.salvage = salvage};
+  if (read_at.kind == ReadAt::Kind::version) options.up_to_version = read_at.version;
+  if (read_at.kind == ReadAt::Kind::time) options.up_to_time = read_at.time;
+  return options;
+}
+
+}  // namespace
+
+KeptCommit::KeptCommit(const store::WriteSet& set) : set_(set) {
+  for (store::ShapeWrite& shape : set_.shapes) {
+    // A vector's memory goes with it where it is moved to.
+    positions_m_.emplace_back(shape.positions_m.begin(), shape.positions_m.end());
+    shape.positions_m = positions_m_.back();
+  }
+}
+
+Result<Extent> read_extent(Disk& disk, bool salvage) {
+  auto listing = list_log(disk);
+  if (!listing) return Error{ErrorCode::file, listing.error().in_words()};
+  const auto& segments = listing.value().segments;
+  auto database_id = database_id_of(disk, segments);
+  if (!database_id) return database_id.error();
+  Extent extent;
+  extent.database_id = database_id.value();
+  extent.first = extent.last = empty_world;
+
+  ReadOptions options{.database_id = extent.database_id, .from = {}, .salvage = salvage};
+  auto chain = find_chain(disk, segments, extent.database_id, options.from);
+  if (!chain) return chain.error();
+  if (chain.value().links.empty() || !chain.value().damage_before.empty()) {
+    auto oldest = oldest_checkpoint(disk, listing.value());
+    if (!oldest) return oldest.error();
+    if (const auto& header = oldest.value()) {
+      extent.database_id = options.database_id = header->database_id;
+      extent.first = extent.last = {header->version, world_time_ns(header->world_time_ns)};
+      options.from = {header->segment, header->offset, header->group, header->link};
+    }
+  }
+  Survey survey(extent);
+  auto read = read_log(disk, segments, options, survey);
+  if (!read) return read.error();
+  extent.end = read.value().end;
+  extent.damage = read.value().damage;
+  return extent;
+}
+
+Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, bool salvage) {
+  const ReadAt& begin = from.kind == ReadAt::Kind::latest ? to : from;
+  auto recovered = recover(disk, up_to(begin, salvage));
+  if (!recovered) {
+    auto extent = read_extent(disk, salvage);
+    if (!extent) return recovered.error();
+    return not_there(in_words(begin), disk, salvage);
+  }
+  const RecoveryReport& report = recovered.value().report;
+  if (report.database_id == 0) return Error{ErrorCode::bad_input, "there is no database"};
+  const VersionInfo found = recovered.value().world.latest;
+  const Gap gap{report.gap_from, report.gap_to};
+  if (gap.first != 0 && begin.kind == ReadAt::Kind::version && begin.version >= gap.first &&
+      begin.version <= gap.last)
+    return not_there(in_words(begin), disk, salvage);
+  const bool may_lie_in_gap =
+      gap.first > found.version && begin.kind != ReadAt::Kind::version && begin.time != found.time;
+  if (begin.kind == ReadAt::Kind::time && may_lie_in_gap)
+    return Error{ErrorCode::bad_input,
+                 in_words(begin) + " is not in the log: behind " + in_words(found) + ", " + in_words(gap)};
+  if (begin.kind == ReadAt::Kind::version && found.version != begin.version)
+    return not_there(in_words(begin), disk, salvage);
+
+  Stretch stretch{.begin = std::move(recovered.value().world), .commits = {}, .ends = {}};
+  Collecting collecting(disk, report.database_id, to, stretch);
+  auto read =
+      read_log(disk, recovered.value().listing.segments,
+               {.database_id = report.database_id, .from = report.read_from, .salvage = salvage}, collecting);
+  if (!read) return read.error();
+  if (collecting.gap())
+    return Error{ErrorCode::bad_input,
+                 "from " + in_words(found) + " to " + in_words(to) + ": " + in_words(*collecting.gap())};
+  const bool backwards = (to.kind == ReadAt::Kind::version && to.version < found.version) ||
+                         (to.kind == ReadAt::Kind::time && to.time < found.time);
+  if (backwards)
+    return Error{ErrorCode::bad_input,
+                 in_words(to) + " is before " + in_words(found) + ", with which it was to begin"};
+  if (to.kind == ReadAt::Kind::version && stretch.last().version != to.version)
+    return not_there(in_words(to), disk, salvage);
+  return stretch;
+}
+
+void live_through(Stretch& stretch, store::Store& store) {
+  stretch.begin.restore(store);
+  for (KeptCommit& commit : stretch.commits) {
+    store.stage_again(commit.set());
+    store.publish();
+    store.settle();
+  }
+  if (stretch.ends) store.ends_at(*stretch.ends);
+}
+
+}  // namespace rtstdb::log

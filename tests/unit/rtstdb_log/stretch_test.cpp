@@ -1,0 +1,223 @@
+// A stretch of a log is what was: every version in it, whichever it begins and ends with, and nothing where the log does not say.
+
+#include "rtstdb/log/stretch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "manual_clock.hpp"
+#include "rtstdb/log/writer.hpp"
+#include "sample_log.hpp"
+#include "tests/support/simulated_disk.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+using hil::test::SimulatedDisk;
+
+std::map<std::uint32_t, EntityState> rows_of(const query::RowSource& source) {
+  std::map<std::uint32_t, EntityState> rows;
+  for (std::uint32_t index = 0; index < source.index_limit(); ++index)
+    if (const EntityState* state = source.row(index)) rows[index] = *state;
+  return rows;
+}
+
+std::unique_ptr<store::Store> store_of(Stretch& stretch) {
+  auto store =
+      std::make_unique<store::Store>(store::StoreOptions{.max_entities = live_entities,
+                                                         .retained_changes = 4096,
+                                                         .geometry_known = [](GeometryId) { return true; },
+                                                         .max_geometries = 16});
+  for (WorldGeometry& geometry : stretch.begin.geometries)
+    geometry.logged.options.kept_shapes = max_kept_shapes;
+  live_through(stretch, *store);
+  return store;
+}
+
+/// Of the history's images, the shapes at a version, as far as they were moved.
+void expect_same(store::Store& store, Version version, const Image& image) {
+  const auto read = store.read(ReadAt::pinned(version), store::ReadFor::rows_and_shapes);
+  const auto* snapshot = std::get_if<store::Snapshot>(&read);
+  ASSERT_NE(snapshot, nullptr) << version;
+  EXPECT_EQ(snapshot->time(), image.latest.time);
+  const auto rows = rows_of(*snapshot);
+  ASSERT_EQ(rows.size(), image.rows.size()) << version;
+  Image seen = image;
+  seen.rows = rows;
+  ASSERT_TRUE(seen == image) << version;
+  for (const auto& [geometry, shape] : image.shapes) {
+    const query::Shape held = snapshot->shape(GeometryId{geometry});
+    EXPECT_EQ(held.version, shape.first);
+    EXPECT_TRUE(std::ranges::equal(held.positions_m, shape.second)) << version;
+  }
+}
+
+TEST(LogStretch, EveryVersionOfEveryStretchIsWhatItWas) {
+  const SampleLog sample = make_sample({.seed = 21, .commits = 45});
+  SimulatedDisk disk(1);
+  disk.set_contents(sample.contents);
+  const auto& standing = sample.history.standing;
+  ASSERT_GT(standing.size(), 40u);
+  std::size_t with_shapes = 0;
+  for (auto from = standing.begin(); from != standing.end(); std::advance(from, 3)) {
+    for (auto to = from; to != standing.end(); std::advance(to, 4)) {
+      auto stretch = read_stretch(disk, ReadAt::pinned(*from), ReadAt::pinned(*to), false);
+      ASSERT_TRUE(stretch.ok()) << stretch.error().message;
+      ASSERT_TRUE(image_of(stretch.value().begin) == sample.history.images.at(*from));
+      const auto behind = std::next(to);
+      if (behind == standing.end()) {
+        EXPECT_FALSE(stretch.value().ends.has_value());
+      } else {
+        EXPECT_EQ(stretch.value().ends, sample.history.images.at(*behind).latest.time);
+      }
+      const auto store = store_of(stretch.value());
+      EXPECT_EQ(store->latest().version, *to);
+      for (auto version = from; version != behind; ++version) {
+        const Image& image = sample.history.images.at(*version);
+        with_shapes += image.shapes.size();
+        expect_same(*store, *version, image);
+        if (HasFatalFailure()) return;
+      }
+      if (std::distance(to, standing.end()) <= 4) break;
+    }
+    if (std::distance(from, standing.end()) <= 3) break;
+  }
+  EXPECT_GT(with_shapes, 100u);
+}
+
+TEST(LogStretch, TimesNameTheVersionsThatHeldThen) {
+  const SampleLog sample = make_sample({.seed = 22, .commits = 40});
+  SimulatedDisk disk(1);
+  disk.set_contents(sample.contents);
+  const auto newest_at = [&](WorldTime time) {
+    Version newest = 0;
+    for (const Version version : sample.history.standing)
+      if (sample.history.images.at(version).latest.time <= time) newest = version;
+    return newest;
+  };
+  const WorldTime end = sample.history.images.at(sample.latest).latest.time;
+  for (WorldTime from = world_time_ns(0); from <= end; from += Nanoseconds(7)) {
+    const WorldTime to = std::min(from + Nanoseconds(31), end);
+    auto stretch = read_stretch(disk, ReadAt::as_of(from), ReadAt::as_of(to), false);
+    ASSERT_TRUE(stretch.ok()) << stretch.error().message;
+    EXPECT_EQ(stretch.value().begin.latest.version, newest_at(from));
+    EXPECT_EQ(stretch.value().last().version, newest_at(to));
+    const auto store = store_of(stretch.value());
+    for (WorldTime time = from; time <= to; time += Nanoseconds(1)) {
+      const auto read = store->read(ReadAt::as_of(time));
+      ASSERT_NE(std::get_if<store::Snapshot>(&read), nullptr);
+      EXPECT_EQ(std::get_if<store::Snapshot>(&read)->version(), newest_at(time));
+    }
+    if (const auto ends = stretch.value().ends) {
+      const auto beyond = store->read(ReadAt::as_of(*ends));
+      const auto* fault = std::get_if<BadInput>(&beyond);
+      ASSERT_NE(fault, nullptr);
+      EXPECT_EQ(fault->reason, BadInputReason::beyond_history);
+    }
+  }
+}
+
+TEST(LogStretch, WhatALogDoesNotHaveIsRefusedWithWhatItHas) {
+  const SampleLog sample = make_sample({.seed = 23, .commits = 30});
+  SimulatedDisk disk(1);
+  disk.set_contents(sample.contents);
+  const auto why = [&](const ReadAt& from, const ReadAt& to) {
+    const auto stretch = read_stretch(disk, from, to, false);
+    return stretch ? std::string() : stretch.error().message;
+  };
+  const std::string has =
+      "; the log has version 0, the empty world, to version " + std::to_string(sample.latest) + " of";
+  const Version later = sample.latest + 3;
+  const std::string not_there = "version " + std::to_string(later) + " is not in the log" + has;
+  EXPECT_EQ(why(ReadAt::pinned(later), ReadAt::latest()).substr(0, not_there.size()), not_there);
+  EXPECT_EQ(why(ReadAt::pinned(1), ReadAt::pinned(later)).substr(0, not_there.size()), not_there);
+  Version taken_back = 1;
+  while (sample.history.standing.count(taken_back) != 0)
+    ++taken_back;
+  ASSERT_LT(taken_back, sample.latest) << "the sample takes some back";
+  EXPECT_NE(why(ReadAt::pinned(taken_back), ReadAt::latest()).find("is not in the log"), std::string::npos);
+  EXPECT_NE(why(ReadAt::pinned(sample.latest), ReadAt::pinned(1)).find("is before version"),
+            std::string::npos);
+  SimulatedDisk empty(1);
+  EXPECT_EQ(read_stretch(empty, ReadAt::latest(), ReadAt::latest(), false).error().message,
+            "there is no database");
+}
+
+TEST(LogStretch, OlderSegmentsMayBeTakenAway) {
+  SampleLog sample = make_sample({.seed = 24, .commits = 60});
+  SimulatedDisk disk(1);
+  disk.set_contents(sample.contents);
+  const Listing listing = list_log(disk).value();
+  ASSERT_GE(listing.checkpoints.size(), 2u);
+  const Extent whole = read_extent(disk, false).value();
+  EXPECT_EQ(whole.first.version, 0u);
+  EXPECT_EQ(whole.last.version, sample.latest);
+  EXPECT_EQ(whole.commits, sample.history.standing.size());
+  EXPECT_EQ(whole.end, LogEnd::closed);
+
+  const std::uint64_t begins_in = recover(disk).value().report.read_from.segment;
+  ASSERT_GT(begins_in, listing.segments.front());
+  for (const std::uint64_t segment : listing.segments)
+    if (segment < begins_in) sample.contents.erase(segment_name(segment));
+  disk.set_contents(sample.contents);
+  sample.contents.erase(checkpoint_name(listing.checkpoints.front()));
+  disk.set_contents(sample.contents);
+  const Extent rest = read_extent(disk, false).value();
+  EXPECT_GT(rest.first.version, 0u);
+  EXPECT_EQ(rest.last.version, sample.latest);
+  EXPECT_TRUE(read_stretch(disk, ReadAt::pinned(rest.first.version), ReadAt::latest(), false).ok());
+  const auto before = read_stretch(disk, ReadAt::pinned(1), ReadAt::latest(), false);
+  ASSERT_FALSE(before.ok());
+  EXPECT_EQ(
+      before.error().message.substr(0, 53 + std::to_string(rest.first.version).size()),
+      "version 1 is not in the log; the log has version " + std::to_string(rest.first.version) + " of ");
+}
+
+TEST(LogStretch, NothingIsMadeUpWhereVersionsAreMissing) {
+  SimulatedDisk disk(1);
+  ManualClock clock;
+  History history;
+  LiveWorld world(6, history, 2048);
+  auto writer =
+      Writer::start(disk, clock, world.ring(), world, {.segment_bytes = 1 << 14, .checkpoint_every_bytes = 0},
+                    start_after(recover(disk).value(), 77));
+  ASSERT_TRUE(writer.ok());
+  const auto settle = [&] {
+    while (writer.value()->step(0).worked) {
+    }
+  };
+  for (int k = 0; k < 40; ++k)
+    world.commit();
+  settle();
+  const Version before = writer.value()->durable();
+  ASSERT_LT(before, 40u);
+  world.recorder().tend();
+  world.commit();
+  world.commit();
+  settle();
+  ASSERT_EQ(writer.value()->durable(), 42u);
+
+  const Extent extent = read_extent(disk, false).value();
+  ASSERT_EQ(extent.gaps.size(), 1u);
+  EXPECT_EQ(extent.gaps[0].first, before + 1);
+  EXPECT_EQ(extent.gaps[0].last, 40u);
+  EXPECT_EQ(extent.last.version, 42u);
+  const auto over = read_stretch(disk, ReadAt::pinned(before), ReadAt::latest(), false);
+  ASSERT_FALSE(over.ok());
+  EXPECT_NE(over.error().message.find("versions " + std::to_string(before + 1) + " to 40 are not in the log"),
+            std::string::npos);
+  EXPECT_FALSE(read_stretch(disk, ReadAt::pinned(before + 1), ReadAt::latest(), false).ok());
+  auto up_to_it = read_stretch(disk, ReadAt::pinned(1), ReadAt::pinned(before), false);
+  ASSERT_TRUE(up_to_it.ok()) << up_to_it.error().message;
+  const WorldTime last = up_to_it.value().last().time;
+  EXPECT_EQ(up_to_it.value().ends, last + Nanoseconds(1));
+  const WorldTime behind = history.images.at(before + 1).latest.time;
+  if (behind > last) {
+    EXPECT_FALSE(read_stretch(disk, ReadAt::as_of(behind), ReadAt::as_of(behind), false).ok());
+  }
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test
