@@ -141,6 +141,15 @@ void Engine::call(const std::function<void()>& work) {
   errand.wait();
 }
 
+void Engine::carry_out(Errand& errand) noexcept {
+  give_errand(errand);
+  errand.wait();
+}
+
+void Engine::listen(CommitListener* listener) {
+  call([&] { listener_ = listener; });
+}
+
 Result<void> Engine::calibrate(Transaction& transaction) {
   auto& declared = static_cast<TransactionImpl&>(transaction);
   RTSTDB_ASSERT(&declared.engine() == this);
@@ -242,7 +251,10 @@ void Engine::carry_out(TransactionImpl& transaction, const TransactionImpl* inte
 void Engine::carry_out_alone(TransactionImpl& transaction) noexcept {
   const Status status = runner_.run(transaction, this);
   if (status == Status::pending) return put_back(transaction);
-  if (store_.latest().version != latest_.get().version) latest_.set(store_.latest());
+  if (store_.latest().version != latest_.get().version) {
+    if (listener_ != nullptr) listener_->committed(transaction.write_set());
+    latest_.set(store_.latest());
+  }
   end(transaction, status);
 }
 

@@ -38,6 +38,7 @@
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/store/store.hpp"
 #include "rtstdb/transaction/accuracy.hpp"
+#include "rtstdb/transaction/commit_listener.hpp"
 #include "rtstdb/transaction/commit_log.hpp"
 #include "rtstdb/transaction/cost_model.hpp"
 #include "rtstdb/transaction/errand.hpp"
@@ -97,6 +98,11 @@ class Engine final : private query::Meanwhile, private LogOwner {
   /// Runs `work`, which must not throw, on the engine's thread between two transactions and waits for it. For
   /// setup: transactions wait meanwhile. Misuse after close.
   void call(const std::function<void()>& work);
+
+  /// Has the errand's steps done by the engine's thread and waits for the last. Misuse after close.
+  void carry_out(Errand& errand) noexcept;
+  /// Who is told what is committed from now on; null: nobody. It stays until somebody else is. Setup; misuse after close.
+  void listen(CommitListener* listener);
 
   /// See Database::calibrate. Misuse after close.
   Result<void> calibrate(Transaction& transaction);
@@ -210,6 +216,7 @@ class Engine final : private query::Meanwhile, private LogOwner {
   // relief may take it for a few writes.
   std::mutex working_;
   store::Store store_;
+  CommitListener* listener_ = nullptr;
   LatestVersion latest_;  ///< written by it, read by any
   CostModel costs_;
   ReadyQueue queue_;

@@ -19,6 +19,7 @@ inline constexpr std::uint32_t max_regions_per_query = (1u << 16) - 1;
 inline constexpr std::uint32_t max_ids_per_region = 1u << 16;
 inline constexpr std::uint32_t max_points_per_query = 1u << 20;
 inline constexpr std::uint32_t max_neighbors = 32;
+inline constexpr std::uint32_t max_standing_events = 1u << 22;
 inline constexpr std::uint32_t max_queue_capacity = 1u << 16;
 inline constexpr std::uint32_t max_retained_changes = 1u << 26;
 /// Positions, corners of meshes, extents and velocities beyond these are refused: single precision keeps better than 8 mm

@@ -1,0 +1,48 @@
+#pragma once
+// Events on their way from the follower's thread to the one that fetches them: a ring of fixed size, without locks.
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <rtstdb/standing.hpp>
+
+namespace rtstdb::standing {
+
+class EventRing {
+ public:
+  explicit EventRing(std::size_t capacity) : events_(capacity) {}
+
+  std::size_t capacity() const noexcept { return events_.size(); }
+  /// The thread that pushes.
+  std::size_t room() const noexcept {
+    return events_.size() - static_cast<std::size_t>(pushed_.load(std::memory_order_relaxed) -
+                                                     popped_.load(std::memory_order_acquire));
+  }
+  /// Misuse without room.
+  void push(const StandingEvent& event) noexcept {
+    const std::uint64_t place = pushed_.load(std::memory_order_relaxed);
+    events_[place % events_.size()] = event;
+    pushed_.store(place + 1, std::memory_order_release);
+  }
+  /// The thread that pops: the oldest.
+  std::size_t pop(std::span<StandingEvent> events) noexcept {
+    const std::uint64_t first = popped_.load(std::memory_order_relaxed);
+    const auto waiting = static_cast<std::size_t>(pushed_.load(std::memory_order_acquire) - first);
+    const std::size_t count = std::min(waiting, events.size());
+    for (std::size_t k = 0; k < count; ++k)
+      events[k] = events_[(first + k) % events_.size()];
+    popped_.store(first + count, std::memory_order_release);
+    return count;
+  }
+
+ private:
+  std::vector<StandingEvent> events_;
+  alignas(64) std::atomic<std::uint64_t> pushed_{0};
+  alignas(64) std::atomic<std::uint64_t> popped_{0};
+};
+
+}  // namespace rtstdb::standing

@@ -1,0 +1,49 @@
+#include "rtstdb/standing/membership_watch.hpp"
+
+#include <algorithm>
+
+namespace rtstdb::standing {
+
+void MembershipWatch::changed_question(std::int64_t now_ns, EventCause cause) {
+  for (std::uint32_t index = 0; index < index_limit(); ++index)
+    examine(index, now_ns, cause);
+}
+
+void MembershipWatch::changed_rows(std::span<const std::uint32_t> indices, std::int64_t now_ns,
+                                   EventCause cause) {
+  for (const std::uint32_t index : indices)
+    examine(index, now_ns, cause);
+}
+
+void MembershipWatch::examine(std::uint32_t index, std::int64_t now_ns, EventCause cause) {
+  const EntityState* state = seen(index);
+  Entry& entry = entries_[index];
+  const bool same_one = state != nullptr && entry.seen && entry.generation == state->id.generation;
+  if (entry.member && !same_one) set_member(index, false, now_ns, cause);
+  entry.seen = state != nullptr;
+  if (state == nullptr) {
+    ++entry.stamp;
+    return;
+  }
+  entry.generation = state->id.generation;
+  entry.doublings = 0;
+  const Sight now = sight(*state);
+  const Sight::Place place = now.place(now_ns);
+  // Who rests on the border stays what it was.
+  const bool member = place.certain || !same_one ? place.inside : entry.member;
+  if (member != entry.member) set_member(index, member, now_ns, cause);
+  schedule(index, now.next(now_ns, first_look_ahead_ns, member));
+}
+
+void MembershipWatch::due(const Certificate& certificate) {
+  Entry& entry = entries_[certificate.index];
+  entry.doublings = certificate.flip ? std::uint8_t{0}
+                                     : std::min<std::uint8_t>(most_doublings,
+                                                              static_cast<std::uint8_t>(entry.doublings + 1));
+  if (certificate.flip) set_member(certificate.index, !entry.member, certificate.ns, EventCause::motion);
+  const EntityState& state = *seen(certificate.index);
+  schedule(certificate.index,
+           sight(state).next(certificate.ns, first_look_ahead_ns << entry.doublings, entry.member));
+}
+
+}  // namespace rtstdb::standing

@@ -1,0 +1,19 @@
+#pragma once
+// A standing query whose members are found one by one: regions and rays.
+
+#include "rtstdb/standing/watch.hpp"
+
+namespace rtstdb::standing {
+
+class MembershipWatch final : public Watch {
+ public:
+  using Watch::Watch;
+
+ private:
+  void due(const Certificate& certificate) override;
+  void changed_rows(std::span<const std::uint32_t> indices, std::int64_t now_ns, EventCause cause) override;
+  void changed_question(std::int64_t now_ns, EventCause cause) override;
+  void examine(std::uint32_t index, std::int64_t now_ns, EventCause cause);
+};
+
+}  // namespace rtstdb::standing

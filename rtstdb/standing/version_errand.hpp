@@ -1,0 +1,40 @@
+#pragma once
+// Starts a feed and copies the version that stands before the first commit it is fed: all rows, and the bounds of geometry that
+// deforms. A slice at a time; a version that is overtaken by many commits is given up for a newer one.
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "rtstdb/standing/change_feed.hpp"
+#include "rtstdb/standing/mirror.hpp"
+#include "rtstdb/transaction/errand.hpp"
+
+namespace rtstdb::standing {
+
+class VersionErrand final : public transaction::Errand {
+ public:
+  /// `room`: as many rows as there can be; reserved here, since steps must not allocate.
+  VersionErrand(ChangeFeed& feed, std::size_t room);
+
+  bool step(const store::Store& store) noexcept override;
+  // After the last step.
+  VersionInfo version() const noexcept { return {snapshot_->version(), snapshot_->time()}; }
+  const std::vector<EntityState>& rows() const noexcept { return rows_; }
+  const std::vector<Mirror::ShapeBounds>& shapes() const noexcept { return shapes_; }
+
+ private:
+  static constexpr std::uint32_t indices_per_step = 256;
+  static constexpr int attempts_in_slices = 3;
+
+  void begin(const store::Store& store) noexcept;
+
+  ChangeFeed& feed_;
+  std::optional<store::Snapshot> snapshot_;
+  std::uint32_t next_index_ = 0;
+  int attempts_ = 0;
+  std::vector<EntityState> rows_;
+  std::vector<Mirror::ShapeBounds> shapes_;
+};
+
+}  // namespace rtstdb::standing

@@ -1,0 +1,225 @@
+#include "rtstdb/standing/watch.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <rtstdb/result.hpp>
+
+namespace rtstdb::standing {
+namespace {
+
+struct Later {
+  template <class Certificate>
+  bool operator()(const Certificate& a, const Certificate& b) const {
+    return a.ns != b.ns ? a.ns > b.ns : a.index > b.index;
+  }
+};
+
+constexpr std::int64_t ns_of(WorldTime time) {
+  return time.time_since_epoch().count();
+}
+
+}  // namespace
+
+Watch::Watch(const Question& question, const StandingOptions& options, const Mirror& mirror, Bell& follower,
+             Work& work)
+    : question_(question),
+      mirror_(mirror),
+      follower_(follower),
+      work_(work),
+      name_(options.name),
+      ring_(options.ring_capacity),
+      progress_({}) {}
+
+// ---- the user's side
+
+std::size_t Watch::next_events(std::span<StandingEvent> events) noexcept {
+  const std::size_t count = ring_.pop(events);
+  // Pairs with pump: either it sees the room or is seen to wait for it.
+  std::atomic_thread_fence(std::memory_order_seq_cst);
+  if (count > 0 && waits_for_room_.load(std::memory_order_relaxed)) follower_.ring();
+  return count;
+}
+
+Progress Watch::progress() const noexcept {
+  const VersionInfo reached = progress_.get();
+  return {reached.version, reached.time};
+}
+
+std::string Watch::reason() const {
+  const std::lock_guard lock(reason_mutex_);
+  return *reason_ == '\0' ? std::string() : "standing query '" + name_ + "': " + reason_;
+}
+
+// ---- time passes
+
+void Watch::grow_entries() {
+  if (entries_.size() < mirror_.index_limit()) entries_.resize(mirror_.index_limit());
+}
+
+void Watch::begin() {
+  grow_entries();
+  known_in_ = mirror_.version();
+  silent_ = true;
+  changed_question(ns_of(known_in_.time), EventCause::list);
+  silent_ = false;
+  progress_.set(known_in_);
+}
+
+void Watch::forget(std::span<const std::uint32_t> indices) noexcept {
+  const bool by_carrier =
+      question_.carrier.valid() && std::ranges::binary_search(indices, question_.carrier.index);
+  if (by_carrier) {
+    certificates_.clear();
+    return;
+  }
+  for (const std::uint32_t index : indices)
+    if (index < entries_.size()) ++entries_[index].stamp;
+}
+
+void Watch::advance(VersionInfo to) {
+  known_in_ = to;
+  while (!certificates_.empty() && certificates_.front().ns < ns_of(to.time)) {
+    std::ranges::pop_heap(certificates_, Later{});
+    const Certificate next = certificates_.back();
+    certificates_.pop_back();
+    if (is_current(next)) due(next);
+  }
+}
+
+void Watch::follow(std::span<const std::uint32_t> changed, EventCause cause) {
+  grow_entries();
+  known_in_ = mirror_.version();
+  const std::int64_t now_ns = ns_of(known_in_.time);
+  const EntityId carrier = question_.carrier;
+  if (carrier.valid() && mirror_.find(carrier) == nullptr) {
+    end(cause);
+  } else if (carrier.valid() && std::ranges::binary_search(changed, carrier.index)) {
+    changed_question(now_ns, cause);
+  } else {
+    changed_rows(changed, now_ns, cause);
+  }
+  progress_.set(known_in_);
+}
+
+void Watch::end(EventCause cause) {
+  for (std::uint32_t index = 0; index < entries_.size(); ++index)
+    if (entries_[index].member) set_member(index, false, ns_of(known_in_.time), cause);
+  certificates_.clear();
+  const std::lock_guard lock(reason_mutex_);
+  reason_ = "its carrier was removed";
+  status_.store(StandingStatus::ended, std::memory_order_release);
+}
+
+void Watch::fail(const char* why) noexcept {
+  // Gives back what it has: others may need it.
+  std::vector<Certificate>().swap(certificates_);
+  std::vector<Entry>().swap(entries_);
+  telling_ = Telling::steadily;
+  waits_for_room_.store(false, std::memory_order_relaxed);
+  const std::lock_guard lock(reason_mutex_);
+  reason_ = why;
+  status_.store(StandingStatus::failed, std::memory_order_release);
+}
+
+// ---- members and what comes next
+
+const EntityState* Watch::seen(std::uint32_t index) const noexcept {
+  const EntityState* state = mirror_.row(index);
+  return state != nullptr && question_.sees(*state) ? state : nullptr;
+}
+
+Sight Watch::sight(const EntityState& state, const Question& question) const noexcept {
+  const EntityState* carrier = question.carrier.valid() ? mirror_.find(question.carrier) : nullptr;
+  return {question, carrier != nullptr ? carrier->row.motion : Motion{}, state.row.motion,
+          mirror_.box(state, question.target == StandingTarget::center)};
+}
+
+void Watch::schedule(std::uint32_t index, const Sight::Next& next) {
+  count_examination();
+  const std::uint32_t stamp = ++entries_[index].stamp;
+  if (next.what != Sight::Next::What::never)
+    push({next.ns, index, stamp, next.what == Sight::Next::What::flip});
+}
+
+void Watch::push(const Certificate& certificate) {
+  // Those that are not current any more are thrown away when they are most.
+  if (certificates_.size() > 2 * entries_.size() + 64) {
+    std::erase_if(certificates_, [this](const Certificate& old) { return !is_current(old); });
+    std::ranges::make_heap(certificates_, Later{});
+  }
+  certificates_.push_back(certificate);
+  std::ranges::push_heap(certificates_, Later{});
+}
+
+void Watch::set_member(std::uint32_t index, bool member, std::int64_t ns, EventCause cause) {
+  Entry& entry = entries_[index];
+  RTSTDB_ASSERT(entry.member != member);
+  entry.member = member;
+  tell(member ? EventKind::enter : EventKind::exit, cause, {index, entry.generation}, ns);
+}
+
+// ---- telling
+
+void Watch::tell(EventKind kind, EventCause cause, EntityId entity, std::int64_t ns) noexcept {
+  if (silent_) return;
+  work_.events.fetch_add(1, std::memory_order_relaxed);
+  if (telling_ == Telling::members && entity.index >= told_below_) return;  // comes with its row of the list
+  if (telling_ == Telling::reset_next || ring_.room() == 0) return lose();
+  push_event({.kind = kind,
+              .cause = cause,
+              .entity = entity,
+              .time = world_time_ns(ns),
+              .version = known_in_.version});
+}
+
+void Watch::lose() noexcept {
+  ++seq_;
+  ++lost_since_reset_;
+  all_lost_.fetch_add(1, std::memory_order_relaxed);
+  telling_ = Telling::reset_next;
+}
+
+void Watch::push_event(StandingEvent event) noexcept {
+  event.seq = ++seq_;
+  ring_.push(event);
+}
+
+void Watch::pump() {
+  const auto list = [&](EventKind kind, EntityId entity = {}) {
+    push_event({.kind = kind,
+                .entity = entity,
+                .time = known_in_.time,
+                .version = known_in_.version,
+                .lost = kind == EventKind::reset ? lost_since_reset_ : 0});
+  };
+  while (telling_ != Telling::steadily) {
+    // Not at the first free place: who fetches is back when half of the ring is.
+    const std::size_t needed =
+        telling_ == Telling::reset_next ? std::max<std::size_t>(1, ring_.capacity() / 2) : 1;
+    if (ring_.room() < needed) {
+      waits_for_room_.store(true, std::memory_order_relaxed);
+      std::atomic_thread_fence(std::memory_order_seq_cst);
+      if (ring_.room() < needed) return;
+    }
+    if (telling_ == Telling::reset_next) {
+      list(EventKind::reset);
+      lost_since_reset_ = 0;
+      told_below_ = 0;
+      telling_ = Telling::members;
+      continue;
+    }
+    while (told_below_ < entries_.size() && !entries_[told_below_].member)
+      ++told_below_;
+    if (told_below_ == entries_.size()) {
+      list(EventKind::complete);
+      telling_ = Telling::steadily;
+    } else {
+      list(EventKind::present, {told_below_, entries_[told_below_].generation});
+      ++told_below_;
+    }
+  }
+  waits_for_room_.store(false, std::memory_order_relaxed);
+}
+
+}  // namespace rtstdb::standing

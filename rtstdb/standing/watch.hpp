@@ -1,0 +1,132 @@
+#pragma once
+// One standing query: who is a member, the instants that come next, and the way to who fetches events.
+//
+// Threads: the public face as standing.hpp says; all else is the follower's. Where memory runs out std::bad_alloc is thrown, and the
+// watch can only fail() from then on.
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <rtstdb/standing.hpp>
+
+#include "rtstdb/standing/bell.hpp"
+#include "rtstdb/standing/event_ring.hpp"
+#include "rtstdb/standing/mirror.hpp"
+#include "rtstdb/standing/question.hpp"
+#include "rtstdb/transaction/latest_version.hpp"
+
+namespace rtstdb::standing {
+
+/// Looked at ahead at first; twice as far each time that nothing was there.
+inline constexpr std::int64_t first_look_ahead_ns = 250'000'000;
+inline constexpr std::uint8_t most_doublings = 8;
+
+/// Of all watches; read by any thread.
+struct Work {
+  std::atomic<std::uint64_t> examinations{0}, events{0};
+};
+
+class Watch {
+ public:
+  Watch(const Question& question, const StandingOptions& options, const Mirror& mirror, Bell& follower,
+        Work& work);
+  virtual ~Watch() = default;
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+
+  // ---- the user's side
+  std::size_t next_events(std::span<StandingEvent> events) noexcept;
+  Progress progress() const noexcept;
+  StandingStatus status() const noexcept { return status_.load(std::memory_order_acquire); }
+  std::string reason() const;
+  std::uint64_t lost() const noexcept { return all_lost_.load(std::memory_order_relaxed); }
+
+  // ---- the follower
+  const Question& question() const noexcept { return question_; }
+  bool follows() const noexcept { return status() == StandingStatus::following; }
+  /// The membership as the mirror stands.
+  void begin();
+  /// What is known of how these will move is not to be used any more.
+  virtual void forget(std::span<const std::uint32_t> indices) noexcept;
+  /// Tells the crossings before that version's time, which is known now.
+  void advance(VersionInfo to);
+  /// The mirror has gone there, and these stand differently.
+  void follow(std::span<const std::uint32_t> changed, EventCause cause);
+  /// Tells what found no room before, as far as there is some now.
+  void pump();
+  void fail(const char* why) noexcept;
+
+ protected:
+  struct Entry {
+    std::uint32_t stamp = 0;       ///< of its newest certificate
+    std::uint32_t generation = 0;  ///< of the entity that was seen there last
+    std::uint8_t doublings = 0;
+    bool seen = false;  ///< and is
+    bool member = false;
+    bool candidate = false;  ///< nearest: within the guard
+  };
+  struct Certificate {
+    std::int64_t ns = 0;
+    std::uint32_t index = 0, stamp = 0;
+    bool flip = false;  ///< else to be looked at again
+  };
+
+  virtual void due(const Certificate& certificate) = 0;
+  virtual bool is_current(const Certificate& certificate) const noexcept {
+    return entries_[certificate.index].stamp == certificate.stamp;
+  }
+  /// Rows at these have changed, or the question has.
+  virtual void changed_rows(std::span<const std::uint32_t> indices, std::int64_t now_ns,
+                            EventCause cause) = 0;
+  virtual void changed_question(std::int64_t now_ns, EventCause cause) = 0;
+
+  /// No state: an entity is not seen by the question.
+  const EntityState* seen(std::uint32_t index) const noexcept;
+  Sight sight(const EntityState& state) const noexcept { return sight(state, question_); }
+  Sight sight(const EntityState& state, const Question& question) const noexcept;
+  void schedule(std::uint32_t index, const Sight::Next& next);
+  void push(const Certificate& certificate);
+  void set_member(std::uint32_t index, bool member, std::int64_t ns, EventCause cause);
+  std::uint32_t index_limit() const noexcept { return mirror_.index_limit(); }
+  const Mirror& mirror() const noexcept { return mirror_; }
+  void count_examination() noexcept { work_.examinations.fetch_add(1, std::memory_order_relaxed); }
+  void clear_certificates() noexcept { certificates_.clear(); }
+
+  const Question question_;
+  std::vector<Entry> entries_;  ///< by index
+
+ private:
+  enum class Telling : std::uint8_t { steadily, reset_next, members };
+  void grow_entries();
+  void tell(EventKind kind, EventCause cause, EntityId entity, std::int64_t ns) noexcept;
+  void lose() noexcept;
+  void push_event(StandingEvent event) noexcept;
+  void end(EventCause cause);
+
+  const Mirror& mirror_;
+  Bell& follower_;
+  Work& work_;
+  const std::string name_;
+
+  std::vector<Certificate> certificates_;  ///< a heap, the next one first; some are not current any more
+  VersionInfo known_in_;
+  bool silent_ = true;  ///< at the begin
+
+  EventRing ring_;
+  Telling telling_ = Telling::reset_next;
+  std::uint32_t told_below_ = 0;  ///< members: indices below have been told
+  std::uint64_t seq_ = 0, lost_since_reset_ = 0;
+  std::atomic<bool> waits_for_room_{false};
+  std::atomic<std::uint64_t> all_lost_{0};
+
+  transaction::LatestVersion progress_;
+  std::atomic<StandingStatus> status_{StandingStatus::following};
+  mutable std::mutex reason_mutex_;
+  const char* reason_ = "";
+};
+
+}  // namespace rtstdb::standing

@@ -1,0 +1,85 @@
+#pragma once
+// An engine without a device, a follower behind it, and what is expected of the events that come out.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "rtstdb/oracle/oracle.hpp"
+#include "rtstdb/standing/follower.hpp"
+#include "rtstdb/transaction/engine.hpp"
+#include "rtstdb/transaction/monotonic_clock.hpp"
+
+namespace rtstdb::standing::test {
+
+inline WorldTime at_ns(std::int64_t ns) {
+  return world_time_ns(ns);
+}
+
+/// Answers no query: standing ones need none.
+class NoDevice final : public query::Executor {
+ public:
+  query::RunReport run(const query::RowSource&, std::span<const query::Request>, const query::TimeSpan&,
+                       query::Meanwhile*) noexcept override {
+    return {};
+  }
+};
+
+class FollowedWorld {
+ public:
+  explicit FollowedWorld(const FollowerOptions& options = {.max_entities = 256},
+                         std::uint32_t kept_changes = 4096);
+
+  GeometryId add(const TriangleMesh& mesh, bool deforms = false);
+  EntityId create(const EntityRow& row, std::int64_t ns);
+  void update(EntityId id, const EntityRow& row, std::int64_t ns);
+  void update_motion(EntityId id, const Motion& motion, std::int64_t ns);
+  void remove(EntityId id, std::int64_t ns);
+  /// A version without an effect: world time goes on.
+  void pass(std::int64_t ns);
+  /// Declares, carries out; fails the test unless it is committed.
+  Outcome execute(const std::function<void(Transaction&)>& declare, std::int64_t ns);
+
+  std::unique_ptr<StandingQuery> watch(const StandingRegion& asked, const StandingOptions& options = {});
+  std::unique_ptr<StandingQuery> watch(const StandingRay& asked, const StandingOptions& options = {});
+  std::unique_ptr<StandingQuery> watch(const StandingNearest& asked, const StandingOptions& options = {});
+  /// Waits until it has been told of the latest version.
+  void catch_up(const StandingQuery& query);
+
+  oracle::World rows();
+  std::span<const TriangleMesh> meshes() const { return meshes_; }
+  transaction::Engine& engine() { return engine_; }
+  Follower& follower() { return *follower_; }
+
+ private:
+  transaction::MonotonicClock clock_;
+  NoDevice device_;
+  std::vector<TriangleMesh> meshes_;
+  transaction::Engine engine_;
+  std::unique_ptr<Follower> follower_;
+  std::unique_ptr<Transaction> transaction_;
+  EntityId clockwork_;  ///< what `pass` writes
+};
+
+/// The events that wait, after all that the latest version brings have come.
+std::vector<StandingEvent> events_of(FollowedWorld& world, StandingQuery& query);
+
+/// Members as a reader of the events knows them. Fails the test where events contradict one another.
+class Members {
+ public:
+  void take(std::span<const StandingEvent> events);
+  void take(const StandingEvent& event);
+  bool holds(EntityId id) const;
+  const std::vector<EntityId>& all() const { return members_; }  ///< ascending
+  bool whole() const { return whole_; }
+
+ private:
+  std::vector<EntityId> members_;
+  bool whole_ = false;
+};
+
+EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m = glm::dvec3(0.0),
+                 const glm::dvec3& v_world_mps = glm::dvec3(0.0));
+
+}  // namespace rtstdb::standing::test
