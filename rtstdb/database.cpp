@@ -23,6 +23,8 @@
 #include "rtstdb/query/overlap_query.hpp"
 #include "rtstdb/query/ray_query.hpp"
 #include "rtstdb/query/region_query.hpp"
+#include "rtstdb/standing/follower.hpp"
+#include "rtstdb/standing/question.hpp"
 #include "rtstdb/transaction/engine.hpp"
 #include "rtstdb/transaction/monotonic_clock.hpp"
 
@@ -51,6 +53,9 @@ Result<void> check_options(const DatabaseOptions& options) {
   }
   if (options.retained_changes == 0 || options.retained_changes > max_retained_changes) {
     return refuse("retained_changes", options.retained_changes, max_retained_changes);
+  }
+  if (options.followed_changes == 0 || options.followed_changes > max_retained_changes) {
+    return refuse("followed_changes", options.followed_changes, max_retained_changes);
   }
   if (options.chunk < Nanoseconds(0)) {
     return Error{ErrorCode::bad_input,
@@ -193,7 +198,20 @@ class DatabaseImpl final : public Database {
                  .max_reserved_share = options.max_reserved_share,
                  .spin = options.spin,
                  .past = std::move(past)},
-                *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_, std::move(log)) {}
+                *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_, std::move(log)),
+        follower_(engine_, {.max_entities = options.max_entities,
+                            .max_geometries = options.max_geometries,
+                            .feed_capacity = options.followed_changes}) {
+    for (std::uint32_t index = 0; index < meshes_.size(); ++index) {
+      const Added& geometry = meshes_[index];
+      follower_.make_room_for_geometry();
+      if (geometry.deforms)
+        engine_.call([&, used = standing::Follower::used_positions(geometry.mesh)]() mutable {
+          follower_.keep_bounds(GeometryId{index}, std::move(used));
+        });
+      follower_.add_geometry(geometry.mesh, geometry.deforms);
+    }
+  }
 
   const DeviceInfo& device() const noexcept override { return device_->info(); }
 
@@ -218,6 +236,19 @@ class DatabaseImpl final : public Database {
   }
   Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) override {
     return prepare_on_engine<OverlapQuery, query::GpuOverlapQuery>(options);
+  }
+
+  Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& asked,
+                                               const StandingOptions& options) override {
+    return watch_question(asked, options);
+  }
+  Result<std::unique_ptr<StandingQuery>> watch(const StandingRay& asked,
+                                               const StandingOptions& options) override {
+    return watch_question(asked, options);
+  }
+  Result<std::unique_ptr<StandingQuery>> watch(const StandingNearest& asked,
+                                               const StandingOptions& options) override {
+    return watch_question(asked, options);
   }
 
   std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) override {
@@ -248,6 +279,7 @@ class DatabaseImpl final : public Database {
     return engine_.log() != nullptr ? engine_.log()->recovery() : nothing_recovered_;
   }
   Result<void> close() override {
+    follower_.close();
     engine_.close();
     return engine_.log() != nullptr ? engine_.log()->close() : Result<void>();
   }
@@ -288,6 +320,8 @@ class DatabaseImpl final : public Database {
   SchedulerCounts scheduler_counts() const override { return engine_.scheduler_counts(); }
   ShapeCounts shape_counts() const noexcept override { return executor_->shape_counts(); }
 
+  StandingCounts standing_counts() const noexcept override { return follower_.counts(); }
+
   Health health() const override {
     std::vector<std::string> degraded = engine_.degraded();
     const Durability log = durability();
@@ -314,6 +348,7 @@ class DatabaseImpl final : public Database {
       const std::lock_guard reading_lock(meshes_mutex_);
       meshes_.reserve(meshes_.size() + 1);
     }
+    follower_.make_room_for_geometry();
     std::unique_ptr<store::ShapeHistory::Kept> shapes;
     if (options.deforms) shapes = store::ShapeHistory::make(mesh.positions_m, options.kept_shapes);
     std::optional<log::LoggedGeometry> logged;
@@ -322,13 +357,18 @@ class DatabaseImpl final : public Database {
       if (!written) return named(name, written.error());
       logged = std::move(written).value();
     }
+    auto used_positions =
+        options.deforms ? standing::Follower::used_positions(mesh) : std::vector<std::uint32_t>();
     std::optional<Result<GeometryId>> added;
     const auto add = [&] {
       if (logged && !engine_.log()->room_for(*logged)) return;
       added.emplace(
           unless_out_of_memory<GeometryId>("it", [&] { return executor_->add_geometry(mesh, options); }));
       if (!*added) return;
-      if (shapes != nullptr) engine_.keep_shapes(added->value(), std::move(shapes));
+      if (shapes != nullptr) {
+        engine_.keep_shapes(added->value(), std::move(shapes));
+        follower_.keep_bounds(added->value(), std::move(used_positions));
+      }
       if (logged) logged->id = added->value();
       if (logged) engine_.log()->record_geometry(*logged, mesh.positions_m.size());
     };
@@ -339,6 +379,7 @@ class DatabaseImpl final : public Database {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     if (!*added) return named(name, added->error());
+    follower_.add_geometry(mesh, options.deforms);
     const std::lock_guard reading_lock(meshes_mutex_);
     meshes_.push_back(std::move(copy));
     return *added;
@@ -358,6 +399,14 @@ class DatabaseImpl final : public Database {
     return std::unique_ptr<Public>(std::move(*made).value());
   }
 
+  template <class Asked>
+  Result<std::unique_ptr<StandingQuery>> watch_question(const Asked& asked, const StandingOptions& options) {
+    const auto question = standing::question_of(asked, options.name);
+    if (!question) return question.error();
+    return unless_out_of_memory<std::unique_ptr<StandingQuery>>(
+        "standing query '" + options.name + "'", [&] { return follower_.watch(question.value(), options); });
+  }
+
   transaction::MonotonicClock monotonic_clock_;
   std::unique_ptr<gpu::Device> device_;
   std::unique_ptr<query::GpuExecutor> executor_;
@@ -367,6 +416,7 @@ class DatabaseImpl final : public Database {
   const bool is_past_;
   const Recovery nothing_recovered_;
   mutable transaction::Engine engine_;
+  standing::Follower follower_;
 };
 
 /// With a stretch of the past, or none.

@@ -69,6 +69,7 @@ Follower::Follower(transaction::Engine& engine, const FollowerOptions& options)
       feed_(options.max_geometries, bell_) {}
 
 Follower::~Follower() {
+  RTSTDB_ASSERT(counts().queries == 0);
   if (!thread_.joinable()) return;
   ending_.store(true, std::memory_order_release);
   bell_.ring();
@@ -149,6 +150,12 @@ void Follower::give(Command& command) noexcept {
   command.done.wait_while(0);
 }
 
+void Follower::close() noexcept {
+  if (!thread_.joinable()) return;
+  Command command{.kind = Command::Kind::close};
+  give(command);
+}
+
 StandingCounts Follower::counts() const noexcept {
   return {.queries = queries_.load(std::memory_order_relaxed),
           .versions = versions_.load(std::memory_order_relaxed),
@@ -179,7 +186,7 @@ bool Follower::work_once() noexcept {
       }
     }
   } catch (const std::bad_alloc&) {
-    fail_all();
+    fail_all(no_memory);
   }
   worked |= carry_out_command();
   for (Watch* watch : watches_)
@@ -240,10 +247,17 @@ bool Follower::carry_out_command() noexcept {
     first_command_ = command->next;
     if (first_command_ == nullptr) last_command_ = &first_command_;
   }
-  if (command->kind == Command::Kind::add) {
-    command->reply = add(*command->watch);
-  } else {
-    remove(*command->watch);
+  switch (command->kind) {
+    case Command::Kind::add:
+      command->reply = add(*command->watch);
+      break;
+    case Command::Kind::remove:
+      remove(*command->watch);
+      break;
+    case Command::Kind::close:
+      fail_all("the database was closed");
+      closed_ = true;
+      break;
   }
   command->done.set_and_wake(1);  // from here on it may be gone
   return true;
@@ -278,14 +292,15 @@ void Follower::remove(Watch& watch) noexcept {
 }
 
 void Follower::rest() noexcept {
+  if (closed_) return;
   engine_.call([this] { feed_.stop(); });
   feed_.clear();
   fed_ = false;
 }
 
-void Follower::fail_all() noexcept {
+void Follower::fail_all(const char* why) noexcept {
   for (Watch* watch : watches_)
-    if (watch->follows()) watch->fail(no_memory);
+    if (watch->follows()) watch->fail(why);
   rest();
 }
 

@@ -41,6 +41,7 @@ class Follower {
   /// latest version; out_of_memory. Throws std::bad_alloc on the caller's side.
   Result<std::unique_ptr<StandingQuery>> watch(const Question& question, const StandingOptions& options);
 
+  void make_room_for_geometry() { mirror_.make_room_for_geometry(); }
   /// A geometry that has been added, in the order of their ids; before any row names it.
   void add_geometry(const TriangleMesh& mesh, bool deforms);
   /// And before that, inside Engine::call, one that deforms, with the positions that its triangles use.
@@ -49,11 +50,14 @@ class Follower {
     feed_.keep_bounds(id, std::move(used_positions));
   }
 
+  /// Nothing is followed from here on, and the engine not called: queries fail, and say so. watch is misuse then.
+  void close() noexcept;
+
   StandingCounts counts() const noexcept;
 
  private:
   struct Command {
-    enum class Kind : std::uint8_t { add, remove } kind = Kind::add;
+    enum class Kind : std::uint8_t { add, remove, close } kind = Kind::add;
     Watch* watch = nullptr;
     enum class Reply : std::uint8_t { done, dead_carrier, dead_excluded, out_of_memory } reply = Reply::done;
     Version latest = 0;  ///< when it was given
@@ -77,7 +81,7 @@ class Follower {
   /// Watches that run out of memory fail; the others go on.
   template <class Use>
   void each(Use use) noexcept;
-  void fail_all() noexcept;
+  void fail_all(const char* why) noexcept;
 
   transaction::Engine& engine_;
   const FollowerOptions options_;
@@ -96,6 +100,7 @@ class Follower {
   std::vector<Change> changes_;
   std::vector<std::uint32_t> changed_;
   bool fed_ = false;
+  bool closed_ = false;
 
   std::atomic<std::uint64_t> queries_{0}, versions_{0}, rows_{0}, gaps_{0};
   std::atomic<bool> ending_{false};

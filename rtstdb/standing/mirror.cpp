@@ -20,6 +20,11 @@ bool same(const Bounds& a, const Bounds& b) {
 
 }  // namespace
 
+void Mirror::make_room_for_geometry() {
+  const std::lock_guard lock(added_mutex_);
+  added_.reserve(added_.size() + 1);
+}
+
 void Mirror::add_geometry(const Bounds& bounds, bool deforms) {
   const std::lock_guard lock(added_mutex_);
   added_.push_back({bounds, deforms, {}});

@@ -20,6 +20,8 @@ class Mirror {
  public:
   explicit Mirror(std::uint32_t max_entities) : max_entities_(max_entities) {}
 
+  /// So that add_geometry does not throw the next time.
+  void make_room_for_geometry();
   /// Before the first row names it. In the order of ids.
   void add_geometry(const Bounds& bounds, bool deforms);
 

@@ -1,7 +1,7 @@
 #pragma once
 // The database: one world of entities on one GPU.
 //
-// Threads: open, add_geometry, prepare, reserve and make_transaction are setup calls: they allocate and
+// Threads: open, add_geometry, prepare, reserve, watch and make_transaction are setup calls: they allocate and
 // block, and are not for the tick. submit, execute, wait, cancel and latest may be called from any number of threads
 // at once and are made for the tick. The database does its work on a thread of its own; the Vulkan driver's
 // threads are created inside open, so open must run before the caller raises its own priority or pins itself
@@ -19,6 +19,7 @@
 #include <rtstdb/limits.hpp>
 #include <rtstdb/query.hpp>
 #include <rtstdb/result.hpp>
+#include <rtstdb/standing.hpp>
 #include <rtstdb/time.hpp>
 #include <rtstdb/transaction.hpp>
 
@@ -55,6 +56,9 @@ struct DatabaseOptions {
   Nanoseconds spin{30'000};
   /// The deadline clock; null: CLOCK_MONOTONIC. Must outlive the database.
   const Clock* clock = nullptr;
+  /// Row changes that wait for the thread that follows standing queries; allocated with the first of them. A version that finds no
+  /// room is not lost to them, but what it and those after it wrote is found at a later one (EventCause::gap).
+  std::uint32_t followed_changes = 1u << 14;
   /// SCHED_FIFO priority of the database's thread, 0: ordinary. The driver's threads, which do the computing
   /// on a software device, get two less. Where it is refused, Health says so.
   int thread_priority = 0;
@@ -148,6 +152,15 @@ class Database {
   virtual Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) = 0;
   virtual Result<std::unique_ptr<NearestQuery>> prepare(const NearestQueryOptions& options) = 0;
   virtual Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) = 0;
+  /// Registers a standing query: the membership in the latest version or a later one, and from then on who comes and goes. Errors:
+  /// bad_input for a question that one-shot queries refuse too or that nobody can be in for any time, for a carrier or an excluded entity
+  /// that does not live, for k or a ring's capacity out of range; out_of_memory.
+  virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& asked,
+                                                       const StandingOptions& options) = 0;
+  virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingRay& asked,
+                                                       const StandingOptions& options) = 0;
+  virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingNearest& asked,
+                                                       const StandingOptions& options) = 0;
   virtual std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) = 0;
   /// Carries out a transaction that is declared and not submitted some times on the world as it stands, with parts of its
   /// batches and whole, to learn what it costs; publishes nothing, but version numbers are used up where it writes.
@@ -203,6 +216,7 @@ class Database {
   virtual TransactionCounts counts() const noexcept = 0;
   virtual SchedulerCounts scheduler_counts() const = 0;
   virtual ShapeCounts shape_counts() const noexcept = 0;
+  virtual StandingCounts standing_counts() const noexcept = 0;
   virtual Health health() const = 0;
 };
 

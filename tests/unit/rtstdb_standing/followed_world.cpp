@@ -128,6 +128,7 @@ void Members::take(const StandingEvent& event) {
     case EventKind::reset:
       members_.clear();
       whole_ = false;
+      told_lost_ += event.lost;
       return;
     case EventKind::complete:
       EXPECT_FALSE(whole_);

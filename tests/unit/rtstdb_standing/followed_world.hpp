@@ -72,11 +72,14 @@ class Members {
   void take(const StandingEvent& event);
   bool holds(EntityId id) const;
   const std::vector<EntityId>& all() const { return members_; }  ///< ascending
-  bool whole() const { return whole_; }
+  /// All members have been told, and all losses.
+  bool whole(const StandingQuery& query) const { return whole_ && told_lost_ == query.lost(); }
+  std::uint64_t told_lost() const { return told_lost_; }
 
  private:
   std::vector<EntityId> members_;
   bool whole_ = false;
+  std::uint64_t told_lost_ = 0;
 };
 
 EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m = glm::dvec3(0.0),

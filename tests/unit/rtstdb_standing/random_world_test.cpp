@@ -369,7 +369,7 @@ void run_world(std::uint32_t seed, Tally& tally) {
         watched.members.take(event);
       }
       watched.waiting.clear();
-      EXPECT_TRUE(watched.members.whole());
+      EXPECT_TRUE(watched.members.whole(*watched.query));
       ASSERT_NO_FATAL_FAILURE(compare(rows, watched, from, tally, "at a version")) << "seed " << seed;
     }
     now_ns += static_cast<std::int64_t>(dice.one_in(6) ? 0 : dice.below(120'000'000));

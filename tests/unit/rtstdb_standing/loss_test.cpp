@@ -1,0 +1,270 @@
+// What is lost is told: rings that are full, feeds that are full, memory that runs out.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <chrono>
+#include <random>
+#include <thread>
+
+#include "failing_new.hpp"
+#include "followed_world.hpp"
+
+namespace rtstdb::standing::test {
+namespace {
+
+StandingRegion around_origin(float half_m) {
+  StandingRegion asked;
+  asked.region.half_extent_m = {half_m, half_m, half_m};
+  return asked;
+}
+
+/// Fetches until all members have been told.
+void take_until_whole(FollowedWorld& world, StandingQuery& query, Members& members) {
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
+  world.catch_up(query);
+  do {
+    members.take(events_of(world, query));
+    ASSERT_LT(std::chrono::steady_clock::now(), patience) << "no complete";
+    std::this_thread::yield();
+  } while (!members.whole(query));
+  // What came behind `complete` while it was fetched.
+  members.take(events_of(world, query));
+}
+
+std::vector<EntityId> truly_inside(FollowedWorld& world, const StandingRegion& asked) {
+  Region region = asked.region;
+  const oracle::World rows = world.rows();
+  region.t = rows.version_time();
+  return oracle::found(oracle::gaps(rows, region));
+}
+
+TEST(Loss, AFullRingCountsAndTellsAllMembersAnew) {
+  FollowedWorld world;
+  const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
+  const auto asked = around_origin(5.0f);
+  const auto query = world.watch(asked, {.name = "gate", .ring_capacity = 8});
+  Members members;
+  take_until_whole(world, *query, members);
+  std::vector<EntityId> made;
+  for (int k = 0; k < 100; ++k)
+    made.push_back(world.create(row_of(cube), k));
+  world.catch_up(*query);
+  EXPECT_EQ(query->lost(), 92u);
+  std::array<StandingEvent, 8> first;
+  ASSERT_EQ(query->next_events(first), 8u);
+  for (const StandingEvent& event : first)
+    EXPECT_EQ(event.kind, EventKind::enter);
+  // The list is longer than the ring, and comes in pieces.
+  std::vector<StandingEvent> all;
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
+  while (all.empty() || all.back().kind != EventKind::complete) {
+    ASSERT_LT(std::chrono::steady_clock::now(), patience);
+    for (const StandingEvent& event : events_of(world, *query))
+      all.push_back(event);
+  }
+  ASSERT_EQ(all.size(), 102u);
+  EXPECT_EQ(all.front().kind, EventKind::reset);
+  EXPECT_EQ(all.front().lost, 92u);
+  EXPECT_EQ(all.front().seq, first.back().seq + 93) << "numbers that are missing were lost";
+  members.take(all);
+  EXPECT_EQ(members.all(), made);
+  EXPECT_EQ(query->lost(), 92u);
+}
+
+/// One who fetches now and then, and writers that do not wait: at every `complete` and at the end the membership is whole.
+TEST(Loss, ASlowReaderEndsWithTheTrueMembers) {
+  std::mt19937 random(5);
+  FollowedWorld world;
+  const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
+  const auto asked = around_origin(8.0f);
+  const auto query = world.watch(asked, {.name = "gate", .ring_capacity = 4});
+  std::vector<EntityId> alive;
+  Members members;
+  std::array<StandingEvent, 3> some;
+  const auto anywhere = [&] { return static_cast<double>(random() % 400) / 10.0 - 20.0; };
+  std::uint64_t last_seq = 0;
+  std::uint64_t missing = 0;
+  const auto take = [&](std::span<const StandingEvent> events) {
+    for (const StandingEvent& event : events) {
+      missing += event.seq - last_seq - 1;
+      last_seq = event.seq;
+      members.take(event);
+    }
+  };
+  for (int k = 0; k < 600; ++k) {
+    const std::int64_t now_ns = std::int64_t{k} * 20'000'000;
+    const EntityRow row = row_of(cube, {anywhere(), anywhere(), 0.0}, {anywhere(), anywhere(), 0.0});
+    if (alive.size() < 30) {
+      alive.push_back(world.create(row, now_ns));
+    } else {
+      world.update(alive[random() % alive.size()], row, now_ns);
+    }
+    if (random() % 16 == 0) take(std::span(some).first(query->next_events(some)));
+  }
+  EXPECT_GT(query->lost(), 0u);
+  world.catch_up(*query);
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
+  do {
+    take(events_of(world, *query));
+    ASSERT_LT(std::chrono::steady_clock::now(), patience);
+  } while (!members.whole(*query));
+  EXPECT_EQ(members.all(), truly_inside(world, asked));
+  EXPECT_EQ(missing, query->lost());
+  EXPECT_EQ(members.told_lost(), query->lost());
+}
+
+/// Commits that do not fit into the feed: what they did is told as found after a gap; crossings of others keep their times.
+TEST(Loss, AFullFeedIsCaughtUpWith) {
+  FollowedWorld world({.max_entities = 256, .feed_capacity = 8});
+  const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
+  const EntityId crosses = world.create(row_of(cube, {-7.5, 0.0, 0.0}, {1.0, 0.0, 0.0}), 0);
+  const EntityId stays = world.create(row_of(cube), 0);
+  const EntityId goes = world.create(row_of(cube, {1.0, 0.0, 0.0}), 0);
+  const auto asked = around_origin(5.0f);
+  const auto region = world.watch(asked);
+  StandingNearest point;
+  point.k = 1;
+  const auto nearest = world.watch(point);
+  Members members;
+  Members nearest_members;
+  take_until_whole(world, *region, members);
+  take_until_whole(world, *nearest, nearest_members);
+  std::vector<EntityId> come;
+  Transaction* used = nullptr;
+  world.execute(
+      [&](Transaction& transaction) {
+        used = &transaction;
+        transaction.remove(goes);
+        transaction.remove(stays);
+        for (int k = 0; k < 20; ++k)
+          transaction.create(row_of(cube, {0.0, 0.1 * k, 0.0}));
+      },
+      9'000'000'000);
+  for (std::uint32_t k = 0; k < 20; ++k)
+    come.push_back(used->created(k));
+  const auto events = events_of(world, *region);
+  members.take(events);
+  EXPECT_EQ(members.all(), truly_inside(world, asked));
+  ASSERT_EQ(events.size(), 1u + 2u + 20u);
+  EXPECT_EQ(events[0].cause, EventCause::motion);
+  EXPECT_EQ(events[0].entity, crosses);
+  EXPECT_NEAR(static_cast<double>(events[0].time.time_since_epoch().count()), 2e9, 5.0);
+  for (std::size_t k = 1; k < events.size(); ++k) {
+    EXPECT_EQ(events[k].cause, EventCause::gap);
+    EXPECT_EQ(events[k].time, at_ns(9'000'000'000));
+  }
+  nearest_members.take(events_of(world, *nearest));
+  EXPECT_EQ(nearest_members.all(), std::vector{come[0].index < come[1].index ? come[0] : come[1]});
+  const StandingCounts counts = world.follower().counts();
+  EXPECT_EQ(counts.gaps, 1u);
+  EXPECT_EQ(counts.skipped_versions, 1u);
+  // And it follows again.
+  world.remove(come[5], 9'500'000'000);
+  const auto after = events_of(world, *region);
+  ASSERT_EQ(after.size(), 1u);
+  EXPECT_EQ(after[0].cause, EventCause::write);
+}
+
+/// Commits as fast as they go against a feed of few rows: however it is caught up with, the members are true in the end.
+TEST(Loss, ManyGapsEndWithTheTrueMembers) {
+  std::mt19937 random(11);
+  FollowedWorld world({.max_entities = 512, .feed_capacity = 4}, 256);
+  const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
+  std::vector<EntityId> alive;
+  const auto anywhere = [&] { return static_cast<double>(random() % 400) / 10.0 - 20.0; };
+  const auto somewhere = [&] {
+    return row_of(cube, {anywhere(), anywhere(), 0.0}, {anywhere(), anywhere(), 0.0});
+  };
+  for (int k = 0; k < 300; ++k)
+    alive.push_back(world.create(somewhere(), 0));
+  const auto asked = around_origin(8.0f);
+  const auto query = world.watch(asked, {.name = "gate", .ring_capacity = 1 << 16});
+  Members members;
+  for (int k = 0; k < 400; ++k) {
+    world.execute(
+        [&](Transaction& transaction) {
+          for (int n = 0; n < 4; ++n)
+            transaction.update(alive[random() % alive.size()], somewhere());
+        },
+        std::int64_t{k} * 1'000'000);
+    if (k % 16 == 0)
+      world.execute(
+          [&](Transaction& transaction) {
+            for (int n = 0; n < 5; ++n)
+              transaction.update(alive[random() % alive.size()], somewhere());
+          },
+          std::int64_t{k} * 1'000'000);
+  }
+  take_until_whole(world, *query, members);
+  EXPECT_EQ(members.all(), truly_inside(world, asked));
+  EXPECT_GT(world.follower().counts().gaps, 0u);
+  EXPECT_EQ(query->lost(), 0u);
+}
+
+/// A query for which no memory is left has failed and says so; the others go on, and so does the database.
+TEST(Loss, AQueryWithoutMemoryFailsInWords) {
+  FollowedWorld world({.max_entities = 4096});
+  const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
+  const auto query = world.watch(around_origin(5.0f), {.name = "greedy"});
+  Members members;
+  take_until_whole(world, *query, members);
+  fail_allocations_of("rtstdb follower", 0);
+  world.execute(
+      [&](Transaction& transaction) {
+        for (int k = 0; k < 900; ++k)
+          transaction.create(row_of(cube, {100.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}));
+      },
+      1000);
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
+  while (query->status() == StandingStatus::following) {
+    ASSERT_LT(std::chrono::steady_clock::now(), patience);
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(query->status(), StandingStatus::failed);
+  EXPECT_EQ(query->reason(), "standing query 'greedy': no memory was left to follow it");
+  stop_failing_allocations();
+  // It can be asked again.
+  const auto again = world.watch(around_origin(5.0f));
+  world.pass(120'000'000'000);
+  Members later;
+  take_until_whole(world, *again, later);
+  EXPECT_TRUE(later.all().empty());
+  EXPECT_EQ(query->status(), StandingStatus::failed);
+}
+
+/// Wherever the follower's thread runs out of memory: an error where a query is registered, a failed one later, and nothing worse.
+TEST(Loss, MemoryThatRunsOutAnywhereIsNoEnd) {
+  int refused = 0;
+  int failed = 0;
+  int untouched = 0;
+  for (int after = 0; after < 40; ++after) {
+    FollowedWorld world;
+    const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
+    for (int k = 0; k < 30; ++k)
+      world.create(row_of(cube, {-10.0 - k, 0.0, 0.0}, {10.0, 0.0, 0.0}), 0);
+    fail_allocations_of("rtstdb follower", after);
+    StandingNearest nearest;
+    nearest.k = 3;
+    const auto question =
+        after % 2 == 0 ? question_of(nearest, "gate") : question_of(around_origin(5.0f), "gate");
+    auto made = world.follower().watch(question.value(), {.name = "gate"});
+    for (int k = 0; k < 60; ++k)
+      world.create(row_of(cube, {-30.0 - k, 0.0, 0.0}, {10.0, 0.0, 0.0}), 1'000'000 * k);
+    world.pass(2'000'000'000);
+    if (!made) {
+      EXPECT_EQ(made.error().code, ErrorCode::out_of_memory);
+      ++refused;
+    } else {
+      world.catch_up(*made.value());
+      ++(made.value()->status() == StandingStatus::failed ? failed : untouched);
+    }
+    stop_failing_allocations();
+  }
+  EXPECT_GT(refused, 0);
+  EXPECT_GT(failed, 0);
+  EXPECT_GT(untouched, 0);
+}
+
+}  // namespace
+}  // namespace rtstdb::standing::test

@@ -1,0 +1,180 @@
+// What writes do to members at once: they appear, jump, go, become another; carriers too, and shapes.
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "followed_world.hpp"
+
+namespace rtstdb::standing::test {
+namespace {
+
+using enum EventKind;
+
+class Writes : public testing::Test {
+ protected:
+  Writes() {
+    cube = world.add(make_box({1.0, 1.0, 1.0}));
+    asked.region.half_extent_m = {5.0f, 5.0f, 5.0f};
+  }
+
+  struct Told {
+    EventKind kind;
+    EntityId entity;
+    friend bool operator==(const Told&, const Told&) = default;
+  };
+  /// Those by writes, all at this time.
+  std::vector<Told> told(StandingQuery& query, std::int64_t ns) {
+    std::vector<Told> all;
+    for (const StandingEvent& event : events_of(world, query)) {
+      if (event.cause == EventCause::list) continue;
+      EXPECT_EQ(event.cause, EventCause::write);
+      EXPECT_EQ(event.time, at_ns(ns));
+      EXPECT_EQ(event.version, world.engine().latest().version);
+      all.push_back({event.kind, event.entity});
+    }
+    return all;
+  }
+
+  FollowedWorld world;
+  GeometryId cube;
+  StandingRegion asked;
+};
+
+TEST_F(Writes, CreateJumpMaskAndRemove) {
+  const auto query = world.watch(asked);
+  EXPECT_TRUE(told(*query, 0).empty());
+  const EntityId one = world.create(row_of(cube), 10);
+  EXPECT_EQ(told(*query, 10), (std::vector<Told>{{enter, one}}));
+  world.update(one, row_of(cube, {20.0, 0.0, 0.0}), 20);
+  EXPECT_EQ(told(*query, 20), (std::vector<Told>{{exit, one}}));
+  world.update(one, row_of(cube, {5.5, 0.0, 0.0}), 20);  // touches
+  EXPECT_EQ(told(*query, 20), (std::vector<Told>{{enter, one}}));
+  EntityRow unseen = row_of(cube);
+  unseen.mask = 0;
+  world.update(one, unseen, 30);
+  EXPECT_EQ(told(*query, 30), (std::vector<Told>{{exit, one}}));
+  world.update(one, row_of(GeometryId{}), 31);
+  EXPECT_TRUE(told(*query, 31).empty());
+  world.update(one, row_of(cube), 32);
+  EXPECT_EQ(told(*query, 32), (std::vector<Told>{{enter, one}}));
+  world.remove(one, 40);
+  EXPECT_EQ(told(*query, 40), (std::vector<Told>{{exit, one}}));
+}
+
+TEST_F(Writes, AnIndexThatIsUsedAgainIsAnotherEntity) {
+  const EntityId one = world.create(row_of(cube), 0);
+  const auto region = world.watch(asked);
+  const auto nearest = world.watch(StandingNearest{});
+  static_cast<void>(told(*region, 0));
+  static_cast<void>(told(*nearest, 0));
+  EntityId other;
+  std::uint32_t ordinal = 0;
+  Transaction* used = nullptr;
+  world.execute(
+      [&](Transaction& transaction) {
+        used = &transaction;
+        transaction.remove(one);
+        ordinal = transaction.create(row_of(cube, {1.0, 0.0, 0.0}));
+      },
+      10);
+  other = used->created(ordinal);
+  ASSERT_EQ(other.index, one.index);
+  EXPECT_EQ(told(*region, 10), (std::vector<Told>{{exit, one}, {enter, other}}));
+  EXPECT_EQ(told(*nearest, 10), (std::vector<Told>{{exit, one}, {enter, other}}));
+}
+
+TEST_F(Writes, ACarrierThatJumpsTakesTheQuestionAlong) {
+  const EntityId carrier = world.create(EntityRow{}, 0);
+  const EntityId here = world.create(row_of(cube), 0);
+  const EntityId there = world.create(row_of(cube, {100.0, 0.0, 0.0}), 0);
+  asked.region.carrier = carrier;
+  const auto region = world.watch(asked);
+  StandingNearest point;
+  point.point.carrier = carrier;
+  const auto nearest = world.watch(point);
+  StandingRay beam;
+  beam.ray.origin_m = {0.0f, -4.0f, 0.0f};
+  beam.ray.direction = {0.0f, 1.0f, 0.0f};
+  beam.ray.carrier = carrier;
+  const auto ray = world.watch(beam);
+  for (StandingQuery* query : {region.get(), nearest.get(), ray.get()})
+    static_cast<void>(told(*query, 0));
+  EntityRow jumped;
+  jumped.motion.p_world_m = {100.0, 0.0, 0.0};
+  world.update(carrier, jumped, 10);
+  for (StandingQuery* query : {region.get(), nearest.get(), ray.get()})
+    EXPECT_EQ(told(*query, 10), (std::vector<Told>{{exit, here}, {enter, there}}));
+}
+
+TEST_F(Writes, WhenTheCarrierIsRemovedAllLeaveAndTheQueryHasEnded) {
+  const EntityId carrier = world.create(EntityRow{}, 0);
+  const EntityId one = world.create(row_of(cube), 0);
+  asked.region.carrier = carrier;
+  const auto query = world.watch(asked, {.name = "bumper"});
+  static_cast<void>(told(*query, 0));
+  EXPECT_EQ(query->status(), StandingStatus::following);
+  EXPECT_EQ(query->reason(), "");
+  world.remove(carrier, 10);
+  EXPECT_EQ(told(*query, 10), (std::vector<Told>{{exit, one}}));
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
+  while (query->status() == StandingStatus::following && std::chrono::steady_clock::now() < patience)
+    std::this_thread::yield();
+  EXPECT_EQ(query->status(), StandingStatus::ended);
+  EXPECT_EQ(query->reason(), "standing query 'bumper': its carrier was removed");
+  // Who takes its index carries nothing.
+  world.create(EntityRow{}, 20);
+  world.create(row_of(cube), 30);
+  EXPECT_TRUE(told(*query, 30).empty());
+}
+
+TEST_F(Writes, TheExcludedIsNeverAMember) {
+  const EntityId self = world.create(row_of(cube), 0);
+  const EntityId other = world.create(row_of(cube, {2.0, 0.0, 0.0}), 0);
+  asked.excluded = self;
+  asked.region.carrier = self;
+  const auto query = world.watch(asked);
+  Members members;
+  members.take(events_of(world, *query));
+  EXPECT_EQ(members.all(), std::vector{other});
+}
+
+TEST_F(Writes, ShapesThatChangeMoveTheBounds) {
+  const TriangleMesh flat = make_box({1.0, 1.0, 1.0});
+  const GeometryId soft = world.add(flat, true);
+  TriangleMesh wide = flat;
+  for (glm::vec3& p : wide.positions_m)
+    p.x *= 20.0f;
+  const EntityId before = world.create(row_of(soft, {12.0, 0.0, 0.0}), 0);
+  const auto query = world.watch(asked);
+  EXPECT_TRUE(told(*query, 0).empty());
+  world.execute([&](Transaction& transaction) { transaction.update_geometry(soft, wide.positions_m); }, 10);
+  EXPECT_EQ(told(*query, 10), (std::vector<Told>{{enter, before}}));
+  // Who registers later sees the shape as it stands.
+  const auto later = world.watch(asked);
+  Members members;
+  members.take(events_of(world, *later));
+  EXPECT_EQ(members.all(), std::vector{before});
+  world.execute([&](Transaction& transaction) { transaction.update_geometry(soft, flat.positions_m); }, 20);
+  EXPECT_EQ(told(*query, 20), (std::vector<Told>{{exit, before}}));
+}
+
+/// The nearest of those that the point lies inside of is that with the lowest index, whoever was there first.
+TEST_F(Writes, AmongThoseThatHoldThePointTheLowestIndexCounts) {
+  const EntityId low = world.create(row_of(cube, {-3.0, 0.0, 0.0}, {1.0, 0.0, 0.0}), 0);
+  const EntityId high = world.create(row_of(cube), 0);
+  const auto query = world.watch(StandingNearest{});
+  world.pass(4'000'000'000);
+  const auto events = events_of(world, *query);
+  ASSERT_EQ(events.size(), 7u);  // reset, present, complete; low comes, high goes, and back
+  EXPECT_EQ(events[1].entity, high);
+  EXPECT_EQ(events[3].entity, low);
+  EXPECT_EQ(events[3].kind, enter);
+  EXPECT_NEAR(static_cast<double>(events[3].time.time_since_epoch().count()), 2.5e9, 10.0);
+  EXPECT_EQ(events[5].entity, low);
+  EXPECT_EQ(events[5].kind, exit);
+  EXPECT_NEAR(static_cast<double>(events[5].time.time_since_epoch().count()), 3.5e9, 10.0);
+}
+
+}  // namespace
+}  // namespace rtstdb::standing::test
