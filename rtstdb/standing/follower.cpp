@@ -74,7 +74,7 @@ Follower::~Follower() {
   ending_.store(true, std::memory_order_release);
   bell_.ring();
   thread_.join();
-  engine_.listen(nullptr);
+  if (!closed_) engine_.listen(nullptr);
 }
 
 // ---- any thread
