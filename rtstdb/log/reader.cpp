@@ -17,7 +17,11 @@ std::string versions_in_words(Version first, Version last) {
 class Reading {
  public:
   Reading(Disk& disk, const ReadOptions& options, RecordVisitor& visitor)
-      : disk_(disk), visitor_(visitor), group_(options.from.group), link_(options.from.link) {}
+      : disk_(disk),
+        visitor_(visitor),
+        from_group_(options.from.group),
+        group_(options.from.group),
+        link_(options.from.link) {}
 
   ReadReport report;
 
@@ -34,6 +38,7 @@ class Reading {
   Disk& disk_;
   RecordVisitor& visitor_;
   RecordDecoder decoder_;
+  const std::uint64_t from_group_;
   std::uint64_t segment_ = 0, offset_ = 0;
   std::uint64_t group_, link_;  // that come next
   Version newest_version_ = 0;
@@ -46,16 +51,23 @@ Result<Reading::Step> Reading::segment(const SegmentChain::Link& link, const Pos
   ++report.segments;
   segment_ = link.header.number;
   offset_ = segment_ == from.segment && link.header.first_group <= from.group ? from.offset : sector_bytes;
+  if (segment_ != from.segment && link.header.first_group < group_) {  // the first link alone
+    group_ = link.header.first_group;
+    link_ = link.header.link;
+  }
   if (offset_ == sector_bytes && link.header.first_group == group_ && link.header.link != link_)
     return damaged("its first group does not follow the one before it");
 
   while (group_ < link.end_group) {
     report.next = {segment_, offset_, group_, link_};
+    if (group_ == from.group && link_ != from.link)
+      return damaged("the groups before it are others than those that lead to the checkpoint");
     const char* fault = nullptr;
     const auto found = walk.group_at({offset_, group_, link_}, fault);
     if (!found) return no_group(walk, link, fault);
     if (found->header.flags == closing_flag) {
-      const bool last = link.end_group == no_limit && !walk.later_group(offset_ + sector_bytes, group_);
+      const bool last = link.end_group == no_limit && group_ >= from_group_ &&
+                        !walk.later_group(offset_ + sector_bytes, group_);
       if (!last) return damaged("it is closed there and goes on all the same");
       report.end = LogEnd::closed;
       return Step::end;
@@ -109,6 +121,8 @@ Reading::Step Reading::no_group(const SegmentWalk& walk, const SegmentChain::Lin
     return damaged(fault, "group " + std::to_string(later->header.number) + " with " +
                               versions_in_words(later->header.first_version, later->header.last_version) +
                               " is whole behind it, at offset " + std::to_string(later->offset));
+  if (group_ < from_group_)
+    return damaged(fault, "the checkpoint goes on with group " + std::to_string(from_group_));
   if (link.end_group != no_limit)
     return damaged(fault, "a later segment begins with group " + std::to_string(link.end_group));
   report.cut_bytes = walk.bytes_in_use_from(offset_);

@@ -67,9 +67,11 @@ std::string missing_before(const SegmentChain& chain, const Position& from) {
     return segment_name(first.number) + " begins with group " + std::to_string(first.first_group) + ", and " +
            wanted + " is missing before it";
   if (first.number == from.segment) return "";
-  if (first.first_group != from.group)
+  // A later segment may have taken the place of the groups before, too.
+  if (first.number < from.segment)
     return segment_name(from.segment) + " is missing, and " + wanted + " with it";
-  if (first.link != from.link) return segment_name(first.number) + ": it does not follow the group before it";
+  if (first.first_group == from.group && first.link != from.link)
+    return segment_name(first.number) + ": it does not follow the group before it";
   return "";
 }
 

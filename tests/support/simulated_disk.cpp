@@ -117,7 +117,12 @@ class SimulatedLock final : public DiskLock {
 };
 
 int SimulatedDisk::enter(DiskCall call) {
-  if (hook_) hook_(call);
+  std::function<void(DiskCall)> hook;
+  {
+    const std::lock_guard lock(mutex_);
+    hook = hook_;
+  }
+  if (hook) hook(call);
   const std::lock_guard lock(mutex_);
   const std::uint64_t number = calls_++;
   if (const auto found = failing_.find(number); found != failing_.end()) return found->second;

@@ -4,8 +4,9 @@
 // changed since the directory was synced have changed or not. A sync of a file that fails drops what it had to write, and later
 // ones say nothing of that.
 //
-// Threads: as the port says. Faults are set while no call is under way.
+// Threads: as the port says. Faults are set by anybody at any time.
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -34,15 +35,30 @@ class SimulatedDisk final : public rtstdb::log::Disk {
   /// Calls so far: any of the port, on the directory or a file.
   std::uint64_t calls() const noexcept { return calls_; }
   /// The call that has that number (from 0) fails with that errno.
-  void fail_call(std::uint64_t number, int error_number) { failing_[number] = error_number; }
+  void fail_call(std::uint64_t number, int error_number) {
+    const std::lock_guard lock(mutex_);
+    failing_[number] = error_number;
+  }
   /// Each call fails with EIO so often in a thousand; reading never does.
-  void fail_per_mille(std::uint32_t chance) { chance_ = chance; }
+  void fail_per_mille(std::uint32_t chance) {
+    const std::lock_guard lock(mutex_);
+    chance_ = chance;
+  }
   /// All calls of that kind fail, until 0 is given.
-  void fail_kind(DiskCall call, int error_number) { failing_kinds_[call] = error_number; }
+  void fail_kind(DiskCall call, int error_number) {
+    const std::lock_guard lock(mutex_);
+    failing_kinds_[call] = error_number;
+  }
   /// Files can not grow beyond that many bytes together.
-  void set_capacity(std::uint64_t bytes) { capacity_ = bytes; }
+  void set_capacity(std::uint64_t bytes) {
+    const std::lock_guard lock(mutex_);
+    capacity_ = bytes;
+  }
   /// Called before each call, without a lock: it may wait, or move a clock.
-  void before_each(std::function<void(DiskCall)> hook) { hook_ = std::move(hook); }
+  void before_each(std::function<void(DiskCall)> hook) {
+    const std::lock_guard lock(mutex_);
+    hook_ = std::move(hook);
+  }
 
   /// The power goes. Files that are open are no good any more.
   void crash();
@@ -50,7 +66,10 @@ class SimulatedDisk final : public rtstdb::log::Disk {
   void kill() { ++life_; }
   /// From here on a crash keeps nothing that was not synced, or all of it; by default it is drawn by sectors.
   enum class Keeps : std::uint8_t { any, nothing, everything };
-  void at_crash_keep(Keeps keeps) { keeps_ = keeps; }
+  void at_crash_keep(Keeps keeps) {
+    const std::lock_guard lock(mutex_);
+    keeps_ = keeps;
+  }
 
   // ---- for damage and comparison
 
@@ -101,8 +120,8 @@ class SimulatedDisk final : public rtstdb::log::Disk {
   std::uint32_t chance_ = 0;
   std::uint64_t capacity_ = ~std::uint64_t{0};
   std::function<void(DiskCall)> hook_;
-  std::uint64_t calls_ = 0;
-  std::uint64_t life_ = 0;  // handles of an earlier one are stale
+  std::atomic<std::uint64_t> calls_{0};
+  std::atomic<std::uint64_t> life_{0};  // handles of an earlier one are stale
   Keeps keeps_ = Keeps::any;
   std::uint64_t locked_in_ = ~std::uint64_t{0};
 };

@@ -1,5 +1,7 @@
 // What is refused when a log is opened, and geometry that comes back.
 
+#include <cerrno>
+
 #include "life.hpp"
 #include "rtstdb/log/directory.hpp"
 
@@ -9,7 +11,7 @@ namespace {
 class OpenALog : public testing::Test {
  protected:
   void commit_some(int count) {
-    Life life(disk_, {});
+    Life life(disk_, {.checkpoint_every_bytes = 3000});
     for (int k = 0; k < count; ++k)
       ASSERT_TRUE(life.commit(model_, random_).done());
     ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
@@ -59,6 +61,40 @@ TEST_F(OpenALog, RefusesDamageAndSalvages) {
   EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
   ASSERT_TRUE(life.commit(model_, random_).done());
   EXPECT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+}
+
+/// An older checkpoint helps where the newest can not be read, and the newest is as good as it was when it can be read again.
+TEST_F(OpenALog, ACheckpointThatCouldNotBeReadForALife) {
+  for (int round = 0; round < 20; ++round) {
+    commit_some(8 + round);
+    disk_.kill();
+    auto contents = disk_.contents();
+    std::map<std::string, std::vector<std::byte>> checkpoints;
+    for (auto& [name, bytes] : contents) {
+      if (!name.starts_with("checkpoint.")) continue;
+      checkpoints[name] = bytes;
+      bytes[70] ^= std::byte{1};
+    }
+    disk_.set_contents(contents);
+    const Version version = model_.newest_up_to(~Version{0});
+    {
+      Life life(disk_, {});
+      EXPECT_EQ(life.engine.latest().version, version) << life.log().recovery().in_words;
+      for (int k = 0; k < round % 3; ++k)
+        ASSERT_TRUE(life.commit(model_, random_).done());
+      ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+      if (round % 2 == 0) disk_.fail_kind(DiskCall::write, EIO);  // it is not closed
+    }
+    disk_.fail_kind(DiskCall::write, 0);
+    contents = disk_.contents();
+    for (const auto& [name, bytes] : checkpoints)
+      contents[name] = bytes;
+    disk_.set_contents(contents);
+    auto log = open_log(disk_, log_options({}));
+    ASSERT_TRUE(log.ok()) << "round " << round << ": " << log.error().message;
+    Life life(std::move(log).value(), {});
+    EXPECT_EQ(in_words(life.image()), in_words(living(model_.now()))) << life.log().recovery().in_words;
+  }
 }
 
 TEST_F(OpenALog, EveryRefusalOfTheDiskIsAnError) {
