@@ -61,6 +61,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   const ClockTime deadline = transaction.terms().deadline;
   const bool firm = transaction.is(DeadlineClass::firm);
   transaction.promised = false;
+  transaction.cost_known = false;
   transaction.promised_cost = Nanoseconds(0);
   transaction.needed_cost = Nanoseconds(0);
   if (firm && now > deadline) {
@@ -72,6 +73,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   const auto cost = costs_.predict(transaction.write_set(), transaction.requests());
   if (cost) {
     outcome.predicted_cost = cost->mean;
+    transaction.cost_known = true;
     transaction.promised_cost = cost->promised;
     transaction.needed_cost = cost->needed + std::min(cost->promised - cost->needed, chunk_);
   }
@@ -80,12 +82,16 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
     transaction.promised_cost = cost ? std::min(cost->promised, budget) : budget;
     return true;
   }
-  if (!cost) return true;
+  if (!cost) {
+    // Nobody knows whether they are kept behind it.
+    each_behind(transaction, deadline, [](TransactionImpl& other) { other.promised = false; });
+    return true;
+  }
   const ClockTime end = expected_end(now, transaction, deadline);
   const bool breaks_none = !firm || !first_broken(transaction, deadline);
   const bool in_time = end <= deadline;
   if (breaks_none && (!firm || in_time || refused_in_a_row_ == refusals_before_one_is_let_in)) {
-    transaction.promised = firm && in_time;
+    transaction.promised = firm && in_time && all_known_before(transaction, deadline);
     // What others may still take from it makes it later, and lets more of the reserved ones in.
     const Nanoseconds reserved = firm ? reservations_.still_to_come(end, deadline) : Nanoseconds(0);
     transaction.slack = std::max(deadline - end - reserved, Nanoseconds(0));
@@ -104,6 +110,18 @@ ClockTime Engine::expected_end(ClockTime now, const TransactionImpl& transaction
                                ClockTime deadline) const noexcept {
   return behind_reserved(now, now + rest_before(now, transaction, deadline) +
                                   queue_.cost_before(transaction, deadline) + transaction.needed_cost);
+}
+
+bool Engine::all_known_before(const TransactionImpl& transaction, ClockTime deadline) const noexcept {
+  bool known = true;
+  const auto look = [&](const TransactionImpl& other) {
+    known = known &&
+            (other.cost_known || other.reserved || ReadyQueue::comes_before(transaction, deadline, other));
+  };
+  queue_.for_each(look);
+  for (const Running& running : runner_.running().all())
+    look(*running.transaction);
+  return known;
 }
 
 Nanoseconds Engine::rest_before(ClockTime now, const TransactionImpl& transaction,

@@ -149,6 +149,8 @@ class Engine final : private query::Meanwhile, private LogOwner {
   /// When a newcomer would be done with this deadline, if nothing else came.
   ClockTime expected_end(ClockTime now, const TransactionImpl& transaction,
                          ClockTime deadline) const noexcept;
+  /// Whether there is a prediction for each one that a newcomer would wait for.
+  bool all_known_before(const TransactionImpl& transaction, ClockTime deadline) const noexcept;
   /// What is left of those that run until a newcomer's turn.
   Nanoseconds rest_before(ClockTime now, const TransactionImpl& transaction,
                           ClockTime deadline) const noexcept;

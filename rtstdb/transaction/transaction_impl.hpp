@@ -79,6 +79,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   bool is_to_be_cancelled() const noexcept { return to_be_cancelled_.load(std::memory_order_acquire); }
   void wait() noexcept { status_.wait_while(static_cast<std::uint32_t>(Status::pending)); }
 
+  bool cost_known = false;
   Nanoseconds promised_cost{0};  ///< zero: not known
   Nanoseconds needed_cost{0};    ///< of that, what it takes to be done in time: answers may be partial
   bool promised = false;         ///< firm, and admitted by its cost
