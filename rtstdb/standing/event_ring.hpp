@@ -1,5 +1,6 @@
 #pragma once
-// Events on their way from the follower's thread to the one that fetches them: a ring of fixed size, without locks.
+// Events on their way from the follower's thread to the one that fetches them: a ring of fixed size, without locks. Room made and
+// room looked for are in one order with whatever else is seq_cst, so that who waits for room can be woken.
 
 #include <algorithm>
 #include <atomic>
@@ -20,7 +21,7 @@ class EventRing {
   /// The thread that pushes.
   std::size_t room() const noexcept {
     return events_.size() - static_cast<std::size_t>(pushed_.load(std::memory_order_relaxed) -
-                                                     popped_.load(std::memory_order_acquire));
+                                                     popped_.load(std::memory_order_seq_cst));
   }
   /// Misuse without room.
   void push(const StandingEvent& event) noexcept {
@@ -35,7 +36,7 @@ class EventRing {
     const std::size_t count = std::min(waiting, events.size());
     for (std::size_t k = 0; k < count; ++k)
       events[k] = events_[(first + k) % events_.size()];
-    popped_.store(first + count, std::memory_order_release);
+    popped_.store(first + count, std::memory_order_seq_cst);
     return count;
   }
 

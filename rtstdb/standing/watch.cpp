@@ -36,8 +36,7 @@ Watch::Watch(const Question& question, const StandingOptions& options, const Mir
 std::size_t Watch::next_events(std::span<StandingEvent> events) noexcept {
   const std::size_t count = ring_.pop(events);
   // Pairs with pump: either it sees the room or is seen to wait for it.
-  std::atomic_thread_fence(std::memory_order_seq_cst);
-  if (count > 0 && waits_for_room_.load(std::memory_order_relaxed)) follower_.ring();
+  if (count > 0 && waits_for_room_.load(std::memory_order_seq_cst)) follower_.ring();
   return count;
 }
 
@@ -198,8 +197,7 @@ void Watch::pump() {
     const std::size_t needed =
         telling_ == Telling::reset_next ? std::max<std::size_t>(1, ring_.capacity() / 2) : 1;
     if (ring_.room() < needed) {
-      waits_for_room_.store(true, std::memory_order_relaxed);
-      std::atomic_thread_fence(std::memory_order_seq_cst);
+      waits_for_room_.store(true, std::memory_order_seq_cst);
       if (ring_.room() < needed) return;
     }
     if (telling_ == Telling::reset_next) {
