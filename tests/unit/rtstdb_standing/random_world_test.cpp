@@ -20,12 +20,13 @@ namespace rtstdb::standing::test {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int worlds = 2;
+constexpr int worlds = 1;
+constexpr int samples_between = 32;
 #else
 constexpr int worlds = 12;
+constexpr int samples_between = 64;
 #endif
 constexpr int versions = 40;
-constexpr int samples_between = 64;
 /// Nearer to the border than this, the reference says nothing at an instant that is not a crossing.
 constexpr double certain_m = 1e-6;
 /// So long before and after a crossing the sign is the old and the new one.
