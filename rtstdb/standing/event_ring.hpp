@@ -41,8 +41,8 @@ class EventRing {
   }
 
  private:
-  std::vector<StandingEvent> events_;
   alignas(64) std::atomic<std::uint64_t> pushed_{0};
+  std::vector<StandingEvent> events_;
   alignas(64) std::atomic<std::uint64_t> popped_{0};
 };
 
