@@ -17,6 +17,7 @@
 #include "rtstdb/geometry/row_check.hpp"
 #include "rtstdb/gpu/device.hpp"
 #include "rtstdb/log/posix_disk.hpp"
+#include "rtstdb/open_database.hpp"
 #include "rtstdb/open_past.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
 #include "rtstdb/query/nearest_query.hpp"
@@ -181,11 +182,10 @@ constexpr Nanoseconds longest_wait_for_log{10'000'000'000};
 class DatabaseImpl final : public Database {
  public:
   /// `known`: what the log told of, on the device already. `past`: see EngineOptions.
-  DatabaseImpl(std::unique_ptr<gpu::Device> device, std::unique_ptr<query::GpuExecutor> executor,
-               const DatabaseOptions& options, std::unique_ptr<transaction::CommitLog> log,
-               std::vector<Added> known, std::function<void(store::Store&)> past)
-      : device_(std::move(device)),
-        executor_(std::move(executor)),
+  DatabaseImpl(std::unique_ptr<query::GpuExecutor> executor, const DatabaseOptions& options,
+               std::unique_ptr<transaction::CommitLog> log, std::vector<Added> known,
+               std::function<void(store::Store&)> past)
+      : executor_(std::move(executor)),
         meshes_(std::move(known)),
         is_past_(static_cast<bool>(past)),
         engine_({.store = {.max_entities = options.max_entities,
@@ -213,7 +213,7 @@ class DatabaseImpl final : public Database {
     }
   }
 
-  const DeviceInfo& device() const noexcept override { return device_->info(); }
+  const DeviceInfo& device() const noexcept override { return executor_->device_info(); }
 
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name,
                                   const GeometryOptions& options) override {
@@ -323,15 +323,14 @@ class DatabaseImpl final : public Database {
   StandingCounts standing_counts() const noexcept override { return follower_.counts(); }
 
   Health health() const override {
-    std::vector<std::string> degraded = engine_.degraded();
+    Health health = executor_->device_health();
+    health.degraded = engine_.degraded();
     const Durability log = durability();
-    if (log.refused_by_disk) degraded.push_back("nothing becomes durable now: " + log.last_fault);
+    if (log.refused_by_disk) health.degraded.push_back("nothing becomes durable now: " + log.last_fault);
     if (log.commits_in_gaps != 0)
-      degraded.push_back(std::to_string(log.commits_in_gaps) +
-                         " commits were not recorded, since the disk was slower than they came");
-    return {.degraded = std::move(degraded),
-            .validation_messages = device_->validation_messages(),
-            .device_lost = device_->lost()};
+      health.degraded.push_back(std::to_string(log.commits_in_gaps) +
+                                " commits were not recorded, since the disk was slower than they came");
+    return health;
   }
 
  private:
@@ -388,14 +387,11 @@ class DatabaseImpl final : public Database {
   template <class Public, class Prepared, class Options>
   Result<std::unique_ptr<Public>> prepare_on_engine(const Options& options) {
     std::optional<Result<std::unique_ptr<Prepared>>> made;
-    Result<void> bound;
     engine_.call([&] {
       made.emplace(unless_out_of_memory<std::unique_ptr<Prepared>>(
-          "query '" + options.name + "'", [&] { return Prepared::create(*device_, options); }));
-      if (*made) bound = executor_->bind(*made->value());
+          "query '" + options.name + "'", [&] { return executor_->prepare<Prepared>(options); }));
     });
     if (!*made) return made->error();
-    if (!bound) return bound.error();
     return std::unique_ptr<Public>(std::move(*made).value());
   }
 
@@ -408,7 +404,6 @@ class DatabaseImpl final : public Database {
   }
 
   transaction::MonotonicClock monotonic_clock_;
-  std::unique_ptr<gpu::Device> device_;
   std::unique_ptr<query::GpuExecutor> executor_;
   std::mutex adding_mutex_;
   mutable std::mutex meshes_mutex_;
@@ -420,14 +415,19 @@ class DatabaseImpl final : public Database {
 };
 
 /// With a stretch of the past, or none.
-Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, log::Stretch* stretch) {
+Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu::DeviceOptions device,
+                                            log::Stretch* stretch) {
   return unless_out_of_memory<std::unique_ptr<Database>>(
       "the database", [&]() -> Result<std::unique_ptr<Database>> {
-        const bool validation = options.validation == Validation::on ||
-                                (options.validation == Validation::build_default && validation_default);
-        auto device = open_device({.select = options.gpu, .validation = validation}, options.thread_priority);
-        if (!device) return device.error();
-        auto executor = query::GpuExecutor::create(*device.value(), options);
+        device.select = options.gpu;
+        device.validation = options.validation == Validation::on ||
+                            (options.validation == Validation::build_default && validation_default);
+        const auto open = [device, priority = options.thread_priority](const auto& compiled) {
+          gpu::DeviceOptions with_compiled = device;
+          with_compiled.compiled = compiled;
+          return open_device(with_compiled, priority);
+        };
+        auto executor = query::GpuExecutor::create(open, options);
         if (!executor) return executor.error();
         auto log = open_log(options);
         if (!log) return log.error();
@@ -439,8 +439,8 @@ Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, log:
         std::function<void(store::Store&)> past;
         if (stretch != nullptr) past = [stretch](store::Store& store) { live_through(*stretch, store); };
         auto database =
-            std::make_unique<DatabaseImpl>(std::move(device).value(), std::move(executor).value(), options,
-                                           std::move(log).value(), std::move(known).value(), std::move(past));
+            std::make_unique<DatabaseImpl>(std::move(executor).value(), options, std::move(log).value(),
+                                           std::move(known).value(), std::move(past));
         return std::unique_ptr<Database>(std::move(database));
       });
 }
@@ -452,14 +452,18 @@ std::vector<DeviceInfo> Database::devices() {
 }
 
 Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options) {
+  return open_database(options, {});
+}
+
+Result<std::unique_ptr<Database>> open_database(const DatabaseOptions& options, gpu::DeviceOptions device) {
   if (auto checked = check_options(options); !checked) return checked.error();
   if (auto checked = check_options(options.durability); !checked) return checked.error();
-  return open_with(options, nullptr);
+  return open_with(options, std::move(device), nullptr);
 }
 
 Result<std::unique_ptr<Database>> open_past(const DatabaseOptions& options, log::Stretch stretch) {
   if (auto checked = check_options(options); !checked) return checked.error();
-  return open_with(options, &stretch);
+  return open_with(options, {}, &stretch);
 }
 
 }  // namespace rtstdb

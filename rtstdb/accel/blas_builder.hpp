@@ -83,6 +83,10 @@ class BlasBuilder {
   bool has_room_for(std::size_t triangles, std::size_t positions) const noexcept {
     return triangles <= scratch_.capacity() && positions <= scratch_.positions_capacity();
   }
+  /// Takes the memory that is to be kept, on a device where nothing has been built yet.
+  Result<void> take_kept_room(gpu::Device& device) {
+    return reserve(device, kept_triangles_, kept_positions_);
+  }
   /// Gives back what a large build took. What was to be kept may then be missing, where memory has run out:
   /// has_room_for says so.
   void release(gpu::Device& device);

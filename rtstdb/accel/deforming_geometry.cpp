@@ -118,6 +118,13 @@ void DeformingGeometry::adopt_tree(std::size_t place, std::span<const std::uint3
   places_[place].tree_is_new = true;
 }
 
+void DeformingGeometry::adopt_tree(std::size_t place, std::span<const std::uint32_t> levels,
+                                   float built_burden) noexcept {
+  adopt_tree(place, levels);
+  places_[place].built_burden = built_burden;
+  places_[place].tree_is_new = false;
+}
+
 std::size_t DeformingGeometry::find(Version shape) noexcept {
   for (std::size_t place = 0; place < places; ++place) {
     if (!places_[place].holds_shape || places_[place].shape != shape) continue;

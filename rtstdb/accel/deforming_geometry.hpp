@@ -61,6 +61,10 @@ class DeformingGeometry {
   BlasBuilder::Place at(std::size_t place) const noexcept { return places_[place].at; }
   const gpu::Buffer& order(std::size_t place) const noexcept { return places_[place].order; }
   void adopt_tree(std::size_t place, std::span<const std::uint32_t> levels) noexcept;
+  /// The same of a tree that stood on another device, where it had built_burden.
+  void adopt_tree(std::size_t place, std::span<const std::uint32_t> levels, float built_burden) noexcept;
+  /// What the tree cost when it was built, over about the least that its shape did then.
+  float built_burden(std::size_t place) const noexcept { return places_[place].built_burden; }
 
   /// The place of that shape, which is shown from now on; `places` when it has none.
   std::size_t find(Version shape) noexcept;

@@ -24,6 +24,11 @@ Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t
 }  // namespace
 
 Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t max_geometries, Submit& submit) {
+  return create_with_room(device, max_geometries, {}, submit);
+}
+
+Result<GeometryPool> GeometryPool::create_with_room(gpu::Device& device, std::uint32_t max_geometries,
+                                                    const PoolPart& used, Submit& submit) {
   GeometryPool pool;
   auto builder = BlasBuilder::create(device, submit);
   if (!builder) return builder.error();
@@ -32,8 +37,8 @@ Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t max
   if (!passes) return passes.error();
   pool.refit_passes_ = std::move(passes).value();
   pool.max_geometries_ = max_geometries;
-  pool.node_capacity_ = 4096;
-  pool.triangle_capacity_ = 16384;
+  pool.node_capacity_ = std::max(used.node_end, 4096u);
+  pool.triangle_capacity_ = std::max(used.triangle_end, 16384u);
   auto nodes = make_pool(device, "node pool", pool.node_capacity_ * node_bytes, true);
   if (!nodes) return nodes.error();
   pool.nodes_ = std::move(nodes).value();
@@ -48,7 +53,7 @@ Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t max
   return pool;
 }
 
-Result<void> GeometryPool::reserve(gpu::Device& device, const Part& part, Submit& submit) {
+Result<void> GeometryPool::reserve(gpu::Device& device, const PoolPart& part, Submit& submit) {
   const std::uint32_t nodes = part.node_end;
   const std::uint32_t triangles = part.triangle_end;
   // Both looked at before either grows: a pool that no query can bind would refuse every geometry after. The
@@ -105,9 +110,18 @@ Result<void> GeometryPool::check_room(std::uint32_t triangles) const {
 Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit,
                                         const GeometryOptions& options) {
   bounds_.reserve(count_ + 1);
+  kept_.reserve(count_ + 1);
   const std::uint32_t generation = generation_;
   auto added =
       options.deforms ? add_deforming(device, mesh, options, submit) : add_still(device, mesh, submit);
+  std::shared_ptr<const KeptGeometry> kept;
+  if (added) {
+    auto taken = keep(device, mesh, options, added.value(), submit);
+    if (taken)
+      kept = std::move(taken).value();
+    else
+      added = taken.error();
+  }
   builder_.release(device);
   // Also after a refusal: a pool may have grown before it.
   if (generation != generation_) {
@@ -121,16 +135,17 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh&
   }
   node_count_ = added.value().node_end;
   triangle_count_ = added.value().triangle_end;
+  kept_.push_back(std::move(kept));
   return count_++;
 }
 
-Result<GeometryPool::Part> GeometryPool::add_still(gpu::Device& device, const TriangleMesh& mesh,
-                                                   Submit& submit) {
+Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit) {
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   if (auto room = check_room(count); !room) return room.error();
   const auto node_count = builder_.build(device, mesh, submit);
   if (!node_count) return node_count.error();
-  const Part part{node_count_, node_count_ + node_count.value(), triangle_count_, triangle_count_ + count};
+  const PoolPart part{node_count_, node_count_ + node_count.value(), triangle_count_,
+                      triangle_count_ + count};
   if (auto reserved = reserve(device, part, submit); !reserved) return reserved.error();
   if (!builder_.write({part.node_base, part.triangle_base}, nodes_, triangles_, submit))
     return Error{ErrorCode::device_lost, "the GPU stopped answering while a geometry was written"};

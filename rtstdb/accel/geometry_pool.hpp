@@ -13,14 +13,22 @@
 
 #include "rtstdb/accel/blas_builder.hpp"
 #include "rtstdb/accel/deforming_geometry.hpp"
+#include "rtstdb/accel/kept_geometry.hpp"
 #include "rtstdb/query/executor.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
 
+class Upload;
+
 class GeometryPool {
  public:
   static Result<GeometryPool> create(gpu::Device& device, std::uint32_t max_geometries, Submit& submit);
+  /// With all that another pool had, whose device may be gone. `submit` is not begun. Errors: as add.
+  static Result<GeometryPool> create_again(gpu::Device& device, std::uint32_t max_geometries,
+                                           const KeptGeometries& kept, Submit& submit);
+  /// What brings it all to another device.
+  const KeptGeometries& kept() const noexcept { return kept_; }
 
   /// Builds the BLAS. The mesh has passed validate. Errors: capacity, out_of_memory, device_lost; the pool is
   /// unchanged.
@@ -48,15 +56,19 @@ class GeometryPool {
   std::uint32_t generation() const noexcept { return generation_; }
 
  private:
-  struct Part {
-    std::uint32_t node_base = 0, node_end = 0;
-    std::uint32_t triangle_base = 0, triangle_end = 0;
-  };
-  Result<void> reserve(gpu::Device& device, const Part& part, Submit& submit);
+  /// Room for what ends there, and for some more.
+  static Result<GeometryPool> create_with_room(gpu::Device& device, std::uint32_t max_geometries,
+                                               const PoolPart& used, Submit& submit);
+  Result<void> reserve(gpu::Device& device, const PoolPart& part, Submit& submit);
   Result<void> check_room(std::uint32_t triangles) const;
-  Result<Part> add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
-  Result<Part> add_deforming(gpu::Device& device, const TriangleMesh& mesh, const GeometryOptions& options,
-                             Submit& submit);
+  Result<PoolPart> add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
+  Result<PoolPart> add_deforming(gpu::Device& device, const TriangleMesh& mesh,
+                                 const GeometryOptions& options, Submit& submit);
+  /// The geometry that was added last, which is not counted yet.
+  Result<std::shared_ptr<const KeptGeometry>> keep(gpu::Device& device, const TriangleMesh& mesh,
+                                                   const GeometryOptions& options, const PoolPart& part,
+                                                   Submit& submit);
+  Result<void> bring_back(gpu::Device& device, std::uint32_t index, const KeptGeometry& kept, Upload& upload);
   Result<void> bind_deforming(gpu::Device& device);
   struct Placing {
     std::size_t geometry = 0, place = 0;
@@ -73,6 +85,7 @@ class GeometryPool {
   std::uint32_t max_geometries_ = 0, count_ = 0;
   std::uint32_t generation_ = 0;
   std::vector<Bounds> bounds_;
+  KeptGeometries kept_;
   RefitPasses refit_passes_;
   std::vector<DeformingGeometry> deforming_;
   std::vector<Placing> placings_;  // of one call of show

@@ -25,8 +25,8 @@ constexpr std::uint64_t spread(std::uint64_t number) {
 
 }  // namespace
 
-Result<GeometryPool::Part> GeometryPool::add_deforming(gpu::Device& device, const TriangleMesh& mesh,
-                                                       const GeometryOptions& options, Submit& submit) {
+Result<PoolPart> GeometryPool::add_deforming(gpu::Device& device, const TriangleMesh& mesh,
+                                             const GeometryOptions& options, Submit& submit) {
   constexpr std::uint32_t places = DeformingGeometry::places;
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   const std::uint32_t alignment_loss = DeformingGeometry::alignment;
@@ -36,8 +36,8 @@ Result<GeometryPool::Part> GeometryPool::add_deforming(gpu::Device& device, cons
   const DeformingGeometry::Room room = DeformingGeometry::room_for(count);
   const BlasBuilder::Place first{aligned(node_count_), aligned(triangle_count_)};
   const BlasBuilder::Place second{first.node_base + room.nodes, first.leaf_base + room.triangles};
-  const Part part{first.node_base, second.node_base + room.nodes, first.leaf_base,
-                  second.leaf_base + room.triangles};
+  const PoolPart part{first.node_base, second.node_base + room.nodes, first.leaf_base,
+                      second.leaf_base + room.triangles};
   auto made = DeformingGeometry::create(device, GeometryId{count_}, mesh, options, {first, second});
   if (!made) return made.error();
   DeformingGeometry geometry = std::move(made).value();

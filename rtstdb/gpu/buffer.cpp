@@ -1,3 +1,4 @@
+#include <cstring>
 #include <optional>
 #include <utility>
 
@@ -34,6 +35,22 @@ std::optional<std::string> passed_limit(const Device::Impl& device, const Buffer
   return std::nullopt;
 }
 
+/// Puts the caller's pages under the buffer. Empty: the device can not have just these.
+vk::raii::DeviceMemory take_in(const Device::Impl& device, const vk::MemoryRequirements& needs,
+                               const HostMemory& host) {
+  constexpr auto type = vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT;
+  const std::span<std::byte> pages = host.pages();
+  if (needs.size > pages.size()) return nullptr;
+  const auto possible = device.device.getMemoryHostPointerPropertiesEXT(type, pages.data());
+  const auto types = rank_memory_types(device.memory_types, needs.memoryTypeBits & possible.memoryTypeBits,
+                                       Memory::readback);
+  if (types.empty()) return nullptr;
+  const vk::ImportMemoryHostPointerInfoEXT import(type, pages.data());
+  vk::MemoryAllocateInfo wanted(pages.size(), types.front());
+  wanted.pNext = &import;
+  return {device.device, wanted};
+}
+
 /// Tries the suitable memory types from best to worst: the best one may be small and full.
 vk::raii::DeviceMemory allocate(const Device::Impl& device, const vk::MemoryRequirements& needs,
                                 Memory memory) {
@@ -52,23 +69,37 @@ vk::raii::DeviceMemory allocate(const Device::Impl& device, const vk::MemoryRequ
 Buffer::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions& options_in)
     : device(std::move(device_in)), options(options_in), allocation(*device) {
   const vk::raii::Device& d = device->device;
-  buffer = vk::raii::Buffer(d, vk::BufferCreateInfo({}, options.size_bytes, usage_of(options)));
+  const bool takes_in = options.host != nullptr && device->takes_in_host_memory;
+  vk::BufferCreateInfo wanted({}, options.size_bytes, usage_of(options));
+  const vk::ExternalMemoryBufferCreateInfo external(vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT);
+  if (takes_in) wanted.pNext = &external;
+  buffer = vk::raii::Buffer(d, wanted);
   device->name(vk::ObjectType::eBuffer, reinterpret_cast<std::uint64_t>(static_cast<VkBuffer>(*buffer)),
                options.name);
-  memory = allocate(*device, buffer.getMemoryRequirements(), options.memory);
+  const vk::MemoryRequirements needs = buffer.getMemoryRequirements();
+  if (takes_in) memory = take_in(*device, needs, *options.host);
+  const bool taken_in = *memory != vk::DeviceMemory{};
+  if (!taken_in) memory = allocate(*device, needs, options.memory);
   buffer.bindMemory(*memory, 0);
   const auto view = [&](vk::Format format) {
     return vk::raii::BufferView(d, vk::BufferViewCreateInfo({}, *buffer, format, 0, VK_WHOLE_SIZE));
   };
   if (options.texel_uint4) texel_uint4 = view(vk::Format::eR32G32B32A32Uint);
   if (options.texel_float4) texel_float4 = view(vk::Format::eR32G32B32A32Sfloat);
-  if (options.memory != Memory::device) mapped = static_cast<std::byte*>(memory.mapMemory(0, VK_WHOLE_SIZE));
+  if (taken_in) {
+    mapped = options.host->pages().data();
+  } else if (options.memory != Memory::device) {
+    mapped = static_cast<std::byte*>(memory.mapMemory(0, VK_WHOLE_SIZE));
+    if (options.host != nullptr) copied_to = options.host->pages().data();
+  }
 }
 
 Result<Buffer> Device::create_buffer(const BufferOptions& options) {
   const bool texels = options.texel_uint4 || options.texel_float4;
   RTSTDB_ASSERT(options.size_bytes != 0);
   RTSTDB_ASSERT(!texels || options.size_bytes % texel_bytes == 0);
+  RTSTDB_ASSERT(options.host == nullptr ||
+                (options.memory != Memory::device && options.host->size_bytes() >= options.size_bytes));
   if (const auto limit = passed_limit(*impl_, options)) return Error{ErrorCode::capacity, *limit};
   const std::string what = "buffer \"" + options.name + "\" of " + std::to_string(options.size_bytes) +
                            " bytes can not be created";
@@ -90,7 +121,21 @@ std::size_t Buffer::size_bytes() const noexcept {
 
 std::span<std::byte> Buffer::host() const noexcept {
   RTSTDB_ASSERT(impl_ != nullptr && impl_->mapped != nullptr);
-  return {impl_->mapped, impl_->options.size_bytes};
+  return {impl_->copied_to != nullptr ? impl_->copied_to : impl_->mapped, impl_->options.size_bytes};
+}
+
+void Buffer::push(std::size_t offset_bytes, std::size_t size_bytes) const noexcept {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.host != nullptr);
+  RTSTDB_ASSERT(offset_bytes + size_bytes <= impl_->options.size_bytes);
+  if (impl_->copied_to == nullptr || size_bytes == 0) return;
+  std::memcpy(impl_->mapped + offset_bytes, impl_->copied_to + offset_bytes, size_bytes);
+}
+
+void Buffer::pull(std::size_t offset_bytes, std::size_t size_bytes) const noexcept {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.host != nullptr);
+  RTSTDB_ASSERT(offset_bytes + size_bytes <= impl_->options.size_bytes);
+  if (impl_->copied_to == nullptr || size_bytes == 0) return;
+  std::memcpy(impl_->copied_to + offset_bytes, impl_->mapped + offset_bytes, size_bytes);
 }
 
 }  // namespace rtstdb::gpu

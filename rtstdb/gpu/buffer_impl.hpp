@@ -21,7 +21,8 @@ struct Buffer::Impl {
   vk::raii::Buffer buffer{nullptr};
   vk::raii::BufferView texel_uint4{nullptr};
   vk::raii::BufferView texel_float4{nullptr};
-  std::byte* mapped = nullptr;  ///< null for Memory::device
+  std::byte* mapped = nullptr;     ///< null for Memory::device
+  std::byte* copied_to = nullptr;  ///< the caller's memory where the device has a copy of it; else null
 
   Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions& options_in);
 };

@@ -1,6 +1,7 @@
 #include "rtstdb/gpu/device.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "rtstdb/gpu/device_impl.hpp"
@@ -9,11 +10,26 @@
 namespace rtstdb::gpu {
 namespace {
 
-vk::raii::Device create_device(const PhysicalDevice& chosen) {
+/// Whether pages of the host can be put under buffers.
+bool can_take_in_host_memory(const vk::raii::PhysicalDevice& device) {
+  const auto extensions = device.enumerateDeviceExtensionProperties();
+  const bool there = std::ranges::any_of(extensions, [](const vk::ExtensionProperties& extension) {
+    return std::strcmp(extension.extensionName, VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME) == 0;
+  });
+  if (!there) return false;
+  const auto properties =
+      device
+          .getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceExternalMemoryHostPropertiesEXT>();
+  return properties.get<vk::PhysicalDeviceExternalMemoryHostPropertiesEXT>()
+             .minImportedHostPointerAlignment <= HostMemory::page_bytes;
+}
+
+vk::raii::Device create_device(const PhysicalDevice& chosen, bool takes_in_host_memory) {
   const float priority = 1.0f;
   const vk::DeviceQueueCreateInfo queue({}, chosen.queue_family, 1, &priority);
   FeatureChain features = required_features();
-  vk::DeviceCreateInfo options({}, queue);
+  const char* const extension = VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME;
+  vk::DeviceCreateInfo options({}, 1, &queue, 0, nullptr, takes_in_host_memory ? 1u : 0u, &extension);
   options.pNext = &features.get<vk::PhysicalDeviceFeatures2>();
   return {chosen.handle, options};
 }
@@ -36,14 +52,16 @@ std::vector<MemoryTraits> describe_memory(const vk::raii::PhysicalDevice& device
 
 }  // namespace
 
-Device::Impl::Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen)
+Device::Impl::Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen, const DeviceOptions& options)
     : instance(std::move(instance_in)),
       physical_device(chosen.handle),
       info(chosen.candidate.info),
       queue_family(chosen.queue_family),
-      device(create_device(chosen)),
+      takes_in_host_memory(options.takes_in_host_memory && can_take_in_host_memory(chosen.handle)),
+      device(create_device(chosen, takes_in_host_memory)),
       queue(device, queue_family, 0),
-      pipeline_cache(device, vk::PipelineCacheCreateInfo{}) {
+      pipeline_cache(device,
+                     vk::PipelineCacheCreateInfo({}, options.compiled.size(), options.compiled.data())) {
   const auto chain =
       physical_device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceMaintenance3Properties,
                                      vk::PhysicalDeviceMaintenance4Properties>();
@@ -80,7 +98,8 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options) {
       candidates.push_back(device.candidate);
     const auto chosen = choose_device(options.select, candidates);
     if (!chosen) return chosen.error();
-    auto impl = std::make_shared<Impl>(std::move(instance).value(), std::move(devices[chosen.value()]));
+    auto impl =
+        std::make_shared<Impl>(std::move(instance).value(), std::move(devices[chosen.value()]), options);
     return std::unique_ptr<Device>(new Device(std::move(impl)));
   } catch (const vk::SystemError& failure) {
     return to_error(failure, "the Vulkan device can not be opened");
@@ -106,6 +125,22 @@ const DeviceInfo& Device::info() const noexcept {
 }
 const DeviceLimits& Device::limits() const noexcept {
   return impl_->limits;
+}
+void Device::compile_late(bool late) noexcept {
+  impl_->compile_late = late;
+}
+bool Device::compiles_late() const noexcept {
+  return impl_->compile_late;
+}
+std::vector<std::byte> Device::compiled() const {
+  const VkDevice device = *impl_->device;
+  const VkPipelineCache cache = *impl_->pipeline_cache;
+  std::size_t size = 0;
+  if (impl_->vk().vkGetPipelineCacheData(device, cache, &size, nullptr) != VK_SUCCESS) return {};
+  std::vector<std::byte> data(size);
+  if (impl_->vk().vkGetPipelineCacheData(device, cache, &size, data.data()) != VK_SUCCESS) return {};
+  data.resize(size);
+  return data;
 }
 bool Device::lost() const noexcept {
   return impl_->lost;

@@ -16,6 +16,7 @@
 #include <rtstdb/database.hpp>
 #include <rtstdb/result.hpp>
 
+#include "rtstdb/gpu/host_memory.hpp"
 #include "rtstdb/gpu/shader.hpp"
 
 namespace rtstdb::gpu {
@@ -38,6 +39,9 @@ struct BufferOptions {
   bool texel_float4 = false;  ///< may be bound as View::texel_float4
   bool texel_store = false;   ///< with texel_uint4: shaders may store whole texels
   bool indirect = false;      ///< may hold dispatch counts
+  /// The buffer's bytes are these, at least size_bytes, which outlive it. Memory::upload or readback. Where the device
+  /// can not take memory of the host in, it has bytes of its own, and push and pull copy.
+  const HostMemory* host = nullptr;
 };
 
 class Buffer {
@@ -50,6 +54,10 @@ class Buffer {
   std::size_t size_bytes() const noexcept;
   /// The mapped bytes; misuse for Memory::device.
   std::span<std::byte> host() const noexcept;
+  /// Of a buffer over memory of the host: what stands there is what the device will read; what the device wrote stands
+  /// there. Nothing to do where the device took that memory in.
+  void push(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
+  void pull(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
   template <class T>
   std::span<T> host_as() const noexcept {
     const auto bytes = host();
@@ -203,6 +211,8 @@ struct DeviceOptions {
   bool validation = false;
   /// The Vulkan loader, opened at run time and never closed. Tests put one in that fails on demand.
   std::string loader_library = "libvulkan.so.1";
+  std::vector<std::byte> compiled = {};  ///< see Device::compiled
+  bool takes_in_host_memory = true;      ///< false: as on a device that can not, to test that
 };
 
 struct DeviceLimits {
@@ -233,6 +243,13 @@ class Device {
   /// Errors: capacity (names the limit), out_of_memory, device_lost. Misuse: no bytes; texels and a size that
   /// is not a multiple of 16. The bytes are not cleared.
   Result<Buffer> create_buffer(const BufferOptions& options);
+  /// Late: a pipeline is compiled by its first dispatch, whose recorder can only say that the device is lost when that
+  /// fails. For a device that has to answer soon and will not need them all. Off at first.
+  void compile_late(bool late) noexcept;
+  /// What the driver keeps of the pipelines made so far, for another device to begin with; of a lost device too. Empty
+  /// where it can not be had.
+  std::vector<std::byte> compiled() const;
+  bool compiles_late() const noexcept;
   /// Checks the shader's reflected bindings, push constants and group size against the table; a difference is
   /// an internal fault and asserts. Errors: capacity (the group size), out_of_memory, device_lost.
   Result<Pipeline> create_pipeline(ShaderId shader);

@@ -25,6 +25,8 @@ struct Device::Impl {
   std::uint32_t timestamp_bits = 0;
   std::vector<MemoryTraits> memory_types;
   std::uint32_t queue_family = 0;
+  bool takes_in_host_memory = false;
+  bool compile_late = false;
   vk::raii::Device device;
   vk::raii::Queue queue;
   vk::raii::PipelineCache pipeline_cache;
@@ -32,7 +34,7 @@ struct Device::Impl {
   std::atomic<bool> lost{false};
   std::atomic<std::uint32_t> allocations{0};
 
-  Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen);
+  Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen, const DeviceOptions& options);
 
   const vk::raii::DeviceDispatcher& vk() const { return *device.getDispatcher(); }
   void name(vk::ObjectType type, std::uint64_t handle, const std::string& text) const;

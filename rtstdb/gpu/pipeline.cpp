@@ -56,7 +56,12 @@ Pipeline::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const ShaderInfo& 
       push_constant_bytes(shader.push_constant_bytes),
       set_layout(create_set_layout(device->device, letters)),
       layout(create_layout(device->device, *set_layout, push_constant_bytes)),
-      pipeline(create_compute_pipeline(*device, *layout, shader.spirv)) {
+      spirv(shader.spirv) {
+  if (!device->compile_late) compile();
+}
+
+void Pipeline::Impl::compile() {
+  pipeline = create_compute_pipeline(*device, *layout, spirv);
   device->name(vk::ObjectType::ePipeline, reinterpret_cast<std::uint64_t>(static_cast<VkPipeline>(*pipeline)),
                name);
 }

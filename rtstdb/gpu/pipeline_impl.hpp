@@ -26,7 +26,11 @@ struct Pipeline::Impl {
   std::uint32_t push_constant_bytes = 0;
   vk::raii::DescriptorSetLayout set_layout;
   vk::raii::PipelineLayout layout;
-  vk::raii::Pipeline pipeline;
+  std::span<const std::uint32_t> spirv;
+  vk::raii::Pipeline pipeline{nullptr};  ///< null until it is compiled
+
+  /// Throws Vulkan's errors.
+  void compile();
 
   Impl(std::shared_ptr<Device::Impl> device_in, const ShaderInfo& shader);
 };

@@ -1,3 +1,4 @@
+#include <exception>
 #include <limits>
 #include <utility>
 
@@ -35,12 +36,29 @@ bool in_range(const Buffer::Impl& buffer, std::size_t offset, std::size_t size) 
   return offset <= buffer.options.size_bytes && size <= buffer.options.size_bytes - offset;
 }
 
-void bind_pipeline(const Recorder::Impl& recorder, const Pipeline::Impl& pipeline,
-                   const Bindings::Impl& bindings, std::span<const std::byte> push_constants) {
+/// False: it could not be compiled, and so the device counts as lost.
+bool compiled(Pipeline::Impl& pipeline) noexcept {
+  if (*pipeline.pipeline != vk::Pipeline{}) return true;
+  try {
+    pipeline.compile();
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+/// False: there is nothing to dispatch.
+bool bind_pipeline(const Recorder::Impl& recorder, Pipeline::Impl& pipeline, const Bindings::Impl& bindings,
+                   std::span<const std::byte> push_constants) {
   RTSTDB_ASSERT(recorder.state == Recorder::Impl::State::recording);
   RTSTDB_ASSERT(pipeline.device == recorder.device && bindings.device == recorder.device);
   RTSTDB_ASSERT(bindings.letters == pipeline.letters);
   RTSTDB_ASSERT(push_constants.size() == pipeline.push_constant_bytes);
+  if (!recorder.begun) return false;
+  if (!compiled(pipeline)) {
+    recorder.device->lost = true;
+    return false;
+  }
   const vk::raii::CommandBuffer& commands = recorder.commands;
   constexpr auto compute = vk::PipelineBindPoint::eCompute;
   commands.bindPipeline(compute, *pipeline.pipeline);
@@ -48,6 +66,7 @@ void bind_pipeline(const Recorder::Impl& recorder, const Pipeline::Impl& pipelin
   if (!push_constants.empty()) {
     commands.pushConstants<std::byte>(*pipeline.layout, vk::ShaderStageFlagBits::eCompute, 0, push_constants);
   }
+  return true;
 }
 
 }  // namespace
@@ -84,6 +103,7 @@ void Recorder::begin() {
   RTSTDB_ASSERT(impl_->finished());
   impl_->state = Impl::State::recording;
   impl_->written_slots = 0;
+  impl_->begun = false;
   const Device::Impl& device = *impl_->device;
   const VkCommandBufferBeginInfo options{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO, nullptr, 0, nullptr};
   const bool ok = device.vk().vkResetCommandPool(*device.device, *impl_->pool, 0) == VK_SUCCESS &&
@@ -92,6 +112,7 @@ void Recorder::begin() {
     impl_->device->lost = true;
     return;
   }
+  impl_->begun = true;
   order_work(impl_->commands);  // what earlier submissions wrote
 }
 
@@ -100,8 +121,8 @@ void Recorder::dispatch(const Pipeline& pipeline, const Bindings& bindings,
   RTSTDB_ASSERT(impl_ != nullptr && pipeline.impl_ != nullptr && bindings.impl_ != nullptr);
   RTSTDB_ASSERT(groups <= impl_->device->limits.max_groups);
   if (groups == 0) return;
-  bind_pipeline(*impl_, *pipeline.impl_, *bindings.impl_, push_constants);
-  impl_->commands.dispatch(groups, 1, 1);
+  if (bind_pipeline(*impl_, *pipeline.impl_, *bindings.impl_, push_constants))
+    impl_->commands.dispatch(groups, 1, 1);
 }
 
 void Recorder::dispatch_indirect(const Pipeline& pipeline, const Bindings& bindings,
@@ -111,13 +132,13 @@ void Recorder::dispatch_indirect(const Pipeline& pipeline, const Bindings& bindi
                 counts.impl_ != nullptr);
   RTSTDB_ASSERT(counts.impl_->options.indirect && offset_bytes % sizeof(std::uint32_t) == 0);
   RTSTDB_ASSERT(in_range(*counts.impl_, offset_bytes, sizeof(VkDispatchIndirectCommand)));
-  bind_pipeline(*impl_, *pipeline.impl_, *bindings.impl_, push_constants);
-  impl_->commands.dispatchIndirect(*counts.impl_->buffer, offset_bytes);
+  if (bind_pipeline(*impl_, *pipeline.impl_, *bindings.impl_, push_constants))
+    impl_->commands.dispatchIndirect(*counts.impl_->buffer, offset_bytes);
 }
 
 void Recorder::barrier() {
   RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
-  order_work(impl_->commands);
+  if (impl_->begun) order_work(impl_->commands);
 }
 
 void Recorder::copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset,
@@ -125,7 +146,7 @@ void Recorder::copy(const Buffer& from, std::size_t from_offset, const Buffer& t
   RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
   RTSTDB_ASSERT(from.impl_ != nullptr && to.impl_ != nullptr);
   RTSTDB_ASSERT(in_range(*from.impl_, from_offset, size_bytes) && in_range(*to.impl_, to_offset, size_bytes));
-  if (size_bytes == 0) return;
+  if (size_bytes == 0 || !impl_->begun) return;
   impl_->commands.copyBuffer(*from.impl_->buffer, *to.impl_->buffer,
                              vk::BufferCopy(from_offset, to_offset, size_bytes));
 }
@@ -135,7 +156,7 @@ void Recorder::fill(const Buffer& buffer, std::size_t offset_bytes, std::size_t 
   RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
   RTSTDB_ASSERT(buffer.impl_ != nullptr && in_range(*buffer.impl_, offset_bytes, size_bytes));
   RTSTDB_ASSERT(offset_bytes % sizeof(word) == 0 && size_bytes % sizeof(word) == 0);
-  if (size_bytes == 0) return;
+  if (size_bytes == 0 || !impl_->begun) return;
   impl_->commands.fillBuffer(*buffer.impl_->buffer, offset_bytes, size_bytes, word);
 }
 
@@ -143,13 +164,14 @@ void Recorder::timestamp(std::uint32_t slot) {
   RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
   RTSTDB_ASSERT(slot < max_timestamps && (impl_->written_slots >> slot & 1u) == 0);
   impl_->written_slots |= 1u << slot;
-  impl_->commands.writeTimestamp2(Stage::eAllCommands, *impl_->timestamps, slot);
+  if (impl_->begun) impl_->commands.writeTimestamp2(Stage::eAllCommands, *impl_->timestamps, slot);
 }
 
 void Recorder::end() {
   RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
-  order(impl_->commands, Stage::eHost, Access::eHostRead);
   impl_->state = Impl::State::recorded;
+  if (!impl_->begun) return;
+  order(impl_->commands, Stage::eHost, Access::eHostRead);
   if (impl_->device->vk().vkEndCommandBuffer(*impl_->commands) != VK_SUCCESS) impl_->device->lost = true;
 }
 

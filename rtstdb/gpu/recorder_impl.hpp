@@ -26,6 +26,7 @@ struct Recorder::Impl {
   vk::raii::QueryPool timestamps;
   State state = State::empty;
   std::uint32_t written_slots = 0;               ///< a bit per timestamp
+  bool begun = false;                            ///< false: the device was lost, and nothing is recorded
   std::shared_ptr<Timeline::Impl> submitted_to;  ///< null: never
   std::uint64_t number = 0;                      ///< of the last submission, on that timeline
 

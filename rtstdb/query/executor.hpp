@@ -169,6 +169,14 @@ class Executor {
   /// `meanwhile` may be null: then nothing is divided.
   virtual RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
                         Meanwhile* meanwhile) noexcept = 0;
+
+  /// There is no device: run says device_lost at once.
+  virtual bool lost() const noexcept { return false; }
+  /// Where the device is lost, another one takes its place, unless it failed so lately that it is too soon. True: there
+  /// is a device. Not inside a run. All of it is a wait that `meanwhile` is told of, which may be null.
+  virtual bool revive(Meanwhile* /*meanwhile*/) noexcept { return !lost(); }
+  /// How long that takes, about.
+  virtual Nanoseconds revival_takes() const noexcept { return Nanoseconds(0); }
 };
 
 }  // namespace rtstdb::query

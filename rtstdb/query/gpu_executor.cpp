@@ -1,83 +1,107 @@
 #include "rtstdb/query/gpu_executor.hpp"
 
+#include <exception>
 #include <utility>
 
 namespace rtstdb::query {
 namespace {
 
-constexpr RunReport lost{.status = RunStatus::device_lost, .gpu_ns = 0};
+constexpr RunReport lost_report{.status = RunStatus::device_lost, .gpu_ns = 0};
+
+/// As long as it lives, kernels are compiled where they are made.
+class CompileNow {
+ public:
+  explicit CompileNow(gpu::Device& device) : device_(device), before_(device.compiles_late()) {
+    device_.compile_late(false);
+  }
+  ~CompileNow() { device_.compile_late(before_); }
+  CompileNow(const CompileNow&) = delete;
+  CompileNow& operator=(const CompileNow&) = delete;
+
+ private:
+  gpu::Device& device_;
+  const bool before_;
+};
 
 }  // namespace
 
-Result<std::unique_ptr<GpuExecutor>> GpuExecutor::create(gpu::Device& device,
-                                                         const DatabaseOptions& options) {
-  std::unique_ptr<GpuExecutor> executor(new GpuExecutor(device));
-  const auto device_free = std::make_shared<accel::Submit::DeviceFree>();
-  for (Lanes& lanes : executor->lanes_) {
-    for (accel::Submit& lane : lanes) {
-      auto submit = accel::Submit::create(device, device_free);
-      if (!submit) return submit.error();
-      lane = std::move(submit).value();
-    }
-  }
-  accel::Submit& setup = executor->setup_lane();
-  // A version of a million entities takes half a gigabyte.
-  const std::uint32_t slots = options.max_entities > 1u << 17 ? 2 : 4;
-  const accel::TlasOptions tlas_options{.max_entities = options.max_entities, .slots = slots};
-  auto pool = accel::GeometryPool::create(device, options.max_geometries, setup);
-  if (!pool) return pool.error();
-  executor->pool_ = std::move(pool).value();
-  auto tlas = accel::Tlas::create(device, tlas_options);
-  if (!tlas) return tlas.error();
-  executor->tlas_ = std::move(tlas).value();
-  if (auto bound = executor->rebind_structures(); !bound) return bound.error();
-  setup.begin();
-  executor->tlas_.record_warm_up(setup.recorder());
-  if (!setup.run())
-    return Error{ErrorCode::device_lost, "the GPU stopped answering while the database opened"};
+Result<std::unique_ptr<GpuExecutor>> GpuExecutor::create(OpenDevice open, const DatabaseOptions& options) {
+  std::unique_ptr<GpuExecutor> executor(new GpuExecutor(std::move(open), options));
+  const auto begun = std::chrono::steady_clock::now();
+  if (auto made = executor->make_epoch(false); !made) return made.error();
+  executor->device_info_ = executor->epoch_->device.info();
+  executor->revival_took_ = std::chrono::steady_clock::now() - begun;
   return executor;
 }
 
-Result<void> GpuExecutor::rebind_structures() {
-  tlas_generation_ = pool_.generation();
-  return tlas_.bind(device_, pool_);
+Result<GeometryId> GpuExecutor::add_geometry(const TriangleMesh& mesh, const GeometryOptions& options) {
+  return on_device([&] { return add_here(mesh, options); });
 }
 
-Result<GeometryId> GpuExecutor::add_geometry(const TriangleMesh& mesh, const GeometryOptions& options) {
-  auto index = pool_.add(device_, mesh, setup_lane(), options);
+Result<GeometryId> GpuExecutor::add_here(const TriangleMesh& mesh, const GeometryOptions& options) {
+  DeviceEpoch& epoch = *epoch_;
+  const CompileNow here(epoch.device);
+  auto index = epoch.pool.add(epoch.device, mesh, epoch.setup_lane(), options);
   // Also after a refusal: the pool may have grown before it.
-  if (tlas_generation_ != pool_.generation()) {
-    if (auto bound = rebind_structures(); !bound) return bound.error();
+  if (!epoch.is_bound()) {
+    Result<void> connected = epoch.rebind();
     // Drivers compile again for buffers of another size.
-    Result<void> connected;
-    prepared_->visit([&](GpuQuery& query) {
-      connected = connect(query);
-      return static_cast<bool>(connected);
-    });
-    if (!connected) return connected.error();
+    if (connected) {
+      prepared_->visit([&](GpuQuery& query) {
+        if (query.epoch == epoch_number_) connected = connect(query);
+        return static_cast<bool>(connected);
+      });
+    }
+    if (!connected) {
+      broken_ = true;  // the next epoch knows nothing of what was added
+      return connected.error();
+    }
   }
   if (!index) return index.error();
+  geometry_count_ = epoch.pool.count();
   return GeometryId{index.value()};
 }
 
-bool GpuExecutor::knows_geometry(GeometryId id) const noexcept {
-  return !id.valid() || id.index < pool_.count();
-}
-
-Result<void> GpuExecutor::bind(GpuQuery& query) {
+Result<void> GpuExecutor::join(GpuQuery& query) {
+  const CompileNow here(epoch_->device);
+  query.epoch = epoch_number_;
   if (auto connected = connect(query); !connected) return connected;
   query.join(prepared_);
   return {};
 }
 
 Result<void> GpuExecutor::connect(GpuQuery& query) {
-  if (auto bound = query.bind(device_, pool_, tlas_); !bound) return bound;
+  DeviceEpoch& epoch = *epoch_;
+  query.bound = false;
+  if (auto bound = query.bind(epoch.device, epoch.pool, epoch.tlas); !bound) return bound;
   query.bound = true;
-  query.bound_generation = pool_.generation();
-  setup_lane().begin();
-  query.record_warm_up(setup_lane().recorder());
-  if (!setup_lane().run())
+  query.bound_generation = epoch.pool.generation();
+  epoch.setup_lane().begin();
+  query.record_warm_up(epoch.setup_lane().recorder());
+  if (!epoch.setup_lane().run())
     return Error{ErrorCode::device_lost, "the GPU stopped answering while a query was prepared"};
+  return {};
+}
+
+bool GpuExecutor::is_here(GpuQuery& query) noexcept {
+  if (query.bound && query.epoch == epoch_number_ && query.bound_generation == epoch_->pool.generation())
+    return true;
+  try {
+    return static_cast<bool>(move_here(query));
+  } catch (const std::exception&) {
+    return false;  // out of memory
+  }
+}
+
+Result<void> GpuExecutor::move_here(GpuQuery& query) {
+  query.bound = false;
+  if (query.epoch != epoch_number_) {
+    if (auto moved = query.move_to(epoch_->device); !moved) return moved;
+    query.epoch = epoch_number_;
+  }
+  if (auto bound = query.bind(epoch_->device, epoch_->pool, epoch_->tlas); !bound) return bound;
+  query.bound = true;
+  query.bound_generation = epoch_->pool.generation();
   return {};
 }
 
@@ -85,39 +109,43 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
                            Meanwhile* meanwhile) noexcept {
   // Every request may be empty.
   if (times.first > times.last) return {};
+  if (lost()) return lost_report;
+  DeviceEpoch& epoch = *epoch_;
   for (const Request& request : requests) {
-    GpuQuery& query = *static_cast<GpuQuery*>(request.query);
-    if (query.bound && query.bound_generation == pool_.generation()) continue;
-    if (!query.bind(device_, pool_, tlas_)) return lost;
-    query.bound = true;
-    query.bound_generation = pool_.generation();
+    if (!is_here(*static_cast<GpuQuery*>(request.query))) return lost_report;
   }
   // Those whose gap this is. They ask for their slots again, so that nothing of theirs has to stay.
   for (std::uint32_t outer = 0; outer < depth_; ++outer) {
-    for (accel::Submit& lane : lanes_[outer]) {
-      if (!lane.finish()) return lost;
+    for (accel::Submit& lane : epoch.lanes[outer]) {
+      if (!lane.finish()) return lost_report;
     }
   }
-  Lanes& lanes = lanes_[depth_++];
-  ++structures_.runs;
+  Lanes& lanes = epoch.lanes[depth_++];
+  ++epoch.structures.runs;
   for (accel::Submit& lane : lanes)
     lane.while_waiting(meanwhile);
-  const accel::Tlas::Counts trees = tlas_.counts();
-  const accel::GeometryPool::Counts shapes = pool_.counts();
-  RunReport report = ChunkedRun(structures_, lanes, rows, requests, times, meanwhile).run();
+  const accel::Tlas::Counts trees = epoch.tlas.counts();
+  const accel::GeometryPool::Counts shapes = epoch.pool.counts();
+  RunReport report = ChunkedRun(epoch.structures, lanes, rows, requests, times, meanwhile).run();
   // Together with those in its gaps, if there were any.
   report.structures = {
-      .refitted = tlas_.counts().refits + tlas_.counts().patches > trees.refits + trees.patches,
-      .built = tlas_.counts().builds > trees.builds,
-      .rows = static_cast<std::uint32_t>(tlas_.counts().rows - trees.rows),
+      .refitted = epoch.tlas.counts().refits + epoch.tlas.counts().patches > trees.refits + trees.patches,
+      .built = epoch.tlas.counts().builds > trees.builds,
+      .rows = static_cast<std::uint32_t>(epoch.tlas.counts().rows - trees.rows),
       .entities = rows.index_limit(),
-      .shapes = static_cast<std::uint32_t>(pool_.counts().refits - shapes.refits)};
+      .shapes = static_cast<std::uint32_t>(epoch.pool.counts().refits - shapes.refits)};
   for (accel::Submit& lane : lanes)
     lane.while_waiting(nullptr);
   --depth_;
-  refits_.store(pool_.counts().refits, std::memory_order_relaxed);
-  builds_.store(pool_.counts().builds, std::memory_order_relaxed);
+  note_counts();
+  if (report.status != RunStatus::device_lost) pace_.answered();
   return report;
+}
+
+void GpuExecutor::note_counts() noexcept {
+  const accel::GeometryPool::Counts counts = epoch_->pool.counts();
+  refits_.store(shapes_before_.refits + counts.refits, std::memory_order_relaxed);
+  builds_.store(shapes_before_.rebuilds + counts.builds, std::memory_order_relaxed);
 }
 
 }  // namespace rtstdb::query

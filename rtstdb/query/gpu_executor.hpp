@@ -2,51 +2,121 @@
 // The executor on the GPU: geometry pool, TLAS slots and prepared queries. What takes no longer than a chunk is carried
 // out in one submission where the scene is small enough for it.
 //
+// A lost device takes its whole epoch with it: what runs ends as lost, and revive makes another epoch from what the host
+// keeps. A query comes to the new device when it is asked for the first time there, and a kernel is compiled by its
+// first dispatch, so that the first answer waits for nothing but what it needs.
+//
 // Threads: after create, the database's thread alone; setup calls are brought there by whoever owns the
 // engine.
 
-#include <array>
 #include <atomic>
+#include <chrono>
+#include <functional>
 #include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
 
-#include "rtstdb/accel/geometry_pool.hpp"
-#include "rtstdb/accel/tlas.hpp"
-#include "rtstdb/query/chunked_run.hpp"
+#include "rtstdb/query/device_epoch.hpp"
 #include "rtstdb/query/gpu_query.hpp"
+#include "rtstdb/query/revival_pace.hpp"
 
 namespace rtstdb::query {
 
+/// Opens the device, the first one and every one after a loss; `compiled` is what the one before had (Device::compiled).
+using OpenDevice =
+    std::function<Result<std::unique_ptr<gpu::Device>>(const std::vector<std::byte>& compiled)>;
+
 class GpuExecutor final : public Executor {
  public:
-  static Result<std::unique_ptr<GpuExecutor>> create(gpu::Device& device, const DatabaseOptions& options);
+  /// `open` is called on the database's thread later on.
+  static Result<std::unique_ptr<GpuExecutor>> create(OpenDevice open, const DatabaseOptions& options);
 
+  /// Of the device that the database was opened with.
+  const DeviceInfo& device_info() const noexcept { return device_info_; }
+
+  // When the device is lost meanwhile, or was before, these have it revived and are tried once more.
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, const GeometryOptions& options);
-  bool knows_geometry(GeometryId id) const noexcept;
-  /// Connects a query to the pool and the slots, and has its shader compiled; add_geometry does it again for all
-  /// that are prepared where the pool has grown.
-  Result<void> bind(GpuQuery& query);
+  /// Makes the query, connects it to the pool and the slots, and has its shader compiled; add_geometry connects all that
+  /// are prepared again where the pool has grown.
+  template <class Prepared, class Options>
+  Result<std::unique_ptr<Prepared>> prepare(const Options& options);
+
+  bool knows_geometry(GeometryId id) const noexcept { return !id.valid() || id.index < geometry_count_; }
   RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
                 Meanwhile* meanwhile) noexcept override;
-  /// Any thread.
+  bool lost() const noexcept override { return epoch_ == nullptr || epoch_->device.lost() || broken_; }
+  bool revive(Meanwhile* meanwhile) noexcept override;
+  Nanoseconds revival_takes() const noexcept override { return revival_took_; }
+
+  // Any thread.
   ShapeCounts shape_counts() const noexcept {
     return {refits_.load(std::memory_order_relaxed), builds_.load(std::memory_order_relaxed)};
   }
+  /// All but `degraded`.
+  Health device_health() const;
 
  private:
-  explicit GpuExecutor(gpu::Device& device) : device_(device) {}
-  Result<void> rebind_structures();
+  GpuExecutor(OpenDevice open, const DatabaseOptions& options) : open_(std::move(open)), options_(options) {}
+  Result<GeometryId> add_here(const TriangleMesh& mesh, const GeometryOptions& options);
+  Result<void> join(GpuQuery& query);
   Result<void> connect(GpuQuery& query);
-  accel::Submit& setup_lane() noexcept { return lanes_[0][0]; }
+  /// For a run. False: it can not be had on this device.
+  bool is_here(GpuQuery& query) noexcept;
+  Result<void> move_here(GpuQuery& query);
+  /// Tries again on another device when the first is lost. An exception breaks the epoch: nobody knows what is half
+  /// done.
+  template <class Step>
+  auto on_device(Step step) -> decltype(step());
+  Result<void> make_epoch(bool late);
+  /// Lets go of all that is on the device, but for what queries that are being destroyed have there.
+  void drop_epoch();
+  bool try_to_revive();
+  void note_counts() noexcept;
 
+  const OpenDevice open_;
+  const DatabaseOptions options_;
+  DeviceInfo device_info_;
   std::shared_ptr<PreparedQueries> prepared_ = std::make_shared<PreparedQueries>();
-  gpu::Device& device_;
-  accel::GeometryPool pool_;
-  accel::Tlas tlas_;
-  Structures structures_{device_, pool_, tlas_};
-  std::array<Lanes, max_nesting + 1> lanes_;  // by depth: a run in another's gap has its own
+  accel::KeptGeometries kept_;  // of the epoch before; one that stands has its own
+  std::vector<std::byte> compiled_;
+  std::uint32_t geometry_count_ = 0;
+  std::unique_ptr<DeviceEpoch> epoch_;
+  std::uint32_t epoch_number_ = 0;  // of the last one; the first is 1
+  bool broken_ = false;             // something was left half done on a device that lives
   std::uint32_t depth_ = 0;
-  std::uint32_t tlas_generation_ = 0;
+  RevivalPace pace_;
+  Nanoseconds revival_took_{0};
+  ShapeCounts shapes_before_;  // of epochs that are gone
   std::atomic<std::uint64_t> refits_{0}, builds_{0};
+
+  mutable std::mutex health_mutex_;  // also over changes of epoch_, which any thread may look through
+  bool loss_counted_ = false;        // of this epoch
+  Health health_;
 };
+
+template <class Step>
+auto GpuExecutor::on_device(Step step) -> decltype(step()) {
+  for (bool again = false;; again = true) {
+    if (!revive(nullptr)) return Error{ErrorCode::device_lost, device_health().device_loss};
+    try {
+      auto result = step();
+      if (again || result.ok() || !lost()) return result;
+    } catch (...) {
+      broken_ = true;
+      throw;
+    }
+  }
+}
+
+template <class Prepared, class Options>
+Result<std::unique_ptr<Prepared>> GpuExecutor::prepare(const Options& options) {
+  return on_device([&]() -> Result<std::unique_ptr<Prepared>> {
+    auto query = Prepared::create(epoch_->device, options);
+    if (!query) return query;
+    if (auto joined = join(*query.value()); !joined) return joined.error();
+    return query;
+  });
+}
 
 }  // namespace rtstdb::query

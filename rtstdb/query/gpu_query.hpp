@@ -20,6 +20,11 @@ struct PlaceRange {
 
 class GpuQuery : public PreparedQuery {
  public:
+  /// Makes all that it has on a device anew, there; what callers hold spans of stays where it is. Setup. Errors:
+  /// capacity, out_of_memory, device_lost: then it may be asked again.
+  virtual Result<void> move_to(gpu::Device& device) = 0;
+  /// Lets go of all that it has on a device; misuse to ask it anything then before move_to.
+  virtual void leave_device() noexcept = 0;
   /// Connects to the pool and the slots; again whenever the pool's generation changed. Setup.
   virtual Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool,
                             const accel::Tlas& tlas) = 0;
@@ -51,6 +56,8 @@ class GpuQuery : public PreparedQuery {
     queries_->join(*this);
   }
 
+  // The executor's notes.
+  std::uint32_t epoch = 0;  ///< where it is; 0: on no device
   std::uint32_t bound_generation = 0;
   bool bound = false;
 

@@ -85,29 +85,62 @@ Result<std::unique_ptr<GpuNearestQuery>> GpuNearestQuery::create(gpu::Device& de
   auto query = std::make_unique<GpuNearestQuery>();
   query->options_ = options;
   query->set_late(options.late);
-  auto search = device.create_pipeline(shader_of(options));
+  const std::size_t neighbors = std::size_t{options.capacity} * options.k;
+  for (std::size_t place = 0; place < places_of_answers(options.late); ++place)
+    query->neighbor_memory_.emplace_back(neighbors * sizeof(Neighbor));
+  query->answers_.resize(query->neighbor_memory_.size());
+  if (auto made = query->move_to(device); !made) return made.error();
+  // What the device can not hold has been refused by now.
+  for (const gpu::HostMemory& place : query->neighbor_memory_)
+    std::uninitialized_default_construct_n(place.as<Neighbor>().data(), neighbors);
+  for (std::vector<NearestAnswer>& place : query->answers_)
+    place.resize(options.capacity);
+  query->points_.resize(options.capacity);
+  query->incomplete_.reserve(options.capacity);
+  query->order_ = PointOrder(options.capacity);
+  return query;
+}
+
+Result<void> GpuNearestQuery::move_to(gpu::Device& device) {
+  leave_device();
+  if (auto made = create_pipelines(device); !made) return made;
+  return create_buffers(device);
+}
+
+void GpuNearestQuery::leave_device() noexcept {
+  search_bindings_.clear();
+  still_bindings_.clear();
+  sign_bindings_.clear();
+  search_ = {};
+  still_ = {};
+  sign_ = {};
+  point_records_ = {};
+  counts_ = {};
+  neighbors_.clear();
+}
+
+Result<void> GpuNearestQuery::create_pipelines(gpu::Device& device) {
+  auto search = device.create_pipeline(shader_of(options_));
   if (!search) return search.error();
-  query->search_ = std::move(search).value();
-  if (options.target == NearestTarget::center) {
+  search_ = std::move(search).value();
+  if (options_.target == NearestTarget::center) {
     using enum gpu::ShaderId;
     constexpr std::array shaders{nearest_center_still_1, nearest_center_still_8, nearest_center_still_32};
-    auto still = device.create_pipeline(shaders[list_of(options)]);
+    auto still = device.create_pipeline(shaders[list_of(options_)]);
     if (!still) return still.error();
-    query->still_ = std::move(still).value();
+    still_ = std::move(still).value();
   }
-  if (options.is_signed) {
+  if (options_.is_signed) {
     auto sign = device.create_pipeline(gpu::ShaderId::nearest_sign);
     if (!sign) return sign.error();
-    query->sign_ = std::move(sign).value();
+    sign_ = std::move(sign).value();
   }
-  if (auto made = query->create_buffers(device); !made) return made.error();
-  return query;
+  return {};
 }
 
 Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
   const std::size_t points = options_.capacity;
-  neighbors_.resize(places_of_answers(late()));
-  answers_.resize(neighbors_.size());
+  neighbors_.resize(neighbor_memory_.size());
   std::vector<std::pair<gpu::Buffer*, gpu::BufferOptions>> buffers = {
       {&point_records_,
        {.name = options_.name + " points",
@@ -118,24 +151,17 @@ Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
         .size_bytes = points * sizeof(shared::NearestCount),
         .memory = gpu::Memory::readback}},
   };
-  for (gpu::Buffer& neighbors : neighbors_) {
-    buffers.emplace_back(&neighbors, gpu::BufferOptions{.name = options_.name + " neighbors",
-                                                        .size_bytes = points * options_.k * sizeof(Neighbor),
-                                                        .memory = gpu::Memory::readback});
+  for (std::size_t place = 0; place < neighbors_.size(); ++place) {
+    buffers.emplace_back(&neighbors_[place], gpu::BufferOptions{.name = options_.name + " neighbors",
+                                                                .size_bytes = neighbor_memory_[place].size_bytes(),
+                                                                .memory = gpu::Memory::readback,
+                                                                .host = &neighbor_memory_[place]});
   }
   for (const auto& [buffer, options] : buffers) {
     auto made = device.create_buffer(options);
     if (!made) return made.error();
     *buffer = std::move(made).value();
   }
-  // What the device can not hold has been refused by now.
-  for (const gpu::Buffer& neighbors : neighbors_)
-    std::uninitialized_default_construct_n(neighbors.host_as<Neighbor>().data(), points * options_.k);
-  for (std::vector<NearestAnswer>& answers : answers_)
-    answers.resize(points);
-  points_.resize(points);
-  incomplete_.reserve(points);
-  order_ = PointOrder(options_.capacity);
   return {};
 }
 
@@ -250,6 +276,8 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
 
 void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
   answered_ = range.end;
+  const std::size_t bytes_per_point = options_.k * sizeof(Neighbor);
+  neighbors_[written_].pull(range.first * bytes_per_point, (range.end - range.first) * bytes_per_point);
   for (std::uint32_t place = range.first; place < range.end; ++place) {
     if (!take_answer(place)) incomplete_.push_back(place);
   }
@@ -263,8 +291,11 @@ void GpuNearestQuery::record_again(PlaceRange range, const RowSource& /*rows*/, 
 }
 
 void GpuNearestQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
-  for (std::uint32_t i = range.first; i < range.end; ++i)
+  const std::size_t bytes_per_point = options_.k * sizeof(Neighbor);
+  for (std::uint32_t i = range.first; i < range.end; ++i) {
+    neighbors_[written_].pull(incomplete_[i] * bytes_per_point, bytes_per_point);
     take_answer(incomplete_[i]);
+  }
 }
 
 bool GpuNearestQuery::truncated() const noexcept {
@@ -286,8 +317,7 @@ void GpuNearestQuery::let_fall() noexcept {
 bool GpuNearestQuery::take_answer(std::uint32_t place) noexcept {
   const shared::NearestCount count = counts_.host_as<const shared::NearestCount>()[place];
   const bool incomplete = count.incomplete != 0;
-  const auto neighbors = neighbors_[written_].host_as<const Neighbor>().subspan(
-      std::size_t{place} * options_.k, incomplete ? 0 : count.found);
+  const auto neighbors = neighbors_at(place).first(incomplete ? 0 : count.found);
   answers_[written_][order_.last()[place]] = {.neighbors = neighbors, .incomplete = incomplete};
   return !incomplete;
 }

@@ -26,6 +26,8 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   std::uint32_t capacity() const noexcept override { return options_.capacity; }
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
+  Result<void> move_to(gpu::Device& device) override;
+  void leave_device() noexcept override;
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
   void record_warm_up(gpu::Recorder& recorder) noexcept override;
   void arrange(std::uint32_t count) noexcept override;
@@ -44,7 +46,12 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   void let_fall() noexcept override;
 
  private:
+  Result<void> create_pipelines(gpu::Device& device);
   Result<void> create_buffers(gpu::Device& device);
+  /// The neighbors of one point.
+  std::span<const Neighbor> neighbors_at(std::uint32_t place) const noexcept {
+    return neighbor_memory_[written_].as<const Neighbor>().subspan(std::size_t{place} * options_.k, options_.k);
+  }
   /// To the record at `at`.
   void pack(std::uint32_t at, std::uint32_t place, const accel::Tlas& tlas,
             const accel::TlasView& view) noexcept;
@@ -62,9 +69,10 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   PointOrder order_;                       // in which the device has the points
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
   gpu::Pipeline search_, still_, sign_;    // still_: of centres alone; sign_: of signed queries alone
-  // In the device's order; k neighbors for each point. The answers look into neighbors.
+  std::vector<gpu::HostMemory> neighbor_memory_;  // one place, or two; the answers look into it: it stays where it is
+  // In the device's order; k neighbors for each point.
   gpu::Buffer point_records_, counts_;
-  std::vector<gpu::Buffer> neighbors_;               // one place, or two
+  std::vector<gpu::Buffer> neighbors_;               // of as many places
   std::vector<std::vector<NearestAnswer>> answers_;  // as many
   std::vector<gpu::Bindings> search_bindings_, still_bindings_,
       sign_bindings_;  // one per slot, for each place

@@ -22,6 +22,8 @@ class GpuOverlapQuery final : public OverlapQuery, public GpuQuery {
   std::uint32_t capacity() const noexcept override { return static_cast<std::uint32_t>(overlaps_.size()); }
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
+  Result<void> move_to(gpu::Device& device) override { return runner_.move_to(device); }
+  void leave_device() noexcept override { runner_.leave_device(); }
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
   void record_warm_up(gpu::Recorder& recorder) noexcept override { runner_.record_warm_up(recorder); }
   void arrange(std::uint32_t count) noexcept override;

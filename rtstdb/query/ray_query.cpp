@@ -102,44 +102,71 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
   auto query = std::make_unique<GpuRayQuery>();
   query->options_ = options;
   query->set_late(options.late);
-  query->hits_.resize(places_of_answers(options.late));
-  query->max_groups_ = device.limits().max_groups;
-  for (const gpu::ShaderId shader : shaders_of(options)) {
+  const std::size_t hit_count = std::size_t{options.capacity} * options.hits_per_ray;
+  query->ray_memory_ = gpu::HostMemory(options.capacity * sizeof(Ray));
+  std::uninitialized_default_construct_n(query->ray_memory_.as<Ray>().data(), options.capacity);
+  for (std::size_t place = 0; place < places_of_answers(options.late); ++place) {
+    query->hit_memory_.emplace_back(hit_count * sizeof(RayHit));
+    std::uninitialized_default_construct_n(query->hit_memory_.back().as<RayHit>().data(), hit_count);
+  }
+  if (auto made = query->move_to(device); !made) return made.error();
+  query->incomplete_.reserve(options.capacity);
+  return query;
+}
+
+Result<void> GpuRayQuery::move_to(gpu::Device& device) {
+  leave_device();
+  max_groups_ = device.limits().max_groups;
+  for (const gpu::ShaderId shader : shaders_of(options_)) {
     auto pipeline = device.create_pipeline(shader);
     if (!pipeline) return pipeline.error();
-    query->kernels_.push_back({.pipeline = std::move(pipeline).value(), .bindings = {}});
+    kernels_.push_back({.pipeline = std::move(pipeline).value(), .bindings = {}});
   }
-  const std::size_t hit_count = std::size_t{options.capacity} * options.hits_per_ray;
-  const std::size_t again_texels = (options.capacity + 3) / 4;
+  return create_buffers(device);
+}
+
+void GpuRayQuery::leave_device() noexcept {
+  kernels_.clear();
+  rays_ = {};
+  hits_.clear();
+  again_ = {};
+  some_incomplete_ = {};
+}
+
+Result<void> GpuRayQuery::create_buffers(gpu::Device& device) {
+  const std::size_t again_texels = (options_.capacity + 3) / 4;
   const auto texels = [&](const char* what, std::size_t size_bytes, gpu::Memory memory) {
     return gpu::BufferOptions{
-        .name = options.name + what, .size_bytes = size_bytes, .memory = memory, .texel_uint4 = true};
+        .name = options_.name + what, .size_bytes = size_bytes, .memory = memory, .texel_uint4 = true};
   };
-  auto rays = texels(" rays", options.capacity * sizeof(Ray), gpu::Memory::upload);
+  auto rays = texels(" rays", ray_memory_.size_bytes(), gpu::Memory::upload);
   rays.texel_float4 = true;
-  auto hits = texels(" hits", hit_count * sizeof(RayHit), gpu::Memory::readback);
-  hits.texel_store = true;
+  rays.host = &ray_memory_;
+  hits_.resize(hit_memory_.size());
   std::vector<std::pair<gpu::Buffer*, gpu::BufferOptions>> buffers = {
-      {&query->rays_, rays},
-      {&query->again_, texels(" rays asked again", 16 * again_texels, gpu::Memory::upload)},
-      {&query->some_incomplete_, texels(" incomplete", 16, gpu::Memory::readback)}};
-  for (gpu::Buffer& place : query->hits_)
-    buffers.emplace_back(&place, hits);
+      {&rays_, rays},
+      {&again_, texels(" rays asked again", 16 * again_texels, gpu::Memory::upload)},
+      {&some_incomplete_, texels(" incomplete", 16, gpu::Memory::readback)}};
+  for (std::size_t place = 0; place < hits_.size(); ++place) {
+    auto hits = texels(" hits", hit_memory_[place].size_bytes(), gpu::Memory::readback);
+    hits.texel_store = true;
+    hits.host = &hit_memory_[place];
+    buffers.emplace_back(&hits_[place], hits);
+  }
   for (const auto& [buffer, wanted] : buffers) {
     auto made = device.create_buffer(wanted);
     if (!made) return made.error();
     *buffer = std::move(made).value();
   }
-  std::uninitialized_default_construct_n(query->rays_.host_as<Ray>().data(), options.capacity);
-  for (const gpu::Buffer& place : query->hits_)
-    std::uninitialized_default_construct_n(place.host_as<RayHit>().data(), hit_count);
-  query->incomplete_.reserve(options.capacity);
-  return query;
+  // Not every kernel fills all of a hit.
+  for (const gpu::Buffer& place : hits_)
+    place.push(0, place.size_bytes());
+  return {};
 }
 
 std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource& rows,
                                            TimeSpan& times) const noexcept {
-  const auto rays = rays_.host_as<const Ray>();
+  const auto rays = ray_memory_.as<const Ray>();
   // Where motion is ignored every ray asks at the version's own time.
   const WorldTime earliest = options_.ignore_motion ? WorldTime::min() : rows.time();
   const WorldTime latest = options_.ignore_motion ? WorldTime::max() : world_time_ns(max_world_time_ns);
@@ -165,7 +192,7 @@ std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource&
 
 std::optional<BadInput> GpuRayQuery::fault_of(std::uint32_t element, const RowSource& rows,
                                               TimeSpan& times) const noexcept {
-  const Ray& ray = rays_.host_as<const Ray>()[element];
+  const Ray& ray = ray_memory_.as<const Ray>()[element];
   if (const auto bad = check_point(ray.origin_m, element)) return bad;
   if (const auto bad = check_direction(ray.direction, element)) return bad;
   if (!is_range(ray.lambda_min, ray.lambda_max))
@@ -215,6 +242,7 @@ void GpuRayQuery::arrange(std::uint32_t /*count*/) noexcept {
 
 void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
                          const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+  rays_.push(range.first * sizeof(Ray), (range.end - range.first) * sizeof(Ray));
   const PlaceRange groups{range.first / places_per_group,
                           (range.end + places_per_group - 1) / places_per_group};
   dispatch(groups, range.end, false, rows, view, recorder);
@@ -222,6 +250,7 @@ void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::T
 
 void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
   answered_ = range.end;
+  pull(range.first, range.end);
   // A chunk after this one may have raised it; then this one is looked at in vain.
   if (some_incomplete_.host_as<const std::uint32_t>()[0] == 0) return;
   for (std::uint32_t i = range.first; i < range.end; ++i) {
@@ -262,12 +291,19 @@ void GpuRayQuery::dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone,
   }
 }
 
-void GpuRayQuery::unpack_again(PlaceRange /*range*/, const accel::TlasView& /*view*/) noexcept {
-  // The answers lie where they are read.
+void GpuRayQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
+  // The answers lie where they are read, or have to be fetched.
+  for (std::uint32_t i = range.first; i < range.end; ++i)
+    pull(incomplete_[i], incomplete_[i] + 1);
+}
+
+void GpuRayQuery::pull(std::uint32_t first_ray, std::uint32_t end_ray) const noexcept {
+  const std::size_t bytes_per_ray = options_.hits_per_ray * sizeof(RayHit);
+  hits_[written_].pull(first_ray * bytes_per_ray, (end_ray - first_ray) * bytes_per_ray);
 }
 
 void GpuRayQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
-  const auto hits = hits_[written_].host_as<RayHit>();
+  const auto hits = hit_memory_[written_].as<RayHit>();
   for (std::size_t k = std::size_t{answered} * options_.hits_per_ray;
        k < std::size_t{count} * options_.hits_per_ray; ++k) {
     hits[k] = {};

@@ -1,5 +1,5 @@
 #pragma once
-// The ray query on the GPU. The caller's spans are the device's own buffers: shaders/query/ray.glsl reads
+// The ray query on the GPU. The caller's spans are what the device reads and writes: shaders/query/ray.glsl reads
 // rays and writes hits as they lie; this checks and dispatches.
 
 #include <vector>
@@ -15,9 +15,9 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
 
   static Result<std::unique_ptr<GpuRayQuery>> create(gpu::Device& device, const RayQueryOptions& options);
 
-  std::span<Ray> rays() noexcept override { return rays_.host_as<Ray>().first(options_.capacity); }
+  std::span<Ray> rays() noexcept override { return ray_memory_.as<Ray>(); }
   std::span<const RayHit> hits() const noexcept override {
-    return hits_[read_].host_as<const RayHit>().first(std::size_t{readable_} * options_.hits_per_ray);
+    return hit_memory_[read_].as<const RayHit>().first(std::size_t{readable_} * options_.hits_per_ray);
   }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
@@ -35,6 +35,8 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   std::uint32_t capacity() const noexcept override { return options_.capacity; }
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
+  Result<void> move_to(gpu::Device& device) override;
+  void leave_device() noexcept override;
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
   void record_warm_up(gpu::Recorder& recorder) noexcept override;
   void arrange(std::uint32_t count) noexcept override;
@@ -64,9 +66,11 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone, const RowSource& rows,
                 const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
   bool is_incomplete(std::uint32_t ray) const noexcept {
-    return hits_[written_].host_as<const RayHit>()[std::size_t{ray} * options_.hits_per_ray].status ==
+    return hit_memory_[written_].as<const RayHit>()[std::size_t{ray} * options_.hits_per_ray].status ==
            HitStatus::incomplete;
   }
+  Result<void> create_buffers(gpu::Device& device);
+  void pull(std::uint32_t first_ray, std::uint32_t end_ray) const noexcept;
   std::optional<BadInput> fault_of(std::uint32_t element, const RowSource& rows,
                                    TimeSpan& times) const noexcept;
 
@@ -80,8 +84,10 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   std::uint32_t max_groups_ = 0;
   std::uint32_t slots_ = 0;
   std::vector<Kernel> kernels_;
+  gpu::HostMemory ray_memory_;                // the caller's spans: they stay where they are
+  std::vector<gpu::HostMemory> hit_memory_;   // one place, or two
   gpu::Buffer rays_, again_, some_incomplete_;
-  std::vector<gpu::Buffer> hits_;  // one, or two
+  std::vector<gpu::Buffer> hits_;  // of as many places
 };
 
 }  // namespace rtstdb::query

@@ -67,16 +67,28 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const RegionRunne
   }
   if (auto checked = check_late(options.name, options.late); !checked) return checked.error();
   RegionRunner runner;
-  runner.late_ = options.late;
   runner.answers_.resize(places_of_answers(options.late));
-  runner.level_ = options.level;
-  runner.ids_per_region_ = options.ids_per_region;
-  if (auto made = runner.create_kernels(device, options.frusta); !made) return made.error();
-  if (auto made = runner.create_buffers(device, options.name, options.capacity); !made) return made.error();
+  runner.options_ = options;
+  if (auto made = runner.move_to(device); !made) return made.error();
+  // What the device can not hold has been refused by now.
+  runner.make_room_for_answers();
   return runner;
 }
 
-Result<void> RegionRunner::create_kernels(gpu::Device& device, bool frusta) {
+Result<void> RegionRunner::move_to(gpu::Device& device) {
+  leave_device();
+  if (auto made = create_kernels(device); !made) return made;
+  return create_buffers(device);
+}
+
+void RegionRunner::leave_device() noexcept {
+  kernels_ = {};
+  records_ = {};
+  counts_ = {};
+  ids_ = {};
+}
+
+Result<void> RegionRunner::create_kernels(gpu::Device& device) {
   const auto make = [&](const std::optional<gpu::ShaderId>& shader, std::optional<Kernel>& kernel) {
     if (!shader) return Result<void>{};
     auto made = device.create_pipeline(*shader);
@@ -84,9 +96,10 @@ Result<void> RegionRunner::create_kernels(gpu::Device& device, bool frusta) {
     kernel = {std::move(made).value(), {}};
     return Result<void>{};
   };
-  const Shaders shaders = ids_per_region_ > 0 ? shaders_that_list(level_) : shaders_that_count(level_);
+  const Shaders shaders =
+      options_.ids_per_region > 0 ? shaders_that_list(options_.level) : shaders_that_count(options_.level);
   for (std::size_t kind = 0; kind < region_kinds; ++kind) {
-    if (kind == region_kind(level_, RegionShape::frustum) && !frusta) continue;
+    if (kind == region_kind(options_.level, RegionShape::frustum) && !options_.frusta) continue;
     auto made = make(shaders[kind].still, kernels_[kind].still);
     if (made) made = make(shaders[kind].moving, kernels_[kind].moving);
     if (made) made = make(shaders[kind].lowest, kernels_[kind].lowest);
@@ -104,9 +117,9 @@ void RegionRunner::each_kernel(Each each) {
   }
 }
 
-Result<void> RegionRunner::create_buffers(gpu::Device& device, const std::string& name,
-                                          std::size_t capacity) {
-  const bool lists_triangles = level_ == RegionLevel::triangle;
+Result<void> RegionRunner::create_buffers(gpu::Device& device) {
+  const std::string& name = options_.name;
+  const std::size_t capacity = options_.capacity;
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
       {&records_,
        {.name = name + " regions",
@@ -118,7 +131,7 @@ Result<void> RegionRunner::create_buffers(gpu::Device& device, const std::string
         .memory = gpu::Memory::readback}},
       {&ids_,
        {.name = name + " ids",
-        .size_bytes = capacity * ids_per_region_ * (lists_triangles ? sizeof(glm::uvec2) : 4),
+        .size_bytes = capacity * options_.ids_per_region * (lists_triangles() ? sizeof(glm::uvec2) : 4),
         .memory = gpu::Memory::readback}},
   };
   for (const auto& [buffer, options] : buffers) {
@@ -127,20 +140,24 @@ Result<void> RegionRunner::create_buffers(gpu::Device& device, const std::string
     if (!made) return made.error();
     *buffer = std::move(made).value();
   }
-  // What the device can not hold has been refused by now.
-  if (lists_triangles) {
+  return {};
+}
+
+void RegionRunner::make_room_for_answers() {
+  const std::size_t capacity = options_.capacity;
+  const std::size_t listed = capacity * options_.ids_per_region;
+  if (lists_triangles()) {
     for (Answers& answers : answers_)
-      answers.triangles.resize(capacity * ids_per_region_);
-    sorted_.resize(ids_per_region_);
-    numbers_.resize(ids_per_region_);
+      answers.triangles.resize(listed);
+    sorted_.resize(options_.ids_per_region);
+    numbers_.resize(options_.ids_per_region);
   } else {
     for (Answers& answers : answers_)
-      answers.entities.resize(capacity * ids_per_region_);
+      answers.entities.resize(listed);
   }
   for (Answers& answers : answers_)
     answers.of_regions.resize(capacity);
   incomplete_.reserve(capacity);
-  return {};
 }
 
 Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& pool,
@@ -151,13 +168,13 @@ Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& 
     for (std::uint32_t slot = 0; bound && slot < tlas.slots(); ++slot) {
       std::array<const gpu::Buffer*, 7> buffers{&tlas.nodes(slot), &tlas.instances(slot)};
       std::size_t count = 2;
-      if (level_ != RegionLevel::bounds) {
+      if (options_.level != RegionLevel::bounds) {
         buffers[count++] = &pool.nodes();
         buffers[count++] = &pool.triangles();
       }
       buffers[count++] = &records_;
       buffers[count++] = &counts_;
-      if (ids_per_region_ > 0) buffers[count++] = &ids_;
+      if (options_.ids_per_region > 0) buffers[count++] = &ids_;
       auto made = device.create_bindings(kernel.pipeline, std::span(buffers).first(count));
       if (made) {
         kernel.bindings.push_back(std::move(made).value());
@@ -192,7 +209,7 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
     if (!kernel || first >= end) return;
     const shared::RegionArgs args{.root = view.root,
                                   .count = end - first,
-                                  .capacity = ids_per_region_,
+                                  .capacity = options_.ids_per_region,
                                   .alone = alone ? 1u : 0u,
                                   .first = first,
                                   .two = 2};
@@ -208,7 +225,7 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
     const bool still = view.window_begin == view.window_end && kernels.still;
     run(still ? kernels.still : kernels.moving, begin_of(kind), end_of(kind));
   }
-  if (ids_per_region_ == 0) return;
+  if (options_.ids_per_region == 0) return;
   recorder.barrier();
   for (std::size_t kind = 0; kind < region_kinds; ++kind)
     run(kernels_[kind].lowest, begin_of(kind), end_of(kind));
@@ -254,7 +271,7 @@ void RegionRunner::let_stand(std::uint32_t answered, std::uint32_t count) noexce
 }
 
 void RegionRunner::let_fall() noexcept {
-  if (late_ != LatePolicy::last_good) readable_ = 0;
+  if (options_.late != LatePolicy::last_good) readable_ = 0;
 }
 
 void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
@@ -264,11 +281,11 @@ void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
   answer = {.entities = {},
             .triangles = {},
             .found = count.found,
-            .overflow = ids_per_region_ > 0 && count.found > ids_per_region_,
+            .overflow = options_.ids_per_region > 0 && count.found > options_.ids_per_region,
             .incomplete = count.incomplete != 0};
-  const std::uint32_t kept = std::min(count.found, ids_per_region_);
+  const std::uint32_t kept = std::min(count.found, options_.ids_per_region);
   if (kept == 0) return;
-  if (level_ == RegionLevel::triangle) {
+  if (options_.level == RegionLevel::triangle) {
     answer.triangles = unpack_triangles(region, place, kept, view);
   } else {
     answer.entities = unpack_entities(region, place, kept, view);
@@ -279,15 +296,16 @@ std::span<const EntityId> RegionRunner::unpack_entities(std::uint32_t region, st
                                                         std::uint32_t kept,
                                                         const accel::TlasView& view) noexcept {
   const auto all_ids = ids_.host_as<const std::uint32_t>();
-  const std::size_t begin = std::size_t{place} * ids_per_region_;
+  const std::size_t begin = std::size_t{place} * options_.ids_per_region;
   const auto ids = all_ids.subspan(begin, kept);
   const auto entities =
-      std::span(answers_[written_].entities).subspan(std::size_t{region} * ids_per_region_, kept);
+      std::span(answers_[written_].entities).subspan(std::size_t{region} * options_.ids_per_region, kept);
   // Identities lie all over the memory, and the ids of the next region were written by another core: they are
   // called for before they are needed, which takes a quarter off.
   for (const std::uint32_t index : ids)
     __builtin_prefetch(&view.identities[index]);
-  const auto next_ids = all_ids.subspan(std::min(begin + ids_per_region_, all_ids.size() - kept), kept);
+  const auto next_ids =
+      all_ids.subspan(std::min(begin + options_.ids_per_region, all_ids.size() - kept), kept);
   for (std::size_t k = 0; k < kept; k += 16)
     __builtin_prefetch(&next_ids[k]);
   std::size_t next = 0;
@@ -299,9 +317,10 @@ std::span<const EntityId> RegionRunner::unpack_entities(std::uint32_t region, st
 std::span<const EntityTriangle> RegionRunner::unpack_triangles(std::uint32_t region, std::uint32_t place,
                                                                std::uint32_t kept,
                                                                const accel::TlasView& view) noexcept {
-  const auto found = ids_.host_as<const glm::uvec2>().subspan(std::size_t{place} * ids_per_region_, kept);
+  const auto found =
+      ids_.host_as<const glm::uvec2>().subspan(std::size_t{place} * options_.ids_per_region, kept);
   const auto triangles =
-      std::span(answers_[written_].triangles).subspan(std::size_t{region} * ids_per_region_, kept);
+      std::span(answers_[written_].triangles).subspan(std::size_t{region} * options_.ids_per_region, kept);
   const std::uint32_t entity = found[0].x;
   std::uint32_t others = 0;
   std::uint32_t first = found[0].y;

@@ -35,6 +35,9 @@ struct RegionRunnerOptions {
 class RegionRunner {
  public:
   static Result<RegionRunner> create(gpu::Device& device, const RegionRunnerOptions& options);
+  // See GpuQuery.
+  Result<void> move_to(gpu::Device& device);
+  void leave_device() noexcept;
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas);
 
   std::span<shared::RegionRecord> records() const noexcept {
@@ -76,10 +79,12 @@ class RegionRunner {
     std::vector<EntityTriangle> triangles;  // these
     std::vector<RegionAnswer> of_regions;   // looking into them
   };
-  Result<void> create_kernels(gpu::Device& device, bool frusta);
+  Result<void> create_kernels(gpu::Device& device);
   template <class Each>
   void each_kernel(Each each);
-  Result<void> create_buffers(gpu::Device& device, const std::string& name, std::size_t capacity);
+  Result<void> create_buffers(gpu::Device& device);
+  bool lists_triangles() const noexcept { return options_.level == RegionLevel::triangle; }
+  void make_room_for_answers();
   void dispatch(PlaceRange range, const RegionKindEnds& ends, bool alone, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;
   /// The answer to the caller's region from what the device left at `place`.
@@ -89,15 +94,13 @@ class RegionRunner {
   std::span<const EntityTriangle> unpack_triangles(std::uint32_t region, std::uint32_t place,
                                                    std::uint32_t kept, const accel::TlasView& view) noexcept;
 
-  RegionLevel level_ = RegionLevel::bounds;
-  std::uint32_t ids_per_region_ = 0;
+  RegionRunnerOptions options_;
   std::uint32_t answered_ = 0;
   std::array<Kernels, region_kinds> kernels_;
   gpu::Buffer records_, counts_, ids_;
   std::span<const std::uint32_t> order_;  // the caller's region of each record
   RegionKindEnds ends_{};
   IdOrder id_order_;
-  LatePolicy late_ = LatePolicy::discard;
   std::uint32_t readable_ = 0;             // regions whose answers the caller reads, in
   std::uint32_t read_ = 0;                 // this place of answers, while they are written
   std::uint32_t written_ = 0;              // to this one: another where those of before have to stay

@@ -41,6 +41,7 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
       // Real-time threads that spin starve whom they wait for.
       spin_(options.thread_priority > 0 ? Nanoseconds(0) : spin_where_possible(options.spin)),
       clock_(clock),
+      executor_(executor),
       store_(std::move(options.store)),
       latest_(store_.latest()),
       queue_(options.queue_capacity),
@@ -226,6 +227,7 @@ void Engine::run_thread() noexcept {
 
 bool Engine::work_once() noexcept {
   if (log_ != nullptr) log_->tend();
+  if (executor_.lost()) revive_device();
   receive();
   TransactionImpl* const most_urgent = queue_.pop();
   if (most_urgent != nullptr) carry_out(*most_urgent);

@@ -185,6 +185,10 @@ class Engine final : private query::Meanwhile, private LogOwner {
   std::size_t gather(TransactionImpl& first, const TransactionImpl* interrupted, Together& together) noexcept;
   void carry_out_together(std::span<TransactionImpl* const> readers) noexcept;
   void finish(TransactionImpl& transaction, Status status) noexcept;
+  // device_loss.cpp
+  void revive_device() noexcept;
+  /// While the device is being revived: gives back those that ask and whose firm deadline comes before it can.
+  void give_back_hopeless() noexcept;
   void finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept;
   void drop_cancelled() noexcept;
   bool step_errand() noexcept;
@@ -200,6 +204,7 @@ class Engine final : private query::Meanwhile, private LogOwner {
   const double max_reserved_share_;
   const Nanoseconds spin_;  ///< zero: neither owners nor the engine do
   const Clock& clock_;
+  query::Executor& executor_;
   Tally tally_;
   Accuracy accuracy_;
   std::atomic<std::uint64_t> restarts_{0};
@@ -230,6 +235,7 @@ class Engine final : private query::Meanwhile, private LogOwner {
   std::uint64_t arrivals_ = 0;
   std::uint32_t refused_in_a_row_ = 0;
   Spin spin_before_sleep_;
+  std::optional<ClockTime> device_back_at_;  ///< while it is being revived: about then
 
   std::vector<std::string> degraded_;
   const std::unique_ptr<CommitLog> log_;

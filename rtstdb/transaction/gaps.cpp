@@ -75,6 +75,7 @@ void Engine::relieve() noexcept {
 
 void Engine::carry_out_writes() noexcept {
   receive();
+  give_back_hopeless();
   const auto only_writes = [this](const TransactionImpl& waiting) {
     return !waiting.write_set().empty() && waiting.requests().empty() && runner_.fits_beside(waiting);
   };

@@ -122,6 +122,8 @@ class LiveSession final : public executive::TickHooks {
   std::string address_of(const std::string& section, const std::string& name) const;
   void add_tasks(executive::Executive& executive);
   report::LiveStatus live_status(const executive::Executive& executive);
+  /// A lost device that another one takes the place of is told; one that stays away ends the run.
+  void look_at_gpu();
   void fill_record(const executive::RunResult& result, bool interrupted, report::RunRecord& record);
   void decide(const executive::RunResult& result, bool interrupted, report::RunRecord& record) const;
   std::string io_fault() const;
@@ -167,6 +169,8 @@ class LiveSession final : public executive::TickHooks {
   std::atomic<bool> stop_{false};
   const std::atomic<bool>* outer_stop_ = nullptr;
   std::atomic<bool> process_lost_{false};
+  std::uint64_t gpu_losses_ = 0;  ///< told so far
+  bool gpu_was_lost_ = false;     ///< at the last look
   std::uint64_t last_live_ticks_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <utility>
 
 #include "runtime/run/live_session.hpp"
 #include "runtime/run/run_record_parts.hpp"
@@ -108,6 +109,16 @@ report::LiveStatus LiveSession::live_status(const executive::Executive& executiv
   return status;
 }
 
+void LiveSession::look_at_gpu() {
+  const rtstdb::Health health = database_->health();
+  // Another one takes its place in less time than lies between two looks, or does not.
+  if (health.device_lost && std::exchange(gpu_was_lost_, true)) stop_.store(true);
+  if (health.device_lost) return;
+  gpu_was_lost_ = false;
+  if (std::exchange(gpu_losses_, health.device_losses) != health.device_losses)
+    run_log_.warn(health.device_loss);
+}
+
 void LiveSession::close_devices() noexcept {
   if (processes_) processes_->end_watch();
   // Safe values go out before anything closes.
@@ -152,7 +163,7 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
                       (fate.safe_on_exit ? ": outputs go to their safe values, the run ends" : ""));
       },
       [this, &executive] {
-        if (database_->health().device_lost) stop_.store(true);
+        look_at_gpu();
         device_watch_->look(device_clock_.now_ns(), [this](bool good, const std::string& sentence) {
           good ? run_log_.info(sentence) : run_log_.warn(sentence);
         });

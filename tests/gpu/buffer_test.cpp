@@ -50,6 +50,44 @@ TEST_F(BufferTest, BytesTravelThroughEveryKindOfMemory) {
   }
 }
 
+/// Taken in, or copied where that is wanted of the device.
+TEST(BufferOverMemoryOfTheHost, IsReadAndWrittenByTheDeviceAndOutlivesIt) {
+  constexpr std::size_t count = 5000;  // no whole number of pages
+  for (const bool takes_in : {true, false}) {
+    HostMemory memory(4 * count);
+    const auto words = memory.as<std::uint32_t>();
+    ASSERT_EQ(words.size(), count);
+    std::iota(words.begin(), words.end(), 5u);
+    {
+      DeviceOptions options = test_device_options(true);
+      options.takes_in_host_memory = takes_in;
+      auto device = std::move(Device::open(options)).value();
+      auto shared = device->create_buffer(
+          {.name = "shared", .size_bytes = 4 * count, .memory = Memory::readback, .host = &memory});
+      auto other =
+          device->create_buffer({.name = "other", .size_bytes = 4 * count, .memory = Memory::readback});
+      ASSERT_TRUE(shared.ok() && other.ok());
+      EXPECT_EQ(shared.value().host().data(), memory.as<std::byte>().data());
+      auto recorder = std::move(device->create_recorder()).value();
+      auto timeline = std::move(device->create_timeline()).value();
+      recorder.begin();
+      recorder.copy(shared.value(), 0, other.value(), 0, 4 * count);
+      recorder.barrier();
+      recorder.fill(shared.value(), 4 * 7, 4, 99);
+      recorder.end();
+      shared.value().push(0, 4 * count);
+      ASSERT_EQ(timeline.wait(timeline.submit(recorder), test_timeout_ns), WaitResult::done);
+      EXPECT_TRUE(std::ranges::equal(other.value().host_as<std::uint32_t>(), words.subspan(0),
+                                     [&](auto a, auto b) { return a == b || (a == 12 && b == 99); }));
+      shared.value().pull(4 * 7, 4);
+      EXPECT_TRUE(device->validation_messages().empty());
+    }
+    EXPECT_EQ(words[6], 11u);
+    EXPECT_EQ(words[7], 99u);
+    EXPECT_EQ(words[8], 13u);
+  }
+}
+
 TEST_F(BufferTest, ShadersReadAndWriteEveryKindOfMemory) {
   constexpr std::uint32_t count = 256;
   const Pipeline add = make_pipeline(TestShader::add);

@@ -1,62 +1,150 @@
 // A Vulkan loader that passes everything on to the real one, except that chosen functions of a device fail as
-// a real device may: rtstdb opens it in the loader's place (DeviceOptions::loader_library).
+// a real device may, or that the device is lost at a chosen call: rtstdb opens it in the loader's place
+// (DeviceOptions::loader_library). fault_loader.hpp is what tests see of it.
 
 #include <dlfcn.h>
 #include <vulkan/vulkan_core.h>
 
+#include <array>
 #include <atomic>
+#include <cstdint>
 #include <cstring>
+
+// Every function of a device that rtstdb calls and that can say that something went wrong.
+#define FALLIBLE_FUNCTIONS(F)            \
+  F(vkAllocateCommandBuffers)            \
+  F(vkAllocateDescriptorSets)            \
+  F(vkAllocateMemory)                    \
+  F(vkBeginCommandBuffer)                \
+  F(vkBindBufferMemory)                  \
+  F(vkCreateBuffer)                      \
+  F(vkCreateBufferView)                  \
+  F(vkCreateCommandPool)                 \
+  F(vkCreateComputePipelines)            \
+  F(vkCreateDescriptorPool)              \
+  F(vkCreateDescriptorSetLayout)         \
+  F(vkCreatePipelineCache)               \
+  F(vkCreatePipelineLayout)              \
+  F(vkCreateQueryPool)                   \
+  F(vkCreateSemaphore)                   \
+  F(vkCreateShaderModule)                \
+  F(vkEndCommandBuffer)                  \
+  F(vkGetMemoryHostPointerPropertiesEXT) \
+  F(vkGetPipelineCacheData)              \
+  F(vkGetQueryPoolResults)               \
+  F(vkMapMemory)                         \
+  F(vkQueueSubmit2)                      \
+  F(vkResetCommandPool)                  \
+  F(vkWaitSemaphores)
 
 namespace {
 
-enum Fault { fault_allocate, fault_submit, fault_wait, fault_query, fault_pipeline, fault_count };
+enum Function : std::uint8_t {
+#define FUNCTION_INDEX(name) at_##name,
+  FALLIBLE_FUNCTIONS(FUNCTION_INDEX)
+#undef FUNCTION_INDEX
+      at_vkCreateDevice,
+  function_count
+};
 
-constexpr const char* function_names[fault_count] = {"vkAllocateMemory", "vkQueueSubmit2", "vkWaitSemaphores",
-                                                     "vkGetQueryPoolResults", "vkCreateComputePipelines"};
+constexpr std::array<const char*, function_count> function_names{
+#define FUNCTION_NAME(name) #name,
+    FALLIBLE_FUNCTIONS(FUNCTION_NAME)
+#undef FUNCTION_NAME
+        "vkCreateDevice"};
 
 /// The result that the next `times` calls give instead of doing anything; 0 times: all is well.
 struct Setting {
   std::atomic<int> result{VK_SUCCESS};
   std::atomic<int> times{0};
 };
-Setting settings[fault_count];
+std::array<Setting, function_count> settings;
+
+std::atomic<std::uint64_t> calls{0};
+std::atomic<std::uint64_t> lost_at_call{0};  // 0: never
+std::atomic<bool> lost{false};               // the device that was created last
+std::atomic<VkDevice> last_device{VK_NULL_HANDLE};
+std::atomic<int> live_devices{0};
+std::atomic<int> live_allocations{0};
 
 PFN_vkGetInstanceProcAddr real_get_instance_proc_addr = nullptr;
 PFN_vkGetDeviceProcAddr real_get_device_proc_addr = nullptr;
-PFN_vkVoidFunction real_functions[fault_count] = {};
+std::array<PFN_vkVoidFunction, function_count> real_functions{};
+PFN_vkDestroyDevice real_destroy_device = nullptr;
+PFN_vkFreeMemory real_free_memory = nullptr;
 
-template <Fault fault, class Function>
+/// A device that is lost has nothing under way any more.
+void lose() {
+  const VkDevice device = last_device;
+  if (device != VK_NULL_HANDLE) {
+    const auto wait_idle =
+        reinterpret_cast<PFN_vkDeviceWaitIdle>(real_get_device_proc_addr(device, "vkDeviceWaitIdle"));
+    wait_idle(device);
+  }
+  lost = true;
+}
+
+/// What the call gives instead of doing anything; VK_SUCCESS: it is carried out.
+VkResult fault_of(Function function) {
+  Setting& setting = settings[function];
+  if (setting.times > 0) {
+    --setting.times;
+    return static_cast<VkResult>(setting.result.load());
+  }
+  const std::uint64_t call = ++calls;
+  if (call == lost_at_call) lose();
+  return lost ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
+}
+
+template <Function function, class Pointer>
 struct Wrapped;
-template <Fault fault, class... Arguments>
-struct Wrapped<fault, VkResult(VKAPI_PTR*)(Arguments...)> {
+template <Function function, class... Arguments>
+struct Wrapped<function, VkResult(VKAPI_PTR*)(Arguments...)> {
   static VKAPI_ATTR VkResult VKAPI_CALL call(Arguments... arguments) {
-    if (settings[fault].times > 0) {
-      --settings[fault].times;
-      return static_cast<VkResult>(settings[fault].result.load());
-    }
-    using Function = VkResult(VKAPI_PTR*)(Arguments...);
-    return reinterpret_cast<Function>(real_functions[fault])(arguments...);
+    if (const VkResult fault = fault_of(function); fault != VK_SUCCESS) return fault;
+    using Pointer = VkResult(VKAPI_PTR*)(Arguments...);
+    const VkResult result = reinterpret_cast<Pointer>(real_functions[function])(arguments...);
+    if (function == at_vkAllocateMemory && result == VK_SUCCESS) ++live_allocations;
+    return result;
   }
 };
 
-template <Fault fault, class Function>
-PFN_vkVoidFunction wrapped() {
-  return reinterpret_cast<PFN_vkVoidFunction>(&Wrapped<fault, Function>::call);
+constexpr std::array<PFN_vkVoidFunction (*)(), function_count> wrappers{
+#define FUNCTION_WRAPPER(name) \
+  [] { return reinterpret_cast<PFN_vkVoidFunction>(&Wrapped<at_##name, PFN_##name>::call); },
+    FALLIBLE_FUNCTIONS(FUNCTION_WRAPPER)
+#undef FUNCTION_WRAPPER
+};
+
+VKAPI_ATTR void VKAPI_CALL destroy_device(VkDevice device, const VkAllocationCallbacks* allocator) {
+  if (device != VK_NULL_HANDLE) --live_devices;
+  VkDevice expected = device;
+  last_device.compare_exchange_strong(expected, VK_NULL_HANDLE);
+  real_destroy_device(device, allocator);
 }
 
-PFN_vkVoidFunction wrapper_of(int fault) {
-  switch (fault) {
-    case fault_allocate:
-      return wrapped<fault_allocate, PFN_vkAllocateMemory>();
-    case fault_submit:
-      return wrapped<fault_submit, PFN_vkQueueSubmit2>();
-    case fault_wait:
-      return wrapped<fault_wait, PFN_vkWaitSemaphores>();
-    case fault_query:
-      return wrapped<fault_query, PFN_vkGetQueryPoolResults>();
-    default:
-      return wrapped<fault_pipeline, PFN_vkCreateComputePipelines>();
+VKAPI_ATTR void VKAPI_CALL free_memory(VkDevice device, VkDeviceMemory memory,
+                                       const VkAllocationCallbacks* allocator) {
+  if (memory != VK_NULL_HANDLE) --live_allocations;
+  real_free_memory(device, memory, allocator);
+}
+
+/// A new device is not lost, whatever became of the one before.
+VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical_device,
+                                             const VkDeviceCreateInfo* wanted,
+                                             const VkAllocationCallbacks* allocator, VkDevice* device) {
+  lost = false;
+  if (const VkResult fault = fault_of(at_vkCreateDevice); fault != VK_SUCCESS) {
+    lost = false;
+    return fault;
   }
+  const VkResult result = reinterpret_cast<PFN_vkCreateDevice>(real_functions[at_vkCreateDevice])(
+      physical_device, wanted, allocator, device);
+  if (result == VK_SUCCESS) {
+    ++live_devices;
+    last_device = *device;
+  }
+  return result;
 }
 
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_proc_addr(VkDevice device, const char* name) {
@@ -64,10 +152,18 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_proc_addr(VkDevice device, const
     return reinterpret_cast<PFN_vkVoidFunction>(&device_proc_addr);
   }
   const PFN_vkVoidFunction real = real_get_device_proc_addr(device, name);
-  for (int fault = 0; fault < fault_count; ++fault) {
-    if (std::strcmp(name, function_names[fault]) != 0) continue;
-    real_functions[fault] = real;
-    return wrapper_of(fault);
+  if (std::strcmp(name, "vkDestroyDevice") == 0) {
+    real_destroy_device = reinterpret_cast<PFN_vkDestroyDevice>(real);
+    return reinterpret_cast<PFN_vkVoidFunction>(&destroy_device);
+  }
+  if (std::strcmp(name, "vkFreeMemory") == 0) {
+    real_free_memory = reinterpret_cast<PFN_vkFreeMemory>(real);
+    return reinterpret_cast<PFN_vkVoidFunction>(&free_memory);
+  }
+  for (std::size_t k = 0; k < at_vkCreateDevice; ++k) {
+    if (real == nullptr || std::strcmp(name, function_names[k]) != 0) continue;
+    real_functions[k] = real;
+    return wrappers[k]();
   }
   return real;
 }
@@ -85,19 +181,42 @@ __attribute__((visibility("default"))) PFN_vkVoidFunction vkGetInstanceProcAddr(
         reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(loader, "vkGetInstanceProcAddr"));
   }
   const PFN_vkVoidFunction real = real_get_instance_proc_addr(instance, name);
-  if (std::strcmp(name, "vkGetDeviceProcAddr") != 0) return real;
-  real_get_device_proc_addr = reinterpret_cast<PFN_vkGetDeviceProcAddr>(real);
-  return reinterpret_cast<PFN_vkVoidFunction>(&device_proc_addr);
+  if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) {
+    real_get_device_proc_addr = reinterpret_cast<PFN_vkGetDeviceProcAddr>(real);
+    return reinterpret_cast<PFN_vkVoidFunction>(&device_proc_addr);
+  }
+  if (std::strcmp(name, "vkCreateDevice") == 0 && real != nullptr) {
+    real_functions[at_vkCreateDevice] = real;
+    return reinterpret_cast<PFN_vkVoidFunction>(&create_device);
+  }
+  return real;
 }
 
-/// Returns 0, or -1 when there is no such function here.
 __attribute__((visibility("default"))) int set_vulkan_fault(const char* function, int result, int times) {
-  for (int fault = 0; fault < fault_count; ++fault) {
-    if (std::strcmp(function, function_names[fault]) != 0) continue;
-    settings[fault].result = result;
-    settings[fault].times = times;
+  for (std::size_t k = 0; k < function_count; ++k) {
+    if (std::strcmp(function, function_names[k]) != 0) continue;
+    settings[k].result = result;
+    settings[k].times = times;
     return 0;
   }
   return -1;
+}
+
+__attribute__((visibility("default"))) void lose_vulkan_device_at_call(std::uint64_t call) {
+  lost_at_call = 0;
+  calls = 0;
+  lost_at_call = call;
+}
+
+__attribute__((visibility("default"))) std::uint64_t vulkan_calls() {
+  return calls;
+}
+
+__attribute__((visibility("default"))) int live_vulkan_devices() {
+  return live_devices;
+}
+
+__attribute__((visibility("default"))) int live_vulkan_allocations() {
+  return live_allocations;
 }
 }

@@ -9,14 +9,15 @@
 namespace rtstdb::test {
 namespace {
 
-using PreparedQueriesOnTheDevice = gpu::test::GpuTest;
-
-TEST_F(PreparedQueriesOnTheDevice, AreConnectedAgainWhereThePoolHasGrown) {
-  auto executor = std::move(query::GpuExecutor::create(device(), DatabaseOptions{.max_entities = 4})).value();
+TEST(PreparedQueriesOnTheDevice, AreConnectedAgainWhereThePoolHasGrown) {
+  auto executor =
+      std::move(query::GpuExecutor::create(
+                    [](const auto&) { return gpu::Device::open(gpu::test::test_device_options(true)); },
+                    DatabaseOptions{.max_entities = 4}))
+          .value();
   const auto prepare = [&] {
-    auto query = std::move(query::GpuRayQuery::create(device(), {.name = "rays", .capacity = 4})).value();
-    EXPECT_TRUE(executor->bind(*query).ok());
-    return query;
+    return std::move(executor->prepare<query::GpuRayQuery>(RayQueryOptions{.name = "rays", .capacity = 4}))
+        .value();
   };
   const auto first = prepare();
   auto second = prepare();
@@ -28,6 +29,7 @@ TEST_F(PreparedQueriesOnTheDevice, AreConnectedAgainWhereThePoolHasGrown) {
   const std::uint32_t after = first->bound_generation;
   ASSERT_TRUE(executor->add_geometry(make_sphere(1.0, 8), {}).ok());
   EXPECT_NE(first->bound_generation, after);
+  EXPECT_TRUE(executor->device_health().validation_messages.empty());
 }
 
 using WhatATransactionTook = DatabaseTest;

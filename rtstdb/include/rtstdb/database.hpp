@@ -6,6 +6,10 @@
 // at once and are made for the tick. The database does its work on a thread of its own; the Vulkan driver's
 // threads are created inside open, so open must run before the caller raises its own priority or pins itself
 // (threads inherit both).
+//
+// A device that is lost is replaced by the database itself: what was on it ends as device_lost, what waits is answered
+// later, what only writes goes on. Prepared queries and their spans stay. Until each kind of query has been asked once
+// again, transactions compile and allocate.
 
 #include <cstdint>
 #include <memory>
@@ -118,7 +122,9 @@ struct ShapeCounts {
 struct Health {
   std::vector<std::string> degraded;             ///< what the machine did not permit, in words
   std::vector<std::string> validation_messages;  ///< of the validation layer, when it is on
-  bool device_lost = false;
+  bool device_lost = false;         ///< there is none at present: what asks is answered device_lost
+  std::uint64_t device_losses = 0;  ///< so far
+  std::string device_loss;          ///< what became of the last one, in words; empty: there was none
 };
 
 class Database {
@@ -146,7 +152,8 @@ class Database {
   }
   /// The newest geometry of that name, also one that was there when the database was opened.
   virtual std::optional<GeometryId> find_geometry(std::string_view name) const = 0;
-  /// Allocates the query's buffers and runs its pipeline once, since drivers compile at the first dispatch.
+  /// Allocates the query's buffers and runs its pipeline once, since drivers compile at the first dispatch. Here and in
+  /// add_geometry, device_lost is an error only where another device does not take the lost one's place.
   /// Errors: capacity, out_of_memory, device_lost; bad_input for options that contradict one another.
   virtual Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) = 0;
   virtual Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) = 0;

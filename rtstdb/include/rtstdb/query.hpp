@@ -121,8 +121,8 @@ struct RayQueryOptions {
   LatePolicy late = LatePolicy::discard;
 };
 
-/// Rays and hits lie in memory that the device reads and writes: nothing is copied on the way. On a device
-/// with memory of its own the input span is best filled in order and never read.
+/// Rays and hits lie in memory of the host that the device reads and writes where it can: nothing is copied on the
+/// way. They stay where they are as long as the query lives.
 class RayQuery : public Query {
  public:
   virtual std::span<Ray> rays() noexcept = 0;  ///< capacity elements, the caller's to fill

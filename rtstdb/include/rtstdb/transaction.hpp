@@ -67,7 +67,7 @@ enum class Status : std::uint8_t {
   conflict,     ///< a precondition did not hold; nothing was done
   cancelled,    ///< by Database::cancel, from a full queue or by the database closing; nothing was done
   truncated,    ///< committed, but at least one answer is incomplete or overflowed
-  device_lost,  ///< the GPU stopped answering; nothing was published
+  device_lost,  ///< the GPU stopped answering, and nothing was published; may be submitted again: see Health
   bad_input,    ///< a value that no caller may pass, see bad_input; nothing was done
 };
 

@@ -1,0 +1,52 @@
+#pragma once
+// What the host keeps of geometry, so that it comes back to a device that has nothing: its part of the pools byte for
+// byte, since a copy is sooner there than a build, and the same tree gives the same answers also where a search is cut
+// short.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <rtstdb/geometry.hpp>
+
+#include "rtstdb/accel/deforming_geometry.hpp"
+#include "shaders/shared/entity.h"
+
+namespace rtstdb::accel {
+
+/// Where a geometry stands in the pools, in their elements.
+struct PoolPart {
+  std::uint32_t node_base = 0, node_end = 0;
+  std::uint32_t triangle_base = 0, triangle_end = 0;
+};
+
+struct KeptGeometry {
+  struct Piece {
+    std::uint32_t base = 0;  ///< in elements of the pool
+    std::vector<std::byte> bytes;
+  };
+  /// Besides the nodes of both places, in the order of DeformingGeometry. Triangles and boxes come with the refit to
+  /// the shape that is asked for.
+  struct Deforming {
+    TriangleMesh mesh;
+    GeometryOptions options;
+    std::array<BlasBuilder::Place, DeformingGeometry::places> places;
+    std::vector<std::byte> order;
+    std::vector<std::uint32_t> levels;
+    float built_burden = 0.0f;
+  };
+
+  PoolPart part;
+  std::vector<Piece> nodes, triangles;
+  shared::GeometryRecord record{};
+  Bounds bounds;
+  std::optional<Deforming> deforming;
+};
+
+/// By index.
+using KeptGeometries = std::vector<std::shared_ptr<const KeptGeometry>>;
+
+}  // namespace rtstdb::accel

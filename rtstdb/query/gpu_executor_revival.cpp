@@ -1,0 +1,111 @@
+// The executor's device: how it is opened, what becomes of it when it is lost, and how another one takes its place.
+
+#include <exception>
+#include <utility>
+
+#include "rtstdb/query/gpu_executor.hpp"
+
+namespace rtstdb::query {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::string milliseconds(Clock::duration duration) {
+  return std::to_string(std::chrono::ceil<std::chrono::milliseconds>(duration).count()) + " ms";
+}
+
+std::string times(std::uint64_t count) {
+  return count == 1 ? "once" : std::to_string(count) + " times";
+}
+
+}  // namespace
+
+Result<void> GpuExecutor::make_epoch(bool late) {
+  auto device = open_(compiled_);
+  if (!device) return device.error();
+  device.value()->compile_late(late);
+  auto epoch = DeviceEpoch::create(std::move(device).value(), options_, kept_);
+  if (!epoch) return epoch.error();
+  const std::lock_guard lock(health_mutex_);
+  epoch_ = std::move(epoch).value();
+  ++epoch_number_;
+  loss_counted_ = false;
+  broken_ = false;
+  return {};
+}
+
+void GpuExecutor::drop_epoch() {
+  kept_ = epoch_->pool.kept();
+  kept_.resize(geometry_count_);  // what was being added is not there
+  if (auto compiled = epoch_->device.compiled(); !compiled.empty()) compiled_ = std::move(compiled);
+  shapes_before_ = shape_counts();
+  prepared_->visit([](GpuQuery& query) {
+    query.leave_device();
+    query.epoch = 0;
+    return true;
+  });
+  const std::lock_guard lock(health_mutex_);
+  for (std::string& message : epoch_->device.validation_messages())
+    health_.validation_messages.push_back(std::move(message));
+  epoch_.reset();
+}
+
+bool GpuExecutor::revive(Meanwhile* meanwhile) noexcept {
+  if (!lost()) return true;
+  RTSTDB_ASSERT(depth_ == 0);
+  if (meanwhile != nullptr) meanwhile->begin_wait();
+  bool revived = false;
+  try {
+    revived = try_to_revive();
+  } catch (const std::exception& failure) {
+    pace_.failed(
+        Clock::now());  // out of memory, or of threads; what of the epoch is still there goes the next time
+  }
+  if (meanwhile != nullptr) meanwhile->end_wait();
+  return revived;
+}
+
+bool GpuExecutor::try_to_revive() {
+  const auto begun = Clock::now();
+  if (epoch_ != nullptr) {
+    if (epoch_->device.lost() && !loss_counted_) {
+      pace_.failed(begun);
+      const std::lock_guard lock(health_mutex_);
+      loss_counted_ = true;
+      ++health_.device_losses;
+    }
+    drop_epoch();
+  }
+  if (!pace_.may_try(begun)) return false;
+  const Result<void> made = make_epoch(true);
+  const auto ended = Clock::now();
+  if (!made) {
+    pace_.failed(ended);
+    const std::lock_guard lock(health_mutex_);
+    health_.device_lost = true;
+    health_.device_loss = "the device is lost and did not come back: " + made.error().message +
+                          "; it is tried again in " + milliseconds(pace_.left(ended));
+    return false;
+  }
+  revival_took_ = ended - begun;
+  const std::lock_guard lock(health_mutex_);
+  health_.device_lost = false;
+  if (health_.device_losses > 0) {
+    health_.device_loss = "the device was lost " + times(health_.device_losses) + "; the last time " +
+                          epoch_->device.info().name + " took its place after " + milliseconds(revival_took_);
+  }
+  return true;
+}
+
+Health GpuExecutor::device_health() const {
+  const std::lock_guard lock(health_mutex_);
+  Health health = health_;
+  if (epoch_ == nullptr) return health;
+  health.device_lost = epoch_->device.lost();
+  if (health.device_lost && !loss_counted_) ++health.device_losses;
+  for (std::string& message : epoch_->device.validation_messages())
+    health.validation_messages.push_back(std::move(message));
+  return health;
+}
+
+}  // namespace rtstdb::query

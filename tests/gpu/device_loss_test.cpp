@@ -1,0 +1,179 @@
+// The device is lost, at every call: nothing that was committed goes, nothing that was not stays, and the same answers
+// come again soon.
+
+#include "tests/gpu/device_loss.hpp"
+
+#include <iostream>
+
+#include "rtstdb/query/revival_pace.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+using gpu::test::FaultLoader;
+using SteadyClock = std::chrono::steady_clock;
+using DeviceLoss = DeviceLossTest;
+
+#ifdef __SANITIZE_ADDRESS__
+constexpr std::uint64_t fewer = 4;
+#else
+constexpr std::uint64_t fewer = 1;
+#endif
+
+TEST_F(DeviceLoss, AtCallsOfEachKindOfTransaction) {
+  lose_at_calls_of_each_kind(7 * fewer);
+}
+
+TEST_F(DeviceLoss, AtCallsWhileItComesBack) {
+  lose_at_calls_while_it_comes_back(97 * fewer);
+}
+
+TEST(DeviceLossAtTheStart, AtCallsWhileADatabaseOpens) {
+  lose_at_calls_while_a_database_opens(101 * fewer);
+}
+
+TEST_F(DeviceLoss, AtCallsWhileGeometryIsAdded) {
+  lose_at_calls_while_geometry_is_added(97 * fewer);
+}
+
+TEST_F(DeviceLoss, AtCallsWhileQueriesArePrepared) {
+  lose_at_calls_while_queries_are_prepared(211 * fewer);
+}
+
+TEST_F(DeviceLoss, LeavesNoMemoryBehind) {
+  const int devices = loader_.live_devices();
+  const int allocations = loader_.live_allocations();
+  for (int losses = 0; losses < 3; ++losses)
+    lose_at(1, 0, ++round_);
+  for (std::size_t kind = 0; kind < lost_.kinds().size(); ++kind)
+    expect_same(kind, ++round_);
+  EXPECT_EQ(loader_.live_devices(), devices);
+  EXPECT_LE(loader_.live_allocations(), allocations);
+}
+
+TEST_F(DeviceLoss, SpansOfQueriesStayAndWhatStandsInThem) {
+  const auto made = lost_.database().prepare(RayQueryOptions{.name = "kept", .capacity = 1000});
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  RayQuery& query = *made.value();
+  const std::span<Ray> rays = query.rays();
+  for (std::size_t k = 0; k < rays.size(); ++k)
+    rays[k].lambda_max = static_cast<float>(k);
+  lose_at(1, 0, ++round_);
+  EXPECT_EQ(query.rays().data(), rays.data());
+  for (std::size_t k = 0; k < rays.size(); ++k)
+    ASSERT_EQ(rays[k].lambda_max, static_cast<float>(k));
+}
+
+TEST_F(DeviceLoss, WhileCalibratingIsSaid) {
+  const auto made = lost_.database().prepare(RayQueryOptions{.name = "calibrated", .capacity = 8});
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  const auto transaction = lost_.database().make_transaction({.max_queries = 1});
+  transaction->begin({});
+  transaction->ask(*made.value(), 8);
+  loader_.lose_at_call(1);
+  const auto lost = lost_.database().calibrate(*transaction);
+  ASSERT_FALSE(lost.ok());
+  EXPECT_EQ(lost.error().code, ErrorCode::device_lost);
+  const auto again = lost_.database().calibrate(*transaction);
+  EXPECT_TRUE(again.ok()) << again.error().message;
+  expect_same_rows();
+}
+
+/// Everything but what asks goes on.
+TEST_F(DeviceLoss, ThatStaysIsToldAtOnceAndWritesAreCommitted) {
+  loader_.fail("vkCreateDevice", FaultLoader::device_lost, FaultLoader::for_ever);
+  loader_.lose_at_call(1);
+  EXPECT_EQ(lost_.execute(lost_.kinds()[0], ++round_).status, Status::device_lost);
+  for (int k = 0; k < 20; ++k)
+    EXPECT_EQ(lost_.execute(lost_.kinds()[0], round_).status, Status::device_lost);
+  const Health health = lost_.database().health();
+  EXPECT_TRUE(health.device_lost);
+  EXPECT_EQ(health.device_losses, 1u);
+  EXPECT_NE(health.device_loss.find("did not come back"), std::string::npos) << health.device_loss;
+  for (LossWorld* world : {&lost_, &whole_}) {
+    const auto writer = world->database().make_transaction({.max_writes = 1});
+    writer->begin({});
+    writer->create({});
+    EXPECT_EQ(world->database().execute(*writer).status, Status::committed);
+  }
+  const auto geometry = lost_.database().add_geometry(make_box({1.0, 1.0, 1.0}), "box");
+  ASSERT_FALSE(geometry.ok());
+  EXPECT_EQ(geometry.error().code, ErrorCode::device_lost);
+  EXPECT_FALSE(lost_.database().prepare(RayQueryOptions{.name = "rays", .capacity = 1}).ok());
+  expect_same_rows();
+  loader_.fail("vkCreateDevice", 0, 0);
+  expect_same(0, round_);
+  EXPECT_FALSE(lost_.database().health().device_lost);
+  // Nothing of the geometry that was refused is there.
+  const auto added = lost_.database().add_geometry(make_box({1.0, 1.0, 1.0}), "box");
+  const auto expected = whole_.database().add_geometry(make_box({1.0, 1.0, 1.0}), "box");
+  ASSERT_TRUE(added.ok() && expected.ok());
+  EXPECT_EQ(added.value(), expected.value());
+}
+
+/// Half a second, or half of what it takes here and now to open the same database and to ask it: a machine that is
+/// busy, or a sanitizer, makes both slow.
+TEST_F(DeviceLoss, IsFollowedByAnAnswerSoon) {
+  const auto since = [](SteadyClock::time_point begun) { return SteadyClock::now() - begun; };
+  auto begun = SteadyClock::now();
+  LossWorld world(LossWorld::On::real_device, {.validation = Validation::on});
+  world.set_up();
+  ASSERT_EQ(world.execute(world.kinds()[0], ++round_).status, Status::committed);
+  const auto opening = since(begun);
+  auto reviving = SteadyClock::duration::max();
+  for (int k = 0; k < 4; ++k) {
+    loader_.lose_at_call(1);
+    ASSERT_EQ(lost_.execute(lost_.kinds()[0], ++round_).status, Status::device_lost);
+    loader_.lose_at_call(0);
+    begun = SteadyClock::now();
+    ASSERT_EQ(lost_.execute(lost_.kinds()[0], round_).status, Status::committed);
+    reviving = std::min(reviving, since(begun));
+  }
+  const SteadyClock::duration bound =
+      std::max<SteadyClock::duration>(std::chrono::milliseconds(500), opening / 2);
+  EXPECT_LT(reviving, bound);
+  const auto in_us = [](SteadyClock::duration duration) {
+    return static_cast<int>(std::chrono::ceil<std::chrono::microseconds>(duration).count());
+  };
+  RecordProperty("reviving_us", in_us(reviving));
+  RecordProperty("opening_us", in_us(opening));
+  std::cout << "answered after " << in_us(reviving) / 1000 << " ms; opening and asking takes "
+            << in_us(opening) / 1000 << " ms\n";
+}
+
+TEST(DeviceThatCopies, AnswersTheSame) {
+  LossWorld copies(LossWorld::On::copying_device);
+  LossWorld shares(LossWorld::On::real_device);
+  for (LossWorld* world : {&copies, &shares})
+    world->set_up();
+  for (std::size_t kind = 0; kind < copies.kinds().size(); ++kind) {
+    SCOPED_TRACE(copies.kinds()[kind].name);
+    const auto round = static_cast<unsigned>(kind);
+    EXPECT_EQ(copies.execute(copies.kinds()[kind], round).status,
+              shares.execute(shares.kinds()[kind], round).status);
+    EXPECT_EQ(copies.answers(copies.kinds()[kind]), shares.answers(shares.kinds()[kind]));
+    EXPECT_FALSE(copies.answers(copies.kinds()[kind]).empty());
+  }
+}
+
+TEST(RevivalPace, TriesAtOnceAndThenEverLater) {
+  using namespace std::chrono_literals;
+  using query::RevivalPace;
+  RevivalPace pace;
+  RevivalPace::Time now{1h};
+  pace.failed(now);
+  EXPECT_TRUE(pace.may_try(now)) << "it had answered";
+  for (const auto pause : {100ms, 200ms, 400ms, 800ms, 1600ms, 3200ms, 6400ms, 10'000ms, 10'000ms}) {
+    pace.failed(now);
+    EXPECT_FALSE(pace.may_try(now + pause - 1ms));
+    EXPECT_EQ(pace.left(now), pause);
+    EXPECT_TRUE(pace.may_try(now + pause));
+    now += pause;
+  }
+  pace.answered();
+  pace.failed(now);
+  EXPECT_TRUE(pace.may_try(now));
+}
+
+}  // namespace
+}  // namespace rtstdb::test

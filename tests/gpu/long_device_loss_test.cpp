@@ -1,0 +1,28 @@
+// The device is lost at every call, and not at a sample of them.
+
+#include "tests/gpu/device_loss.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+using LongDeviceLoss = DeviceLossTest;
+
+TEST_F(LongDeviceLoss, AtEachCallOfEachKindOfTransaction) {
+  lose_at_calls_of_each_kind(1);
+}
+TEST_F(LongDeviceLoss, AtEachCallWhileItComesBack) {
+  lose_at_calls_while_it_comes_back(1);
+}
+TEST_F(LongDeviceLoss, AtEachCallWhileGeometryIsAdded) {
+  lose_at_calls_while_geometry_is_added(1);
+}
+/// Each one leaves four queries more.
+TEST_F(LongDeviceLoss, AtCallsWhileQueriesArePrepared) {
+  lose_at_calls_while_queries_are_prepared(7);
+}
+TEST(LongDeviceLossAtTheStart, AtEachCallWhileADatabaseOpens) {
+  lose_at_calls_while_a_database_opens(1);
+}
+
+}  // namespace
+}  // namespace rtstdb::test

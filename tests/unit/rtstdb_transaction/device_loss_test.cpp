@@ -1,0 +1,178 @@
+// The engine without its device: what is lost, what waits, what goes on.
+
+#include <gtest/gtest.h>
+
+#include <semaphore>
+#include <utility>
+
+#include "simulated.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Is lost when a run is told so, and comes back as it is told.
+class LosableExecutor final : public query::Executor {
+ public:
+  query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
+                       const query::TimeSpan& times, query::Meanwhile* meanwhile) noexcept override {
+    if (lost_) return {.status = query::RunStatus::device_lost};
+    const query::RunReport report = inner.run(rows, requests, times, meanwhile);
+    if (lose_next_run.exchange(false)) lost_ = true;
+    return lost_ ? query::RunReport{.status = query::RunStatus::device_lost} : report;
+  }
+  bool lost() const noexcept override { return lost_; }
+  bool revive(query::Meanwhile* meanwhile) noexcept override {
+    ++revivals;
+    if (meanwhile != nullptr) meanwhile->begin_wait();
+    if (while_reviving) while_reviving();
+    if (meanwhile != nullptr) meanwhile->end_wait();
+    lost_ = stays_away;
+    return !lost_;
+  }
+  Nanoseconds revival_takes() const noexcept override { return 100ms; }
+
+  SimulatedExecutor inner;
+  std::atomic<bool> lose_next_run{false};
+  std::atomic<bool> stays_away{false};
+  std::atomic<int> revivals{0};
+  std::function<void()> while_reviving;
+
+ private:
+  bool lost_ = false;  // the engine's thread alone
+};
+
+class DeviceLoss : public testing::Test {
+ protected:
+  std::unique_ptr<Transaction> make() { return engine_.make_transaction(room_for(8, 4, 2)); }
+  Transaction& ask(Transaction& transaction, SimulatedQuery& query, const Terms& given) {
+    transaction.begin(given);
+    transaction.ask(query, 1);
+    return transaction;
+  }
+  Status execute(Transaction& transaction) {
+    engine_.submit(transaction);
+    return engine_.wait(transaction).status;
+  }
+  Status write(std::uint32_t material) {
+    const auto writer = make();
+    writer->begin({});
+    writer->create(row_of(material));
+    return execute(*writer);
+  }
+  std::size_t entities() { return engine_.snapshot(ReadAt::latest()).value().size(); }
+
+  SimulatedClock clock_;
+  LosableExecutor executor_;
+  Engine engine_{engine_options(), executor_, clock_};
+  SimulatedQuery query_{8, 1};
+  SimulatedQuery other_query_{8, 2};
+  std::unique_ptr<Transaction> first_ = make();
+  std::unique_ptr<Transaction> second_ = make();
+};
+
+TEST_F(DeviceLoss, WhatRunsIsLostAndPublishesNothing) {
+  executor_.lose_next_run = true;
+  first_->begin({});
+  first_->create(row_of(1));
+  first_->ask(query_, 1);
+  EXPECT_EQ(execute(*first_), Status::device_lost);
+  EXPECT_EQ(entities(), 0u);
+  EXPECT_FALSE(first_->created(0).valid());
+  EXPECT_EQ(execute(ask(*second_, query_, {})), Status::committed);
+  EXPECT_EQ(executor_.revivals, 1);
+  EXPECT_EQ(engine_.counts().device_lost, 1u);
+}
+
+TEST_F(DeviceLoss, IsSeenToWithoutAnybodyAsking) {
+  executor_.lose_next_run = true;
+  std::binary_semaphore revived{0};
+  executor_.while_reviving = [&] { revived.release(); };
+  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  EXPECT_TRUE(revived.try_acquire_for(30s));
+}
+
+TEST_F(DeviceLoss, WhatWaitsIsAnsweredAfterwards) {
+  executor_.lose_next_run = true;
+  executor_.inner.work = [&, first = true](const auto&, const auto&, const auto&) mutable {
+    if (std::exchange(first, false)) engine_.submit(ask(*second_, other_query_, terms(DeadlineClass::soft)));
+    return query::RunReport{};
+  };
+  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  EXPECT_EQ(engine_.wait(*second_).status, Status::committed);
+}
+
+/// Who has a firm deadline before it can be, is told so at once; who has a later one waits.
+TEST_F(DeviceLoss, NobodyWaitsForTheDeviceInVain) {
+  const auto hopeless = make();
+  const auto hopeful = make();
+  executor_.lose_next_run = true;
+  Status told = Status::pending;
+  executor_.while_reviving = [&] {
+    engine_.submit(ask(*hopeful, other_query_, terms(DeadlineClass::firm, clock_.peek() + 200ms)));
+    engine_.submit(ask(*hopeless, query_, terms(DeadlineClass::firm, clock_.peek() + 99ms)));
+    told = engine_.wait(*hopeless).status;
+    EXPECT_EQ(hopeful->status(), Status::pending);
+  };
+  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  EXPECT_EQ(engine_.wait(*hopeful).status, Status::committed);
+  EXPECT_EQ(told, Status::device_lost);
+  EXPECT_EQ(engine_.counts().firm_late_commits, 0u);
+}
+
+TEST_F(DeviceLoss, WritesAreCommittedMeanwhile) {
+  executor_.lose_next_run = true;
+  Status written = Status::pending;
+  executor_.while_reviving = [&] { written = write(1); };
+  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  EXPECT_EQ(execute(ask(*second_, query_, {})), Status::committed);
+  EXPECT_EQ(written, Status::committed);
+  EXPECT_EQ(entities(), 1u);
+}
+
+TEST_F(DeviceLoss, ThatStaysIsToldEachTimeAndWritesGoOn) {
+  executor_.lose_next_run = true;
+  executor_.stays_away = true;
+  for (int k = 0; k < 5; ++k) {
+    EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+    EXPECT_EQ(write(1), Status::committed);
+  }
+  EXPECT_EQ(entities(), 5u);
+  EXPECT_GE(executor_.revivals, 5);
+  executor_.stays_away = false;
+  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::committed);
+}
+
+/// Of those that stand in one another nobody is answered, and the device comes back when all have been told.
+TEST_F(DeviceLoss, TakesAllThatStandInOneAnother) {
+  constexpr std::uint32_t many = 3 * 4096;
+  SimulatedQuery large(many, 3);
+  executor_.inner.chunk = [&](const query::RowSource&, const query::Request& request, std::uint32_t first,
+                              std::uint32_t) {
+    clock_.advance(500us);
+    if (request.query == &large && first == 0)
+      engine_.submit(ask(*second_, query_, terms(DeadlineClass::soft, ClockTime::max(), 1)));
+    if (request.query == &query_) executor_.lose_next_run = true;
+  };
+  first_->begin({});
+  first_->ask(large, many);
+  EXPECT_EQ(execute(*first_), Status::device_lost);
+  EXPECT_EQ(engine_.wait(*second_).status, Status::device_lost);
+  executor_.inner.chunk = {};
+  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::committed);
+  EXPECT_EQ(executor_.revivals, 1);
+}
+
+TEST_F(DeviceLoss, UnderAVirtualClockNobodyIsGivenUp) {
+  clock_.virtual_time = true;
+  executor_.lose_next_run = true;
+  executor_.while_reviving = [&] {
+    engine_.submit(ask(*second_, other_query_, terms(DeadlineClass::firm, clock_.peek() + 1ns)));
+  };
+  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  EXPECT_EQ(engine_.wait(*second_).status, Status::committed);
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test
