@@ -1,0 +1,83 @@
+// Courses of events through the engine on a simulated machine, each from a seed. HIL_SIM_SEED=n plays one again.
+//
+// The same test is linked once more with databases that were broken on purpose (CMakeLists.txt); there something has to be found.
+
+#include "tests/torture/engine_simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <iostream>
+
+namespace hil::torture {
+
+/// What is wrong with the database that this is linked with; null: nothing.
+extern const char* const broken;
+
+namespace {
+
+constexpr std::uint64_t steps_each = 10'000;
+#ifdef HIL_TORTURE_LONG
+constexpr std::uint64_t seeds = 3'000;
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr std::uint64_t seeds = 10;
+#else
+constexpr std::uint64_t seeds = 120;
+#endif
+/// So many meet everything that can happen.
+constexpr std::uint64_t seeds_that_meet_all = 100;
+
+TEST(EngineSimulation, AModelExplainsEverythingUnlessBroken) {
+  SimulationCounts counts;
+  const char* const chosen = std::getenv("HIL_SIM_SEED");
+  const std::uint64_t first = chosen != nullptr ? std::strtoull(chosen, nullptr, 10) : 1;
+  const std::uint64_t last = chosen != nullptr ? first : seeds;
+  std::string fault;
+  for (std::uint64_t seed = first; seed <= last && fault.empty(); ++seed) {
+    EngineSimulation simulation(seed);
+    fault = simulation.run(steps_each);
+    counts.add(simulation.counts());
+  }
+  if (broken != nullptr) {
+    EXPECT_FALSE(fault.empty()) << "nothing found in " << counts.steps << " steps, though " << broken;
+    std::cout << broken << ": " << fault << "\n";
+    return;
+  }
+  ASSERT_EQ(fault, "");
+  std::cout << counts.steps << " steps";
+  for (std::size_t k = 0; k < counts.ended.size(); ++k) {
+    if (counts.ended[k] > 0) std::cout << ", " << counts.ended[k] << " " << to_string(rtstdb::Status(k));
+  }
+  std::cout << ", " << counts.in_gaps << " runs in gaps, " << counts.losses << " losses, "
+            << counts.observations << " observations\n";
+  if (last - first + 1 < seeds_that_meet_all) return;
+  using rtstdb::Status;
+  for (const Status status :
+       {Status::committed, Status::late, Status::missed, Status::refused, Status::conflict, Status::cancelled,
+        Status::truncated, Status::device_lost, Status::bad_input})
+    EXPECT_GT(counts.ended[static_cast<std::size_t>(status)], 0u) << to_string(status);
+  EXPECT_GT(counts.in_gaps, 0u);
+  EXPECT_GT(counts.losses_in_gaps, 0u);
+  EXPECT_GT(counts.given_back_waiting, 0u);
+  EXPECT_GT(counts.passed_by_relief, 0u);
+  EXPECT_GT(counts.full_queues, 0u);
+}
+
+/// Else no seed would find again what it found.
+TEST(EngineSimulation, TheSameSeedIsTheSameCourse) {
+  if (broken != nullptr) return;
+  for (const std::uint64_t seed : {7u, 8u, 9u}) {
+    SimulationCounts counts[2];
+    for (SimulationCounts& one : counts) {
+      EngineSimulation simulation(seed);
+      ASSERT_EQ(simulation.run(steps_each), "");
+      one = simulation.counts();
+    }
+    EXPECT_EQ(counts[0].steps, counts[1].steps);
+    EXPECT_EQ(counts[0].ended, counts[1].ended);
+    EXPECT_EQ(counts[0].observations, counts[1].observations);
+  }
+}
+
+}  // namespace
+}  // namespace hil::torture

@@ -1,0 +1,98 @@
+#pragma once
+// What a database runs on, simulated: a clock that moves when it is told to, and a device that takes time, is lost and
+// comes back as a seed says. Whatever else is simulated joins them here, with the same source of chance.
+//
+// One seed, one course of events: chance is drawn on the database's thread alone, and the engine's other thread gets its
+// turn in pauses() alone, which waits until that one is done.
+
+#include <atomic>
+#include <cstdint>
+#include <random>
+#include <span>
+
+#include <rtstdb/time.hpp>
+
+#include "rtstdb/query/executor.hpp"
+
+namespace hil::torture {
+
+class Chance {
+ public:
+  explicit Chance(std::uint64_t seed) : engine_(seed) {}
+  /// 0 to below `n`.
+  std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>(engine_() % n); }
+  bool one_in(std::uint32_t n) { return below(n) == 0; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+class SimulatedClock final : public rtstdb::Clock {
+ public:
+  rtstdb::ClockTime now() const noexcept override {
+    if (readings_to_jump_.load() > 0 && readings_to_jump_.fetch_sub(1) == 1)
+      now_ns_.fetch_add(jump_ns_.load());
+    return rtstdb::clock_time_ns(now_ns_.load());
+  }
+  bool is_virtual() const noexcept override { return false; }
+  void advance(rtstdb::Nanoseconds by) noexcept { now_ns_.fetch_add(by.count()); }
+  /// The n-th reading from now is the first to show so much more: the machine stood still before it.
+  void stand_still_before(int reading, rtstdb::Nanoseconds by) noexcept {
+    jump_ns_ = by.count();
+    readings_to_jump_ = reading;
+  }
+  void go_on() noexcept { readings_to_jump_ = 0; }
+
+ private:
+  mutable std::atomic<std::int64_t> now_ns_{1'000'000'000};
+  mutable std::atomic<int> readings_to_jump_{0};
+  std::atomic<std::int64_t> jump_ns_{0};
+};
+
+/// What happens in the device, told to whoever drives the simulation.
+class DeviceEvents {
+ public:
+  virtual ~DeviceEvents() = default;
+  virtual void run_begins(const rtstdb::query::PreparedQuery& query) = 0;
+  /// A chunk has been carried out. True: the device was lost in it.
+  virtual bool chunk_done(const rtstdb::query::RowSource& rows, const rtstdb::query::PreparedQuery& query,
+                          bool last) = 0;
+  virtual void run_ends(rtstdb::query::RunStatus status) = 0;
+  /// Whether others are let in now; then pauses is called between begin_wait and end_wait, and returns when the
+  /// engine's relief has done all that there is to do.
+  virtual bool may_pause() = 0;
+  virtual void pauses() = 0;
+};
+
+class SimulatedDevice final : public rtstdb::query::Executor {
+ public:
+  SimulatedDevice(Chance& chance, SimulatedClock& clock, DeviceEvents& events)
+      : chance_(chance), clock_(clock), events_(events) {}
+
+  rtstdb::query::RunReport run(const rtstdb::query::RowSource& rows,
+                               std::span<const rtstdb::query::Request> requests,
+                               const rtstdb::query::TimeSpan& times,
+                               rtstdb::query::Meanwhile* meanwhile) noexcept override;
+  bool lost() const noexcept override { return lost_; }
+  bool revive(rtstdb::query::Meanwhile* meanwhile) noexcept override;
+  rtstdb::Nanoseconds revival_takes() const noexcept override { return rtstdb::Nanoseconds(300'000); }
+
+  /// A lost device is tried once after it was lost, after each run that it could not do, and after each of these calls:
+  /// not by how often the engine happens to look.
+  void try_again() noexcept { tries_ = lost_; }
+  bool will_be_tried() const noexcept { return tries_; }
+
+ private:
+  rtstdb::query::RunStatus run_chunks(const rtstdb::query::RowSource& rows,
+                                      std::span<const rtstdb::query::Request> requests,
+                                      rtstdb::query::Meanwhile* meanwhile);
+  void let_others_in(rtstdb::query::Meanwhile* meanwhile);
+
+  Chance& chance_;
+  SimulatedClock& clock_;
+  DeviceEvents& events_;
+  bool lost_ = false;
+  bool tries_ = false;
+};
+
+}  // namespace hil::torture
