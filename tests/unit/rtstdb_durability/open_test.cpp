@@ -1,6 +1,7 @@
 // What is refused when a log is opened, and geometry that comes back.
 
 #include <cerrno>
+#include <thread>
 
 #include "life.hpp"
 #include "rtstdb/log/directory.hpp"
@@ -11,7 +12,7 @@ namespace {
 class OpenALog : public testing::Test {
  protected:
   void commit_some(int count) {
-    Life life(disk_, {.checkpoint_every_bytes = 3000});
+    Life life(disk_, {});
     for (int k = 0; k < count; ++k)
       ASSERT_TRUE(life.commit(model_, random_).done());
     ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
@@ -66,8 +67,16 @@ TEST_F(OpenALog, RefusesDamageAndSalvages) {
 /// An older checkpoint helps where the newest can not be read, and the newest is as good as it was when it can be read again.
 TEST_F(OpenALog, ACheckpointThatCouldNotBeReadForALife) {
   for (int round = 0; round < 20; ++round) {
-    commit_some(8 + round);
-    disk_.kill();
+    {
+      Life life(disk_, {.checkpoint_every_bytes = 1});
+      for (int k = 0; k < 8; ++k)
+        ASSERT_TRUE(life.commit(model_, random_).done());
+      ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+      // Mostly long enough for a checkpoint behind the last group.
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      disk_.fail_kind(DiskCall::write, EIO);  // it is not closed
+    }
+    disk_.fail_kind(DiskCall::write, 0);
     auto contents = disk_.contents();
     std::map<std::string, std::vector<std::byte>> checkpoints;
     for (auto& [name, bytes] : contents) {
@@ -78,12 +87,12 @@ TEST_F(OpenALog, ACheckpointThatCouldNotBeReadForALife) {
     disk_.set_contents(contents);
     const Version version = model_.newest_up_to(~Version{0});
     {
-      Life life(disk_, {});
+      Life life(disk_, {.checkpoint_every_bytes = 0});
       EXPECT_EQ(life.engine.latest().version, version) << life.log().recovery().in_words;
       for (int k = 0; k < round % 3; ++k)
         ASSERT_TRUE(life.commit(model_, random_).done());
       ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
-      if (round % 2 == 0) disk_.fail_kind(DiskCall::write, EIO);  // it is not closed
+      if (round % 2 == 0) disk_.fail_kind(DiskCall::write, EIO);
     }
     disk_.fail_kind(DiskCall::write, 0);
     contents = disk_.contents();
