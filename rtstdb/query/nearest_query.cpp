@@ -152,10 +152,11 @@ Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
         .memory = gpu::Memory::readback}},
   };
   for (std::size_t place = 0; place < neighbors_.size(); ++place) {
-    buffers.emplace_back(&neighbors_[place], gpu::BufferOptions{.name = options_.name + " neighbors",
-                                                                .size_bytes = neighbor_memory_[place].size_bytes(),
-                                                                .memory = gpu::Memory::readback,
-                                                                .host = &neighbor_memory_[place]});
+    buffers.emplace_back(&neighbors_[place],
+                         gpu::BufferOptions{.name = options_.name + " neighbors",
+                                            .size_bytes = neighbor_memory_[place].size_bytes(),
+                                            .memory = gpu::Memory::readback,
+                                            .host = &neighbor_memory_[place]});
   }
   for (const auto& [buffer, options] : buffers) {
     auto made = device.create_buffer(options);

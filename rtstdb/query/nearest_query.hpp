@@ -50,7 +50,8 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   Result<void> create_buffers(gpu::Device& device);
   /// The neighbors of one point.
   std::span<const Neighbor> neighbors_at(std::uint32_t place) const noexcept {
-    return neighbor_memory_[written_].as<const Neighbor>().subspan(std::size_t{place} * options_.k, options_.k);
+    return neighbor_memory_[written_].as<const Neighbor>().subspan(std::size_t{place} * options_.k,
+                                                                   options_.k);
   }
   /// To the record at `at`.
   void pack(std::uint32_t at, std::uint32_t place, const accel::Tlas& tlas,
@@ -69,7 +70,8 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   PointOrder order_;                       // in which the device has the points
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
   gpu::Pipeline search_, still_, sign_;    // still_: of centres alone; sign_: of signed queries alone
-  std::vector<gpu::HostMemory> neighbor_memory_;  // one place, or two; the answers look into it: it stays where it is
+  std::vector<gpu::HostMemory>
+      neighbor_memory_;  // one place, or two; the answers look into it: it stays where it is
   // In the device's order; k neighbors for each point.
   gpu::Buffer point_records_, counts_;
   std::vector<gpu::Buffer> neighbors_;               // of as many places

@@ -84,8 +84,8 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   std::uint32_t max_groups_ = 0;
   std::uint32_t slots_ = 0;
   std::vector<Kernel> kernels_;
-  gpu::HostMemory ray_memory_;                // the caller's spans: they stay where they are
-  std::vector<gpu::HostMemory> hit_memory_;   // one place, or two
+  gpu::HostMemory ray_memory_;               // the caller's spans: they stay where they are
+  std::vector<gpu::HostMemory> hit_memory_;  // one place, or two
   gpu::Buffer rays_, again_, some_incomplete_;
   std::vector<gpu::Buffer> hits_;  // of as many places
 };

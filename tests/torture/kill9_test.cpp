@@ -4,6 +4,8 @@
 // Transaction n writes n into four entities out of 64 and makes version n, so that what every version was can be told without asking.
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -12,9 +14,6 @@
 #include <random>
 #include <string>
 #include <vector>
-
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "rtstdb/log/posix_disk.hpp"
 #include "rtstdb/transaction/engine.hpp"
@@ -77,7 +76,8 @@ class Opened {
     transaction::EngineOptions engine_options;
     engine_options.store.max_entities = entities;
     engine_options.store.geometry_known = [](GeometryId id) { return !id.valid(); };
-    engine = std::make_unique<transaction::Engine>(engine_options, executor, clock, std::move(opened).value());
+    engine =
+        std::make_unique<transaction::Engine>(engine_options, executor, clock, std::move(opened).value());
     transaction_ = engine->make_transaction({.max_writes = entities});
   }
 

@@ -79,7 +79,8 @@ TEST(StalledDisk, TheLoopDoesNotWaitForIt) {
   });
   transaction::CommitLogOptions options;
   options.durability.ring_bytes = std::size_t{2} << 20;
-  auto opened = transaction::CommitLog::open(std::shared_ptr<log::Disk>(std::shared_ptr<void>(), &disk), options);
+  auto opened =
+      transaction::CommitLog::open(std::shared_ptr<log::Disk>(std::shared_ptr<void>(), &disk), options);
   ASSERT_TRUE(opened.ok());
   NoQueries executor;
   transaction::MonotonicClock clock;
@@ -119,11 +120,11 @@ TEST(StalledDisk, TheLoopDoesNotWaitForIt) {
   EXPECT_EQ(during.commits_in_gaps, 0u) << "the ring holds what comes in that time";
   EXPECT_LT(during.durable, engine.latest().version);
   EXPECT_TRUE(engine.log()->wait_until_durable(engine.latest().version, 60s)) << "whole again";
-  std::cout << "stalled for " << stall.count() << " ms: " << stalled.ticks << " ticks, "
-            << stalled.misses << " missed, beside " << bare.misses << " of a bare loop; median " << in_us(stalled.median)
-            << " us, before " << in_us(healthy.median) << " us; longest " << in_us(stalled.longest) << " us, before "
-            << in_us(healthy.longest) << " us; ring " << during.ring_high_water << " of " << during.ring_bytes
-            << " bytes\n";
+  std::cout << "stalled for " << stall.count() << " ms: " << stalled.ticks << " ticks, " << stalled.misses
+            << " missed, beside " << bare.misses << " of a bare loop; median " << in_us(stalled.median)
+            << " us, before " << in_us(healthy.median) << " us; longest " << in_us(stalled.longest)
+            << " us, before " << in_us(healthy.longest) << " us; ring " << during.ring_high_water << " of "
+            << during.ring_bytes << " bytes\n";
 }
 
 }  // namespace

@@ -10,8 +10,7 @@ namespace {
 
 class AllocationWithALog : public testing::TestWithParam<DurabilityMode> {};
 
-INSTANTIATE_TEST_SUITE_P(Durability, AllocationWithALog,
-                         every_mode(), mode_name);
+INSTANTIATE_TEST_SUITE_P(Durability, AllocationWithALog, every_mode(), mode_name);
 
 TEST_P(AllocationWithALog, TicksAllocateNothing) {
   LifeOptions options;

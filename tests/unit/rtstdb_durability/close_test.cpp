@@ -19,8 +19,7 @@ class EveryMode : public testing::TestWithParam<DurabilityMode> {
   Model model_;
 };
 
-INSTANTIATE_TEST_SUITE_P(Durability, EveryMode,
-                         every_mode(), mode_name);
+INSTANTIATE_TEST_SUITE_P(Durability, EveryMode, every_mode(), mode_name);
 
 TEST_P(EveryMode, GoesOnWhereItWasClosed) {
   Version version = 0;

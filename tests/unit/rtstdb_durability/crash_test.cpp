@@ -23,9 +23,10 @@ class Crash : public testing::TestWithParam<DurabilityMode> {
   Version work(SimulatedDisk& disk, Model& model, std::mt19937_64& random, const std::atomic<bool>& crashed);
 };
 
-constexpr DiskCall all_calls[] = {DiskCall::create, DiskCall::open,   DiskCall::read,           DiskCall::write,
-                                  DiskCall::sync,   DiskCall::size,   DiskCall::preallocate,    DiskCall::list,
-                                  DiskCall::rename, DiskCall::remove, DiskCall::sync_directory, DiskCall::lock};
+constexpr DiskCall all_calls[] = {DiskCall::create,      DiskCall::open,           DiskCall::read,
+                                  DiskCall::write,       DiskCall::sync,           DiskCall::size,
+                                  DiskCall::preallocate, DiskCall::list,           DiskCall::rename,
+                                  DiskCall::remove,      DiskCall::sync_directory, DiskCall::lock};
 
 /// Returns what was promised: the newest version that a transaction was told, or the log told, is on disk.
 Version Crash::work(SimulatedDisk& disk, Model& model, std::mt19937_64& random,
@@ -71,7 +72,8 @@ bool Crash::live_and_look(std::uint64_t crash_at_call, std::uint64_t seed) {
     if (!log) return crashed;
     const Recovery recovery = log.value()->recovery();
     EXPECT_TRUE(model.knows(recovery.version)) << recovery.in_words;
-    EXPECT_GE(recovery.version, model.newest_up_to(promised)) << "promised were " << promised << "; " << recovery.in_words;
+    EXPECT_GE(recovery.version, model.newest_up_to(promised))
+        << "promised were " << promised << "; " << recovery.in_words;
     if (testing::Test::HasFailure()) return crashed;
     model.go_on_at(recovery.version);
     {
@@ -99,8 +101,7 @@ TEST_P(Crash, AtEveryCallOfTheDisk) {
   EXPECT_GT(call, 30u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Durability, Crash,
-                         every_mode(), mode_name);
+INSTANTIATE_TEST_SUITE_P(Durability, Crash, every_mode(), mode_name);
 
 }  // namespace
 }  // namespace rtstdb::transaction::test

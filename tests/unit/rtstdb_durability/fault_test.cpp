@@ -41,8 +41,7 @@ class Fault : public testing::TestWithParam<DurabilityMode> {
   Model model_;
 };
 
-INSTANTIATE_TEST_SUITE_P(Durability, Fault,
-                         every_mode(), mode_name);
+INSTANTIATE_TEST_SUITE_P(Durability, Fault, every_mode(), mode_name);
 
 TEST_P(Fault, OfOneCallIsMended) {
   for (int life_number = 0; life_number < 60 / one_in && !HasFailure(); ++life_number) {

@@ -125,7 +125,9 @@ TEST_F(OpenALog, ShapesComeBack) {
   const TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
   GeometryOptions deforms;
   deforms.deforms = true;
-  const auto positions = [&](float x) { return std::vector<glm::vec3>(mesh.positions_m.size(), glm::vec3(x)); };
+  const auto positions = [&](float x) {
+    return std::vector<glm::vec3>(mesh.positions_m.size(), glm::vec3(x));
+  };
   const std::size_t count = mesh.positions_m.size();
   for (int lives = 0; lives < 3; ++lives) {
     Life life(disk_, {.checkpoint_every_bytes = lives == 1 ? 1u : 0u});

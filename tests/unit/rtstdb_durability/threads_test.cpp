@@ -9,8 +9,7 @@ namespace {
 
 class Threads : public testing::TestWithParam<DurabilityMode> {};
 
-INSTANTIATE_TEST_SUITE_P(Durability, Threads,
-                         every_mode(), mode_name);
+INSTANTIATE_TEST_SUITE_P(Durability, Threads, every_mode(), mode_name);
 
 TEST_P(Threads, EightCommitAtOnce) {
   LifeOptions options;
