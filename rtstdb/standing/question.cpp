@@ -207,7 +207,6 @@ ConvexBody Sight::body(std::int64_t from_ns, std::int64_t to_ns) const {
 double Sight::reach_m() const noexcept {
   switch (question_.kind) {
     case Question::Kind::box:
-      return glm::length(place_m_) + glm::length(question_.half_extent_m) + box_.reach_m();
     case Question::Kind::frustum:
       return glm::length(place_m_) + glm::length(question_.half_extent_m) + box_.reach_m();
     case Question::Kind::sphere:

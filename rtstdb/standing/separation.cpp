@@ -32,14 +32,14 @@ Separation::Separation(const RelativeMotion& motion, const ConvexBody& body, con
       noise_m_(noise_m),
       entity_reach_m_(entity.reach_m()) {
   const std::size_t faces = touching_ ? body.normals.size() : body.faces.size();
-  for (std::uint8_t i = 0; i < faces; ++i)
-    axes_.add({Axis::Kind::body, i, 0});
+  for (std::size_t i = 0; i < faces; ++i)
+    axes_.add({Axis::Kind::body, static_cast<std::uint8_t>(i), 0});
   if (!touching_) return;
   for (std::uint8_t i = 0; i < 3; ++i)
     axes_.add({Axis::Kind::entity, i, 0});
   for (std::uint8_t i = 0; i < 3; ++i) {
-    for (std::uint8_t j = 0; j < body.edges.size(); ++j)
-      axes_.add({Axis::Kind::product, i, j});
+    for (std::size_t j = 0; j < body.edges.size(); ++j)
+      axes_.add({Axis::Kind::product, i, static_cast<std::uint8_t>(j)});
   }
 }
 
@@ -96,9 +96,9 @@ Separation::Look Separation::at(std::int64_t ns) const noexcept {
     }
     double low_m = std::numeric_limits<double>::infinity();
     double high_m = -low_m;
-    std::uint8_t lowest = 0;
-    std::uint8_t highest = 0;
-    for (std::uint8_t corner = 0; corner < body_.corners_m.size(); ++corner) {
+    std::size_t lowest = 0;
+    std::size_t highest = 0;
+    for (std::size_t corner = 0; corner < body_.corners_m.size(); ++corner) {
       const double along_m = glm::dot(u, body_.corners_m[corner]);
       if (along_m < low_m) lowest = corner;
       if (along_m > high_m) highest = corner;
@@ -106,8 +106,8 @@ Separation::Look Separation::at(std::int64_t ns) const noexcept {
       high_m = std::max(high_m, along_m);
     }
     const auto negative = static_cast<std::uint8_t>(~positive & 7u);
-    ends[0] = {middle_m - extent_m - high_m, negative, highest};
-    ends[1] = {low_m - middle_m - extent_m, positive, lowest};
+    ends[0] = {middle_m - extent_m - high_m, negative, static_cast<std::uint8_t>(highest)};
+    ends[1] = {low_m - middle_m - extent_m, positive, static_cast<std::uint8_t>(lowest)};
     if (look.length[k] > least_sine)
       look.worst_m = std::max(look.worst_m, std::max(ends[0].gap, ends[1].gap) / look.length[k]);
   }

@@ -286,6 +286,8 @@ std::vector<Recorded> DeviceLists::run(std::uint32_t seed, int clients, int tran
   empty_since_ = database_->latest().version;
   std::vector<std::unique_ptr<Client>> made;
   std::vector<std::thread> threads;
+  made.reserve(static_cast<std::size_t>(clients));
+  threads.reserve(static_cast<std::size_t>(clients));
   for (int k = 0; k < clients; ++k) {
     const auto number = static_cast<std::uint32_t>(k + 1);
     made.push_back(std::make_unique<Client>(*this, seed * 64 + number, number << 24));
