@@ -159,6 +159,29 @@ TEST_F(Writes, ShapesThatChangeMoveTheBounds) {
   EXPECT_EQ(told(*query, 20), (std::vector<Told>{{exit, before}}));
 }
 
+/// When hardly anybody is left, the far count too, who were not watched closely while there were many.
+TEST_F(Writes, TheFarAreFoundWhenTheNearHaveGone) {
+  StandingNearest point;
+  point.k = 3;
+  std::vector<EntityId> near;
+  for (int k = 0; k < 60; ++k)
+    near.push_back(world.create(row_of(cube, {2.0 * k, 0.0, 0.0}), 0));
+  const auto query = world.watch(point);
+  Members members;
+  members.take(events_of(world, *query));
+  EXPECT_EQ(members.all(), (std::vector<EntityId>{near[0], near[1], near[2]}));
+  world.execute(
+      [&](Transaction& transaction) {
+        for (std::size_t k = 1; k < near.size(); ++k)
+          transaction.remove(near[k]);
+      },
+      10);
+  members.take(events_of(world, *query));
+  EXPECT_EQ(members.all(), std::vector{near[0]});
+  const EntityId far = world.create(row_of(cube, {900.0, 0.0, 0.0}), 20);
+  EXPECT_EQ(told(*query, 20), (std::vector<Told>{{enter, far}}));
+}
+
 /// The nearest of those that the point lies inside of is that with the lowest index, whoever was there first.
 TEST_F(Writes, AmongThoseThatHoldThePointTheLowestIndexCounts) {
   const EntityId low = world.create(row_of(cube, {-3.0, 0.0, 0.0}, {1.0, 0.0, 0.0}), 0);
