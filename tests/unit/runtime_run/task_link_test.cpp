@@ -45,13 +45,39 @@ class VersionOnly final : public rtstdb::Database {
     return nullptr;
   }
   rtstdb::Result<void> calibrate(rtstdb::Transaction& /*transaction*/) override { return refused(); }
+  rtstdb::Result<std::unique_ptr<rtstdb::Reservation>> reserve(
+      const rtstdb::ReservationOptions& /*options*/) override {
+    return refused();
+  }
+  rtstdb::Result<std::unique_ptr<rtstdb::StandingQuery>> watch(
+      const rtstdb::StandingRegion& /*asked*/, const rtstdb::StandingOptions& /*options*/) override {
+    return refused();
+  }
+  rtstdb::Result<std::unique_ptr<rtstdb::StandingQuery>> watch(
+      const rtstdb::StandingRay& /*asked*/, const rtstdb::StandingOptions& /*options*/) override {
+    return refused();
+  }
+  rtstdb::Result<std::unique_ptr<rtstdb::StandingQuery>> watch(
+      const rtstdb::StandingNearest& /*asked*/, const rtstdb::StandingOptions& /*options*/) override {
+    return refused();
+  }
   void submit(rtstdb::Transaction& /*transaction*/) noexcept override {}
   const rtstdb::Outcome& wait(rtstdb::Transaction& /*transaction*/) noexcept override { return outcome_; }
   void cancel(rtstdb::Transaction& /*transaction*/) noexcept override {}
   rtstdb::VersionInfo latest() const noexcept override { return {.version = version}; }
+  rtstdb::Version durable() const noexcept override { return 0; }
+  bool wait_until_durable(rtstdb::Version /*version*/, rtstdb::Nanoseconds /*at_most*/) noexcept override {
+    return false;
+  }
+  rtstdb::Durability durability() const override { return {}; }
+  const rtstdb::Recovery& recovery() const noexcept override { return recovery_; }
+  rtstdb::Result<void> close() override { return {}; }
   rtstdb::Result<std::vector<rtstdb::EntityState>> snapshot(
       const rtstdb::ReadAt& /*read_at*/) const override {
     return refused();
+  }
+  std::optional<rtstdb::GeometryId> find_geometry(std::string_view /*name*/) const override {
+    return std::nullopt;
   }
   std::optional<rtstdb::TriangleMesh> geometry(rtstdb::GeometryId /*id*/) const override {
     return std::nullopt;
@@ -63,12 +89,14 @@ class VersionOnly final : public rtstdb::Database {
   rtstdb::TransactionCounts counts() const noexcept override { return {}; }
   rtstdb::SchedulerCounts scheduler_counts() const override { return {}; }
   rtstdb::ShapeCounts shape_counts() const noexcept override { return {}; }
+  rtstdb::StandingCounts standing_counts() const noexcept override { return {}; }
   rtstdb::Health health() const override { return {}; }
 
  private:
   static rtstdb::Error refused() { return {.code = rtstdb::ErrorCode::no_device, .message = "a fake"}; }
   rtstdb::DeviceInfo device_;
   rtstdb::Outcome outcome_;
+  rtstdb::Recovery recovery_;
 };
 
 /// Keeps what it was given; its output is its first input plus one.
