@@ -67,7 +67,7 @@ struct DatabaseOptions {
   /// on a software device, get two less. Where it is refused, Health says so.
   int thread_priority = 0;
   /// What survives; by default nothing.
-  DurabilityOptions durability = {};
+  DurabilityOptions durability{};
 };
 
 struct DeviceInfo {

@@ -1,0 +1,127 @@
+// A database with a directory: the world, its geometry and its shapes are there again when it is opened again.
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "database_test.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+constexpr Nanoseconds long_time{60'000'000'000};
+
+class DurabilityTest : public DatabaseTest {
+ protected:
+  void SetUp() override {
+    std::string name = (std::filesystem::temp_directory_path() / "hil_durability_XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    directory_ = name;
+  }
+  void TearDown() override {
+    DatabaseTest::TearDown();
+    std::filesystem::remove_all(directory_);
+  }
+  DatabaseOptions with(DurabilityMode mode) const {
+    DatabaseOptions options;
+    options.durability.directory = directory_ / "log";
+    options.durability.mode = mode;
+    options.durability.segment_bytes = std::uint64_t{1} << 20;
+    return options;
+  }
+
+  std::filesystem::path directory_;
+};
+
+TEST_F(DurabilityTest, WorldGeometryAndShapesComeBack) {
+  open(with(DurabilityMode::group));
+  EXPECT_FALSE(database().recovery().found);
+  EXPECT_EQ(database().durability().mode, DurabilityMode::group);
+  const GeometryId box = add(make_box({2.0, 2.0, 2.0}));
+  const TriangleMesh sheet = make_rectangle(4.0, 4.0);
+  GeometryOptions deforms;
+  deforms.deforms = true;
+  const auto soft = database().add_geometry(sheet, "soft", deforms);
+  ASSERT_TRUE(soft.ok());
+  EntityRow row = row_of(box, {10.0, 0.0, 0.0});
+  row.motion.v_world_mps = {1.0, 0.0, 0.0};
+  const EntityId moving = create(row);
+  const EntityId still = create(row_of(soft.value(), {0.0, 0.0, -5.0}));
+  std::vector<glm::vec3> raised = sheet.positions_m;
+  for (glm::vec3& position : raised)
+    position.z += 2.0f;
+  const auto raise = database().make_transaction(
+      {.max_geometry_updates = 1, .max_positions = static_cast<std::uint32_t>(raised.size())});
+  raise->begin(terms_at({}));
+  raise->update_geometry(soft.value(), raised);
+  EXPECT_TRUE(database().execute(*raise).durable) << describe(raise->outcome());
+  EXPECT_GE(raise->outcome().durable_at, raise->outcome().published);
+  const VersionInfo latest = database().latest();
+  EXPECT_EQ(database().durable(), latest.version);
+  const RayHit hit = trace(ray_from({0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, at_s(1.0)));
+  const RayHit below = trace(ray_from({0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -1.0f}, at_s(1.0)));
+  EXPECT_EQ(hit.entity, moving);
+  EXPECT_EQ(below.entity, still);
+  EXPECT_TRUE(database().close().ok());
+
+  open(with(DurabilityMode::async));
+  const Recovery& recovery = database().recovery();
+  EXPECT_TRUE(recovery.found);
+  EXPECT_TRUE(recovery.closed) << recovery.in_words;
+  EXPECT_EQ(recovery.version, latest.version);
+  EXPECT_EQ(database().latest().version, latest.version);
+  EXPECT_EQ(database().find_geometry("soft"), soft.value());
+  EXPECT_EQ(database().find_geometry("none"), std::nullopt);
+  EXPECT_EQ(database().geometry(soft.value())->positions_m, raised);
+  const RayHit again = trace(ray_from({0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, at_s(1.0)));
+  EXPECT_EQ(again.entity, moving);
+  EXPECT_EQ(again.lambda, hit.lambda);
+  EXPECT_EQ(trace(ray_from({0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -1.0f}, at_s(1.0))).lambda, below.lambda);
+  // Ids and geometries go on where they were.
+  const GeometryId third = add(make_box({1.0, 1.0, 1.0}));
+  EXPECT_EQ(third.index, 2u);
+  const EntityId next = create(row_of(third));
+  EXPECT_EQ(next.index, 2u);
+  EXPECT_EQ(database().latest().version, latest.version + 1);
+  EXPECT_TRUE(database().wait_until_durable(database().latest().version, long_time));
+  EXPECT_TRUE(database().health().degraded.empty());
+}
+
+TEST_F(DurabilityTest, TwoHaveNotOneDirectory) {
+  open(with(DurabilityMode::async));
+  const auto second = Database::open(with(DurabilityMode::async));
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, ErrorCode::file);
+  EXPECT_NE(second.error().message.find((directory_ / "log").string()), std::string::npos);
+}
+
+TEST_F(DurabilityTest, RefusesOptionsThatContradictOneAnother) {
+  const auto refused = [](const DurabilityOptions& durability, ErrorCode code, const char* words) {
+    DatabaseOptions options;
+    options.durability = durability;
+    const auto opened = Database::open(options);
+    ASSERT_FALSE(opened.ok()) << words;
+    EXPECT_EQ(opened.error().code, code) << opened.error().message;
+    EXPECT_NE(opened.error().message.find(words), std::string::npos) << opened.error().message;
+  };
+  const auto directory = directory_ / "log";
+  refused({.mode = DurabilityMode::sync}, ErrorCode::bad_input, "mode sync needs a directory");
+  refused({.directory = directory, .mode = DurabilityMode::volatile_only}, ErrorCode::bad_input, "mode volatile");
+  refused({.directory = directory, .flush_interval = Nanoseconds(-1)}, ErrorCode::bad_input, "flush_interval is -1");
+  refused({.directory = directory, .ring_bytes = 100}, ErrorCode::bad_input, "ring_bytes is 100");
+  refused({.directory = directory, .segment_bytes = 100}, ErrorCode::bad_input, "segment_bytes is 100");
+  refused({.directory = directory_ / "not" / "there"}, ErrorCode::file, "No such file or directory");
+  EXPECT_FALSE(std::filesystem::exists(directory)) << "nothing was begun";
+}
+
+TEST_F(DurabilityTest, WithoutADirectoryNothingSurvives) {
+  open({});
+  create(row_of(add(make_box({1.0, 1.0, 1.0}))));
+  EXPECT_EQ(database().durability().mode, DurabilityMode::volatile_only);
+  EXPECT_EQ(database().durable(), 0u);
+  EXPECT_FALSE(database().wait_until_durable(1, Nanoseconds(1)));
+  EXPECT_FALSE(database().recovery().found);
+  EXPECT_TRUE(database().close().ok());
+}
+
+}  // namespace
+}  // namespace rtstdb::test
