@@ -105,8 +105,10 @@ TEST_F(DurabilityTest, RefusesOptionsThatContradictOneAnother) {
   };
   const auto directory = directory_ / "log";
   refused({.mode = DurabilityMode::sync}, ErrorCode::bad_input, "mode sync needs a directory");
-  refused({.directory = directory, .mode = DurabilityMode::volatile_only}, ErrorCode::bad_input, "mode volatile");
-  refused({.directory = directory, .flush_interval = Nanoseconds(-1)}, ErrorCode::bad_input, "flush_interval is -1");
+  refused({.directory = directory, .mode = DurabilityMode::volatile_only}, ErrorCode::bad_input,
+          "mode volatile");
+  refused({.directory = directory, .flush_interval = Nanoseconds(-1)}, ErrorCode::bad_input,
+          "flush_interval is -1");
   refused({.directory = directory, .ring_bytes = 100}, ErrorCode::bad_input, "ring_bytes is 100");
   refused({.directory = directory, .segment_bytes = 100}, ErrorCode::bad_input, "segment_bytes is 100");
   refused({.directory = directory_ / "not" / "there"}, ErrorCode::file, "No such file or directory");

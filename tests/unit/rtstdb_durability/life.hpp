@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "../rtstdb_transaction/simulated.hpp"
 #include "rtstdb/transaction/commit_log.hpp"
 #include "tests/support/simulated_disk.hpp"
+#include "tests/unit/rtstdb_transaction/simulated.hpp"
 
 namespace rtstdb::transaction::test {
 
