@@ -6,11 +6,12 @@
 
 namespace hil::bench {
 
-OurWorld::OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries)
+OurWorld::OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries, rtstdb::Nanoseconds spin)
     : database_(must(rtstdb::Database::open({.max_entities = max_entities,
                                              .max_geometries = max_geometries,
                                              .retained_changes = 2 * max_entities,
-                                             .chunk = rtstdb::Nanoseconds(0)}))) {}
+                                             .chunk = rtstdb::Nanoseconds(0),
+                                             .spin = spin}))) {}
 
 rtstdb::GeometryId OurWorld::add(const rtstdb::TriangleMesh& mesh) {
   return must(database_->add_geometry(mesh, "mesh"));

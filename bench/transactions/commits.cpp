@@ -15,7 +15,8 @@ constexpr std::uint32_t entity_count = 10'000;
 /// A world whose entities are moved by transactions that are made beforehand.
 class Commits {
  public:
-  Commits(std::uint32_t transactions, std::uint32_t rows) : world_(entity_count), rows_(rows) {
+  Commits(std::uint32_t transactions, std::uint32_t rows, rtstdb::Nanoseconds spin)
+      : world_(entity_count, 16, spin), rows_(rows) {
     states_ = strewn_boxes(entity_count, 23.0f, 20);
     const rtstdb::GeometryId box = world_.add(rtstdb::make_box(glm::dvec3(1.0)));
     for (rtstdb::EntityRow& row : states_)
@@ -60,9 +61,9 @@ class Commits {
   std::size_t next_ = 0;
 };
 
-Figure commits(const std::string& name, std::uint32_t transactions, std::uint32_t rows, int times,
-               int rounds) {
-  Commits bench(transactions, rows);
+Figure commits(const std::string& name, std::uint32_t transactions, std::uint32_t rows, int times, int rounds,
+               rtstdb::Nanoseconds spin = rtstdb::DatabaseOptions{}.spin) {
+  Commits bench(transactions, rows, spin);
   bench.rate(times);
   std::vector<double> rates;
   rates.reserve(static_cast<std::size_t>(rounds));
@@ -83,6 +84,7 @@ std::vector<Figure> measure_commits(const SuiteOptions& options) {
   const int rounds = options.tiny ? 1 : 9;
   const int share = options.tiny ? 100 : 1;
   return {commits("commits_one_row", 1, 1, 20'000 / share, rounds),
+          commits("commits_one_row_without_spin", 1, 1, 20'000 / share, rounds, rtstdb::Nanoseconds(0)),
           commits("commits_one_row_queued_64", 64, 1, 1'000 / share, rounds),
           commits("commits_1000_rows", 1, 1000, 200 / share, rounds)};
 }

@@ -48,6 +48,16 @@ rtstdb::GeometryId World::shared_geometry(const std::string& key,
   return shared_.emplace(key, add_geometry(make(), key)).first->second;
 }
 
+rtstdb::Reservation* World::reserve(const rtstdb::ReservationOptions& options) {
+  auto reservation = database_.reserve(options);
+  if (!reservation) {
+    not_reserved_.push_back(reservation.error().message);
+    return nullptr;
+  }
+  reservations_.push_back(std::move(reservation).value());
+  return reservations_.back().get();
+}
+
 rtstdb::EntityId World::create(const std::string& name, const rtstdb::EntityRow& row) {
   if (by_name_.contains(name)) throw SetupError("two entities are called '" + name + "'");
   creation_->begin({});

@@ -40,6 +40,11 @@ class World {
   /// when the name is taken or the database refuses the row.
   rtstdb::EntityId create(const std::string& name, const rtstdb::EntityRow& row);
 
+  /// Time of the database for a module's hard transactions, until the world ends. Null where it can not be kept; then the
+  /// database's sentence is among not_reserved, and they go without.
+  rtstdb::Reservation* reserve(const rtstdb::ReservationOptions& options);
+  const std::vector<std::string>& not_reserved() const noexcept { return not_reserved_; }
+
   std::optional<rtstdb::EntityId> find(const std::string& name) const;
   /// The name create was given; empty for entities it did not make.
   const std::string& name_of(rtstdb::EntityId entity) const;
@@ -50,6 +55,8 @@ class World {
   rtstdb::Database& database_;
   std::vector<std::string> layers_;
   std::unique_ptr<rtstdb::Transaction> creation_;
+  std::vector<std::unique_ptr<rtstdb::Reservation>> reservations_;
+  std::vector<std::string> not_reserved_;
   std::vector<rtstdb::Bounds> geometry_bounds_;                 // by geometry index
   std::unordered_map<std::string, rtstdb::GeometryId> shared_;  // by key
   std::unordered_map<std::string, rtstdb::EntityId> by_name_;

@@ -131,6 +131,41 @@ void each_field(T& transactions, Visit&& visit) {
   visit("hard_misses", transactions.hard_misses);
 }
 
+template <Is<CostPrediction> T, class Visit>
+void each_field(T& prediction, Visit&& visit) {
+  visit("kind", prediction.kind);
+  visit("count", prediction.count);
+  visit("p01", prediction.p01);
+  visit("median", prediction.median);
+  visit("p99", prediction.p99);
+}
+
+template <Is<Reservation> T, class Visit>
+void each_field(T& reservation, Visit&& visit) {
+  visit("name", reservation.name);
+  visit("period_ns", reservation.period_ns);
+  visit("deadline_ns", reservation.deadline_ns);
+  visit("budget_ns", reservation.budget_ns);
+  visit("transactions", reservation.transactions);
+  visit("kept", reservation.kept);
+  visit("broken", reservation.broken);
+  visit("too_often", reservation.too_often);
+  visit("too_long", reservation.too_long);
+  visit("largest_cost_ns", reservation.largest_cost_ns);
+  visit("longest_answer_ns", reservation.longest_answer_ns);
+}
+
+template <Is<Scheduler> T, class Visit>
+void each_field(T& scheduler, Visit&& visit) {
+  visit("promised", scheduler.promised);
+  visit("kept", scheduler.kept);
+  visit("outranked", scheduler.outranked);
+  visit("restarts", scheduler.restarts);
+  visit("predicted_over_actual", scheduler.predicted_over_actual);
+  visit("reservations", scheduler.reservations);
+  visit("not_reserved", scheduler.not_reserved);
+}
+
 template <Is<CanBus> T, class Visit>
 void each_field(T& bus, Visit&& visit) {
   visit("bus", bus.bus);
@@ -265,6 +300,7 @@ void each_field(T& record, Visit&& visit) {
   visit("base_stages", record.base_stages);
   visit("watchdog", record.watchdog);
   visit("transactions", record.transactions);
+  visit("scheduler", record.scheduler);
   visit("can", record.can);
   visit("modbus", record.modbus);
   visit("processes", record.processes);

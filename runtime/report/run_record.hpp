@@ -19,7 +19,7 @@ namespace hil::report {
 
 /// Written into report.json. A file with another number is refused by the reader. It counts up with every key
 /// that is added, removed or changes its meaning, since the reader wants all of them.
-inline constexpr int schema_version = 2;
+inline constexpr int schema_version = 3;
 
 inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
@@ -135,6 +135,41 @@ struct BaseStage {
 struct Event {
   std::int64_t time_ns = 0;
   std::string text;
+};
+
+/// What transactions with queries of one kind were predicted to cost over what they did, by quantiles.
+struct CostPrediction {
+  std::string kind;
+  std::uint64_t count = 0;
+  double p01 = 0.0;
+  double median = 0.0;
+  double p99 = 0.0;
+};
+
+/// Time of the database that was kept free for a module's hard transactions.
+struct Reservation {
+  std::string name;
+  std::int64_t period_ns = 0;
+  std::int64_t deadline_ns = 0;
+  std::int64_t budget_ns = 0;
+  std::uint64_t transactions = 0;
+  std::uint64_t kept = 0;
+  std::uint64_t broken = 0;
+  std::uint64_t too_often = 0;
+  std::uint64_t too_long = 0;
+  std::int64_t largest_cost_ns = 0;
+  std::int64_t longest_answer_ns = 0;
+};
+
+/// How well the database's scheduler foresaw, and what it promised.
+struct Scheduler {
+  std::uint64_t promised = 0;
+  std::uint64_t kept = 0;
+  std::uint64_t outranked = 0;
+  std::uint64_t restarts = 0;
+  std::vector<CostPrediction> predicted_over_actual;
+  std::vector<Reservation> reservations;
+  std::vector<std::string> not_reserved;  ///< why, in the database's words
 };
 
 struct Transactions {
@@ -307,6 +342,7 @@ struct RunRecord {
   std::vector<BaseStage> base_stages;
   std::vector<Event> watchdog;
   Transactions transactions;
+  Scheduler scheduler;
   std::vector<CanBus> can;
   std::vector<ModbusUnit> modbus;
   std::vector<Process> processes;

@@ -131,6 +131,31 @@ report::TraceRecord trace_of(const executive::RunResult& result, const std::vect
   return trace;
 }
 
+report::Scheduler scheduler_of(const rtstdb::SchedulerCounts& counts) {
+  report::Scheduler scheduler;
+  scheduler.promised = counts.promised;
+  scheduler.kept = counts.kept;
+  scheduler.outranked = counts.outranked;
+  scheduler.restarts = counts.restarts;
+  for (const rtstdb::CostPredictions& one : counts.predictions)
+    scheduler.predicted_over_actual.push_back(
+        {std::string(one.kind), one.count, one.p01, one.median, one.p99});
+  for (const rtstdb::ReservationCounts& one : counts.reservations) {
+    scheduler.reservations.push_back({.name = one.options.name,
+                                      .period_ns = one.options.period.count(),
+                                      .deadline_ns = one.options.deadline.count(),
+                                      .budget_ns = one.options.budget.count(),
+                                      .transactions = one.transactions,
+                                      .kept = one.kept,
+                                      .broken = one.broken,
+                                      .too_often = one.too_often,
+                                      .too_long = one.too_long,
+                                      .largest_cost_ns = one.largest_cost.count(),
+                                      .longest_answer_ns = one.longest_answer.count()});
+  }
+  return scheduler;
+}
+
 report::Transactions transactions_of(const rtstdb::TransactionCounts& counts) {
   report::Transactions transactions;
   transactions.submitted = counts.submitted;

@@ -19,6 +19,7 @@ void take_executive(const executive::RunResult& result, const config::Scenario& 
 report::TraceRecord trace_of(const executive::RunResult& result, const std::vector<report::Event>& events);
 
 report::Transactions transactions_of(const rtstdb::TransactionCounts& counts);
+report::Scheduler scheduler_of(const rtstdb::SchedulerCounts& counts);
 report::CanBus can_bus_of(const io::can::CanDevice& device);
 report::ModbusUnit modbus_unit_of(const io::modbus::ClientDevice& device);
 report::ModbusUnit modbus_unit_of(const io::modbus::ServerDevice& device);

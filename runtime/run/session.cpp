@@ -213,6 +213,8 @@ void LiveSession::fill_record(const executive::RunResult& result, bool interrupt
   for (const std::string& sentence : database_->health().degraded)
     record.realtime.degraded.push_back(sentence);
   record.transactions = transactions_of(database_->counts());
+  record.scheduler = scheduler_of(database_->scheduler_counts());
+  record.scheduler.not_reserved = world_->not_reserved();
   for (const Bus& bus : buses_)
     record.can.push_back(can_bus_of(*bus.device));
   for (const Unit& unit : units_) {

@@ -34,6 +34,7 @@ TEST(SqliteWorld, FindsBoxesWhereTheyHaveMoved) {
 
 constexpr Expected expected_figures[] = {
     {"commits_one_row", "commit/s", ""},
+    {"commits_one_row_without_spin", "commit/s", ""},
     {"commits_one_row_queued_64", "commit/s", ""},
     {"commits_1000_rows", "commit/s", ""},
     {"update_and_64_rays_p50", "us", ""},

@@ -31,7 +31,7 @@ class LatePolicies : public DatabaseTest {
   void SetUp() override {
     open({.clock = &clock_});
     Random random(17);
-    const GeometryId body = DatabaseTest::add(make_sphere(1.0, 10));
+    const GeometryId body = DatabaseTest::add(make_sphere(1.0, 1));
     std::vector<EntityRow> rows;
     for (int k = 0; k < 300; ++k)
       rows.push_back(row_of(body, 15.0 * random.vector()));
@@ -39,7 +39,7 @@ class LatePolicies : public DatabaseTest {
     const auto point = [&] { return glm::vec3(15.0 * random.vector()); };
     for (std::uint32_t k = 0; k < capacity; ++k) {
       rays_.push_back(ray_from(point(), glm::vec3(random.direction())));
-      points_.push_back({.point_m = point()});
+      points_.emplace_back().point_m = point();
       const auto shape = static_cast<RegionShape>(random.below(2));
       regions_.push_back(region_of(shape, RegionTest::touching, point(), glm::vec3(2.0f)));
       overlaps_.push_back({.entity = ids_[random.below(ids_.size())]});
@@ -167,8 +167,8 @@ TEST_F(LatePolicies, LastGoodAnswersStayWhileOthersAreWritten) {
     ASSERT_TRUE(run(prepared, {}).done());
     before.push_back(prepared.answers());
   }
-  for (const EntityId id : ids_)
-    update_motion(id, {.p_world_m = {1.0, 2.0, 3.0}}, {});
+  for (std::size_t k = 0; k < ids_.size(); k += 10)
+    update_motion(ids_[k], {.p_world_m = {1.0, 2.0, 3.0}}, {});
   for (std::size_t k = 0; k < all_.size(); ++k) {
     SCOPED_TRACE(all_[k].name);
     // In time to begin and not to be published: the device has written its answers.

@@ -27,6 +27,7 @@ std::string report_html(const RunRecord& record) {
   task_cards_section(out, record);
   stages_section(out, record);
   transactions_section(out, record);
+  scheduler_section(out, record);
   buses_section(out, record);
   processes_section(out, record);
   origin_section(out, record);

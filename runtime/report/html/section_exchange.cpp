@@ -103,6 +103,40 @@ void transactions_section(Markup& out, const RunRecord& record) {
   out.close();
 }
 
+void scheduler_section(Markup& out, const RunRecord& record) {
+  const Scheduler& s = record.scheduler;
+  if (s.predicted_over_actual.empty() && s.reservations.empty() && s.not_reserved.empty()) return;
+  out.element("h2", "Database scheduler");
+  out.open("div", {{"class", "card"}});
+  if (!s.predicted_over_actual.empty()) {
+    Table table(out, {{"Predicted over actual cost"},
+                      {"Transactions", true},
+                      {"1 % below", true},
+                      {"Median", true},
+                      {"1 % above", true}});
+    for (const CostPrediction& one : s.predicted_over_actual)
+      table.row({one.kind, count_text(one.count), decimal(one.p01, 2), decimal(one.median, 2),
+                 decimal(one.p99, 2)});
+    table.end();
+  }
+  if (!s.reservations.empty()) {
+    Table table(out, {{"Reserved for"},
+                      {"Transactions", true},
+                      {"Kept", true},
+                      {"Broken", true},
+                      {"Too often", true},
+                      {"Too long", true}});
+    for (const Reservation& one : s.reservations) {
+      table.row({one.name, count_text(one.transactions), count_text(one.kept), count_cell(one.broken, true),
+                 count_cell(one.too_often, true), count_cell(one.too_long, true)});
+    }
+    table.end();
+  }
+  for (const std::string& sentence : s.not_reserved)
+    out.element("p", sentence);
+  out.close();
+}
+
 void buses_section(Markup& out, const RunRecord& record) {
   if (record.can.empty() && record.modbus.empty()) return;
   out.element("h2", "Buses and devices");

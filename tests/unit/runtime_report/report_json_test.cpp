@@ -47,7 +47,9 @@ TEST(ReportJson, HasEveryKeyOfTheDesign) {
       "transactions.committed "
       "transactions.late transactions.missed transactions.refused transactions.conflicts "
       "transactions.firm_late_commits "
-      "transactions.hard_misses can.bus can.driver can.rx can.tx can.dropped can.errors can.send_errors "
+      "transactions.hard_misses scheduler.promised scheduler.kept scheduler.predicted_over_actual.median "
+      "scheduler.reservations.broken scheduler.not_reserved can.bus can.driver can.rx can.tx can.dropped "
+      "can.errors can.send_errors "
       "can.wrong_length can.saturated can.refused_values can.dropped_releases can.log_dropped "
       "can.lost_arrivals can.fault_dropped_tx can.fault_dropped_rx can.fault_corrupted can.fault_delayed "
       "modbus.device "
@@ -158,7 +160,7 @@ TEST(ParseReport, RefusesWithThePlace) {
 
   Json changed = json;
   changed["schema_version"] = 1;
-  refused_with(changed, "schema_version is 1; this program reads 2");
+  refused_with(changed, "schema_version is 1; this program reads 3");
   changed = json;
   changed["tasks"][1]["wall_ns"].erase("p50");
   refused_with(changed, "tasks[1].wall_ns.p50 is missing");

@@ -257,6 +257,14 @@ RunRecord full_record() {
                         {"idle", 9'175 * millisecond, spread(10'000, 921'000, 975'000, 980'000, 981'000)}};
   record.watchdog = {{7'041 * millisecond, "no tick for 20 ms; outputs set to their safe values"}};
   record.transactions = {12'345, 12'340, 2, 1, 1, 0, 0, 1, 0, 0, 0, 2};
+  record.scheduler = {
+      1'200,
+      1'199,
+      1,
+      3,
+      {{"ray_closest", 6'000, 0.9, 1.0, 1.2}},
+      {{"traffic", millisecond, millisecond, 108'000, 10'000, 9'998, 1, 1, 0, 61'000, 402'000}},
+      {"reservation 'scan' can not be kept"}};
   record.can = {
       {"car", "virtual", 1'000, 3'021, 0, 0, 0, 2, 1, 0, 0.124, 1, 3, 5, 7, 11, 13, 17, 19, 23, 29, 1'031}};
   record.modbus = {{"plc at 127.0.0.1:40213", 400, 398, 2, 0, 1}};
