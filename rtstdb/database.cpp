@@ -4,6 +4,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <new>
@@ -115,26 +116,43 @@ Result<void> check_options(const GeometryOptions& options) {
 /// says so.
 Result<std::unique_ptr<gpu::Device>> open_device(const gpu::DeviceOptions& options, int thread_priority) {
   std::optional<Result<std::unique_ptr<gpu::Device>>> device;
+  std::exception_ptr failure;
   std::thread opener([&] {
     if (thread_priority > 0) {
       const sched_param parameters{.sched_priority = std::max(thread_priority - 2, 1)};
       pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
     }
-    device.emplace(gpu::Device::open(options));
+    try {
+      device.emplace(gpu::Device::open(options));
+    } catch (...) {
+      failure = std::current_exception();
+    }
   });
   opener.join();
+  if (failure) std::rethrow_exception(failure);
   return std::move(*device);
+}
+
+/// Where not even a sentence fits; this does without memory of its own.
+Error out_of_memory(std::string_view what, std::string_view name, std::string_view why) noexcept {
+  try {
+    std::string sentence(what);
+    if (!name.empty()) sentence.append(" '").append(name).append("'");
+    return {ErrorCode::out_of_memory, sentence.append(why)};
+  } catch (const std::bad_alloc&) {
+    return {ErrorCode::out_of_memory, "out of memory"};
+  }
 }
 
 /// Setup answers with an error when memory runs out; the tick allocates nothing.
 template <class Value, class Work>
-Result<Value> unless_out_of_memory(const std::string& what, const Work& work) {
+Result<Value> unless_out_of_memory(std::string_view what, std::string_view name, const Work& work) noexcept {
   try {
     return work();
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::out_of_memory, what + " does not fit into memory"};
-  } catch (const std::system_error& failure) {
-    return Error{ErrorCode::out_of_memory, what + " can have no thread: " + failure.what()};
+    return out_of_memory(what, name, " does not fit into memory");
+  } catch (const std::system_error&) {
+    return out_of_memory(what, name, " can have no thread");
   }
 }
 
@@ -217,12 +235,12 @@ class DatabaseImpl final : public Database {
 
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name,
                                   const GeometryOptions& options) override {
-    if (is_past_) return named(name, {ErrorCode::bad_input, "nothing is written to the past"});
-    if (auto valid = validate(mesh); !valid) return named(name, valid.error());
-    if (auto valid = check_options(options); !valid) return named(name, valid.error());
-    return unless_out_of_memory<GeometryId>(
-        "geometry '" + std::string(name) + "'",
-        [&]() -> Result<GeometryId> { return add_valid(mesh, name, options); });
+    return unless_out_of_memory<GeometryId>("geometry", name, [&]() -> Result<GeometryId> {
+      if (is_past_) return named(name, {ErrorCode::bad_input, "nothing is written to the past"});
+      if (auto valid = validate(mesh); !valid) return named(name, valid.error());
+      if (auto valid = check_options(options); !valid) return named(name, valid.error());
+      return add_valid(mesh, name, options);
+    });
   }
 
   Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) override {
@@ -257,8 +275,7 @@ class DatabaseImpl final : public Database {
 
   Result<void> calibrate(Transaction& transaction) override { return engine_.calibrate(transaction); }
   Result<std::unique_ptr<Reservation>> reserve(const ReservationOptions& options) override {
-    return unless_out_of_memory<std::unique_ptr<Reservation>>("reservation '" + options.name + "'",
-                                                              [&] { return engine_.reserve(options); });
+    return unless_out_of_memory<std::unique_ptr<Reservation>>("reservation", options.name, [&] { return engine_.reserve(options); });
   }
 
   void submit(Transaction& transaction) noexcept override { engine_.submit(transaction); }
@@ -362,7 +379,7 @@ class DatabaseImpl final : public Database {
     const auto add = [&] {
       if (logged && !engine_.log()->room_for(*logged)) return;
       added.emplace(
-          unless_out_of_memory<GeometryId>("it", [&] { return executor_->add_geometry(mesh, options); }));
+          unless_out_of_memory<GeometryId>("it", {}, [&] { return executor_->add_geometry(mesh, options); }));
       if (!*added) return;
       if (shapes != nullptr) {
         engine_.keep_shapes(added->value(), std::move(shapes));
@@ -386,13 +403,17 @@ class DatabaseImpl final : public Database {
 
   template <class Public, class Prepared, class Options>
   Result<std::unique_ptr<Public>> prepare_on_engine(const Options& options) {
-    std::optional<Result<std::unique_ptr<Prepared>>> made;
-    engine_.call([&] {
-      made.emplace(unless_out_of_memory<std::unique_ptr<Prepared>>(
-          "query '" + options.name + "'", [&] { return executor_->prepare<Prepared>(options); }));
-    });
-    if (!*made) return made->error();
-    return std::unique_ptr<Public>(std::move(*made).value());
+    using Made = std::unique_ptr<Prepared>;
+    return unless_out_of_memory<std::unique_ptr<Public>>(
+        "query", options.name, [&]() -> Result<std::unique_ptr<Public>> {
+          std::optional<Result<Made>> made;
+          engine_.call([&] {
+            made.emplace(unless_out_of_memory<Made>("query", options.name,
+                                                    [&] { return executor_->prepare<Prepared>(options); }));
+          });
+          if (!*made) return made->error();
+          return std::unique_ptr<Public>(std::move(*made).value());
+        });
   }
 
   template <class Asked>
@@ -400,7 +421,7 @@ class DatabaseImpl final : public Database {
     const auto question = standing::question_of(asked, options.name);
     if (!question) return question.error();
     return unless_out_of_memory<std::unique_ptr<StandingQuery>>(
-        "standing query '" + options.name + "'", [&] { return follower_.watch(question.value(), options); });
+        "standing query", options.name, [&] { return follower_.watch(question.value(), options); });
   }
 
   transaction::MonotonicClock monotonic_clock_;
@@ -418,7 +439,9 @@ class DatabaseImpl final : public Database {
 Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu::DeviceOptions device,
                                             log::Stretch* stretch) {
   return unless_out_of_memory<std::unique_ptr<Database>>(
-      "the database", [&]() -> Result<std::unique_ptr<Database>> {
+      "the database", {}, [&]() -> Result<std::unique_ptr<Database>> {
+        if (auto checked = check_options(options); !checked) return checked.error();
+        if (auto checked = check_options(options.durability); !checked) return checked.error();
         device.select = options.gpu;
         device.validation = options.validation == Validation::on ||
                             (options.validation == Validation::build_default && validation_default);
@@ -456,13 +479,10 @@ Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options)
 }
 
 Result<std::unique_ptr<Database>> open_database(const DatabaseOptions& options, gpu::DeviceOptions device) {
-  if (auto checked = check_options(options); !checked) return checked.error();
-  if (auto checked = check_options(options.durability); !checked) return checked.error();
   return open_with(options, std::move(device), nullptr);
 }
 
 Result<std::unique_ptr<Database>> open_past(const DatabaseOptions& options, log::Stretch stretch) {
-  if (auto checked = check_options(options); !checked) return checked.error();
   return open_with(options, {}, &stretch);
 }
 

@@ -71,7 +71,9 @@ class GpuExecutor final : public Executor {
   Result<void> make_epoch(bool late);
   /// Lets go of all that is on the device, but for what queries that are being destroyed have there.
   void drop_epoch();
-  bool try_to_revive();
+  /// `now` is looked at for the pace alone. Nothing where there is a device.
+  Result<void> try_to_revive(RevivalPace::Time now);
+  Result<void> not_revived(const Error& why);
   void note_counts() noexcept;
 
   const OpenDevice open_;
@@ -98,8 +100,9 @@ class GpuExecutor final : public Executor {
 template <class Step>
 auto GpuExecutor::on_device(Step step) -> decltype(step()) {
   for (bool again = false;; again = true) {
-    if (!revive(nullptr)) return Error{ErrorCode::device_lost, device_health().device_loss};
     try {
+      // Whoever sets up can wait, and is not put off.
+      if (auto revived = try_to_revive(RevivalPace::Time::max()); !revived) return revived.error();
       auto result = step();
       if (again || result.ok() || !lost()) return result;
     } catch (...) {

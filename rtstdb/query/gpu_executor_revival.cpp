@@ -56,8 +56,8 @@ bool GpuExecutor::revive(Meanwhile* meanwhile) noexcept {
   if (meanwhile != nullptr) meanwhile->begin_wait();
   bool revived = false;
   try {
-    revived = try_to_revive();
-  } catch (const std::exception& failure) {
+    revived = static_cast<bool>(try_to_revive(Clock::now()));
+  } catch (const std::exception&) {
     pace_.failed(
         Clock::now());  // out of memory, or of threads; what of the epoch is still there goes the next time
   }
@@ -65,7 +65,8 @@ bool GpuExecutor::revive(Meanwhile* meanwhile) noexcept {
   return revived;
 }
 
-bool GpuExecutor::try_to_revive() {
+Result<void> GpuExecutor::try_to_revive(RevivalPace::Time now) {
+  if (!lost()) return {};
   const auto begun = Clock::now();
   if (epoch_ != nullptr) {
     if (epoch_->device.lost() && !loss_counted_) {
@@ -76,25 +77,27 @@ bool GpuExecutor::try_to_revive() {
     }
     drop_epoch();
   }
-  if (!pace_.may_try(begun)) return false;
-  const Result<void> made = make_epoch(true);
-  const auto ended = Clock::now();
-  if (!made) {
-    pace_.failed(ended);
-    const std::lock_guard lock(health_mutex_);
-    health_.device_lost = true;
-    health_.device_loss = "the device is lost and did not come back: " + made.error().message +
-                          "; it is tried again in " + milliseconds(pace_.left(ended));
-    return false;
-  }
-  revival_took_ = ended - begun;
+  if (!pace_.may_try(now)) return Error{ErrorCode::device_lost, health_.device_loss};
+  if (const auto made = make_epoch(true); !made) return not_revived(made.error());
+  revival_took_ = Clock::now() - begun;
   const std::lock_guard lock(health_mutex_);
   health_.device_lost = false;
   if (health_.device_losses > 0) {
     health_.device_loss = "the device was lost " + times(health_.device_losses) + "; the last time " +
                           epoch_->device.info().name + " took its place after " + milliseconds(revival_took_);
   }
-  return true;
+  return {};
+}
+
+Result<void> GpuExecutor::not_revived(const Error& why) {
+  const auto now = Clock::now();
+  pace_.failed(now);
+  const std::lock_guard lock(health_mutex_);
+  health_.device_lost = true;
+  health_.device_loss = "the device is lost and did not come back: " + why.message +
+                        "; it is tried again in " + milliseconds(pace_.left(now));
+  const bool no_memory = why.code == ErrorCode::out_of_memory;
+  return Error{no_memory ? why.code : ErrorCode::device_lost, health_.device_loss};
 }
 
 Health GpuExecutor::device_health() const {
