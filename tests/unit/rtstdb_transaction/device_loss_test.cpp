@@ -109,13 +109,16 @@ TEST_F(DeviceLoss, NobodyWaitsForTheDeviceInVain) {
   const auto hopeful = make();
   executor_.lose_next_run = true;
   Status told = Status::pending;
+  std::binary_semaphore submitted{0};
   executor_.while_reviving = [&] {
     engine_.submit(ask(*hopeful, other_query_, terms(DeadlineClass::firm, clock_.peek() + 200ms)));
     engine_.submit(ask(*hopeless, query_, terms(DeadlineClass::firm, clock_.peek() + 99ms)));
     told = engine_.wait(*hopeless).status;
     EXPECT_EQ(hopeful->status(), Status::pending);
+    submitted.release();
   };
   EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  submitted.acquire();
   EXPECT_EQ(engine_.wait(*hopeful).status, Status::committed);
   EXPECT_EQ(told, Status::device_lost);
   EXPECT_EQ(engine_.counts().firm_late_commits, 0u);
@@ -167,10 +170,13 @@ TEST_F(DeviceLoss, TakesAllThatStandInOneAnother) {
 TEST_F(DeviceLoss, UnderAVirtualClockNobodyIsGivenUp) {
   clock_.virtual_time = true;
   executor_.lose_next_run = true;
+  std::binary_semaphore submitted{0};
   executor_.while_reviving = [&] {
     engine_.submit(ask(*second_, other_query_, terms(DeadlineClass::firm, clock_.peek() + 1ns)));
+    submitted.release();
   };
   EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  submitted.acquire();
   EXPECT_EQ(engine_.wait(*second_).status, Status::committed);
 }
 
