@@ -275,7 +275,8 @@ class DatabaseImpl final : public Database {
 
   Result<void> calibrate(Transaction& transaction) override { return engine_.calibrate(transaction); }
   Result<std::unique_ptr<Reservation>> reserve(const ReservationOptions& options) override {
-    return unless_out_of_memory<std::unique_ptr<Reservation>>("reservation", options.name, [&] { return engine_.reserve(options); });
+    return unless_out_of_memory<std::unique_ptr<Reservation>>("reservation", options.name,
+                                                              [&] { return engine_.reserve(options); });
   }
 
   void submit(Transaction& transaction) noexcept override { engine_.submit(transaction); }
