@@ -5,6 +5,7 @@
 
 #include <iostream>
 
+#include "tests/torture/rounds.hpp"
 #include "tests/torture/simulated_load.hpp"
 
 namespace hil::torture {
@@ -13,11 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 using rtstdb::DeadlineClass;
 
-#ifdef HIL_TORTURE_LONG
-constexpr std::uint64_t transactions = 3'000'000;
-#else
-constexpr std::uint64_t transactions = 60'000;
-#endif
+constexpr std::uint64_t transactions = rounds(60'000, 3'000'000);
 
 std::vector<Stream> streams() {
   const Stream firm{.at_random = true,

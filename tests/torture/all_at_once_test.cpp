@@ -20,7 +20,7 @@ using namespace rtstdb;
 using namespace rtstdb::transaction::test;
 
 constexpr std::size_t clients = 8;
-constexpr int rounds = 400;
+constexpr int rounds_each = 200;
 constexpr std::uint32_t entities = 32;
 
 class AllAtOnce : public testing::Test {
@@ -57,7 +57,7 @@ class AllAtOnce : public testing::Test {
   void own(std::size_t self) {
     std::minstd_rand random(static_cast<unsigned>(self) + 1);
     std::unique_ptr<Reservation> reservation;
-    for (int round = 0; round < rounds; ++round) {
+    for (int round = 0; round < rounds_each; ++round) {
       if (self < 4 && round % 50 == 0) {
         reservation.reset();
         auto made = engine_.reserve({.name = "r" + std::to_string(self),
@@ -133,7 +133,7 @@ TEST_F(AllAtOnce, EachHasOneOutcome) {
   for (std::size_t k = 0; k < clients; ++k)
     threads.emplace_back([this, k] { own(k); });
   std::thread onlooker([this] {
-    while (ended_ < clients * rounds * 2) {
+    while (ended_ < clients * rounds_each * 2) {
       for (const ReservationCounts& one : engine_.scheduler_counts().reservations)
         wrong_ += one.kept + one.broken + one.too_long > one.transactions + 2;
       EXPECT_TRUE(engine_.snapshot(ReadAt::latest()).ok());
@@ -144,7 +144,7 @@ TEST_F(AllAtOnce, EachHasOneOutcome) {
     thread.join();
   onlooker.join();
   EXPECT_EQ(wrong_, 0u);
-  EXPECT_EQ(ended_, clients * rounds * 2u);
+  EXPECT_EQ(ended_, clients * rounds_each * 2u);
   EXPECT_GT(done_, 100u);
   const TransactionCounts counts = engine_.counts();
   EXPECT_EQ(counts.firm_late_commits, 0u);

@@ -46,7 +46,14 @@ class EngineSimulation::Query final : public RayQuery, public query::PreparedQue
     times = {rows.time(), rows.time()};
     return std::nullopt;
   }
+  const AnswerInfo& answer_info() const noexcept override { return info; }
+  std::uint32_t answered() const noexcept override { return 0; }
+  bool truncated() const noexcept override { return is_truncated; }
+  void let_stand(std::uint32_t, std::uint32_t) noexcept override {}
+  void let_fall() noexcept override {}
+
   Client& client;
+  bool is_truncated = false;
 };
 
 struct EngineSimulation::Client {
@@ -67,6 +74,7 @@ void SimulationCounts::add(const SimulationCounts& other) {
   given_back_waiting += other.given_back_waiting;
   passed_by_relief += other.passed_by_relief;
   full_queues += other.full_queues;
+  shared += other.shared;
   observations += other.observations;
 }
 
@@ -119,17 +127,23 @@ bool EngineSimulation::play_round() {
 
 // ---- the machine's events
 
-void EngineSimulation::run_begins(const query::PreparedQuery& query) {
-  Client& client = static_cast<const Query&>(query).client;
+void EngineSimulation::run_begins(std::span<const query::Request> requests) {
   if (!running_.empty()) ++counts_.in_gaps;
-  running_.push_back(&client);
+  if (requests.size() > 1) ++counts_.shared;
+  std::vector<Client*>& together = running_.emplace_back();
+  for (const query::Request& request : requests) {
+    auto& query = static_cast<Query&>(*request.query);
+    query.is_truncated = false;
+    together.push_back(&query.client);
+  }
 }
 
 bool EngineSimulation::chunk_done(const query::RowSource& rows, const query::PreparedQuery& query,
                                   bool last) {
   ++counts_.steps;
   Client& client = static_cast<const Query&>(query).client;
-  if (&client != running_.back()) fail("a chunk of one whose turn it is not");
+  if (std::ranges::find(running_.back(), &client) == running_.back().end())
+    fail("a chunk of one whose turn it is not");
   client.now.observed.push_back({rows.version(), digest_of(rows)});
   client.now.last_chunk = clock_.now();
   if (chance_.one_in(2)) submit_some(3);
@@ -146,14 +160,17 @@ bool EngineSimulation::chunk_done(const query::RowSource& rows, const query::Pre
 }
 
 void EngineSimulation::run_ends(query::RunStatus status) {
-  running_.back()->now.run = status;
+  for (Client* const client : running_.back()) {
+    client->now.run = status;
+    client->query.is_truncated = status == query::RunStatus::truncated;
+  }
   running_.pop_back();
   if (status != query::RunStatus::done && status != query::RunStatus::truncated) clock_.go_on();
 }
 
 bool EngineSimulation::may_pause() {
   const bool one_is_staged = std::ranges::any_of(
-      running_, [](const Client* client) { return !client->now.declared.writes.empty(); });
+      running_, [](const auto& run) { return !run.front()->now.declared.writes.empty(); });
   const bool idle =
       running_.empty() && std::ranges::none_of(clients_, [](const auto& c) { return c->pending(); });
   if (one_is_staged || idle || probe_->pending() || !chance_.one_in(3)) return false;
@@ -193,8 +210,8 @@ EntityId EngineSimulation::any_known() {
 
 EngineSimulation::Client* EngineSimulation::free_client() {
   for (const auto& client : clients_) {
-    if (client.get() != probe_ && !client->pending() &&
-        std::ranges::find(running_, client.get()) == running_.end())
+    const auto runs = [&](const auto& run) { return std::ranges::find(run, client.get()) != run.end(); };
+    if (client.get() != probe_ && !client->pending() && std::ranges::none_of(running_, runs))
       return client.get();
   }
   return nullptr;

@@ -28,6 +28,7 @@ struct SimulationCounts {
   std::uint64_t given_back_waiting = 0;  ///< device_lost without having run
   std::uint64_t passed_by_relief = 0;    ///< commits while another waits for the device
   std::uint64_t full_queues = 0;
+  std::uint64_t shared = 0;  ///< runs of several
   std::uint64_t observations = 0;
   void add(const SimulationCounts& other);
 };
@@ -74,7 +75,7 @@ class EngineSimulation final : private DeviceEvents {
   class Query;
   struct Client;
 
-  void run_begins(const rtstdb::query::PreparedQuery& query) override;
+  void run_begins(std::span<const rtstdb::query::Request> requests) override;
   bool chunk_done(const rtstdb::query::RowSource& rows, const rtstdb::query::PreparedQuery& query,
                   bool last) override;
   void run_ends(rtstdb::query::RunStatus status) override;
@@ -114,7 +115,7 @@ class EngineSimulation final : private DeviceEvents {
   std::vector<std::unique_ptr<Client>> clients_;
   Client* probe_ =
       nullptr;  ///< only writes, and is the last of all: when it is done, all others are that can be
-  std::vector<Client*> running_;
+  std::vector<std::vector<Client*>> running_;  ///< by run, the innermost last: those that share it
   std::vector<EndedTransaction> ended_;
   WorldModel model_;
   std::vector<rtstdb::EntityId> known_;     ///< alive when nothing was under way last

@@ -5,6 +5,7 @@
 
 #include <iostream>
 
+#include "tests/torture/rounds.hpp"
 #include "tests/torture/simulated_load.hpp"
 
 namespace hil::torture {
@@ -16,11 +17,7 @@ using rtstdb::LatePolicy;
 using rtstdb::Outcome;
 using rtstdb::Status;
 
-#ifdef HIL_TORTURE_LONG
-constexpr std::uint64_t at_each_load = 2'000'000;
-#else
-constexpr std::uint64_t at_each_load = 20'000;
-#endif
+constexpr std::uint64_t at_each_load = rounds(20'000, 2'000'000);
 
 std::vector<Stream> streams(double load) {
   const Stream firm{.at_random = true,
@@ -99,6 +96,9 @@ void judge(const Ended& one, Judged& judged) {
 
 TEST(FirmNeverLate, AtLoadsFromHalfToThreeTimesWhatCanBeDone) {
   std::uint64_t seed = 1;
+  std::uint64_t missed = 0;
+  std::uint64_t cancelled = 0;
+  std::uint64_t partial = 0;
   for (const double load : {0.5, 1.0, 1.5, 2.0, 3.0}) {
     SCOPED_TRACE(testing::Message() << "load " << load << ", seed " << seed);
     SimulatedLoad world({.seed = seed++,
@@ -125,10 +125,13 @@ TEST(FirmNeverLate, AtLoadsFromHalfToThreeTimesWhatCanBeDone) {
         counts.committed + counts.truncated + counts.late + counts.missed + counts.refused + counts.cancelled,
         counts.submitted);
     EXPECT_GT(judged.committed, at_each_load / 10) << "or nothing was put to the test";
-    EXPECT_GT(judged.missed, at_each_load / 2000);
-    EXPECT_GT(judged.cancelled, at_each_load / 2000);
-    EXPECT_GT(judged.partial, 0u);
+    missed += judged.missed;
+    cancelled += judged.cancelled;
+    partial += judged.partial;
   }
+  EXPECT_GT(missed, at_each_load / 100);
+  EXPECT_GT(cancelled, at_each_load / 1000);
+  EXPECT_GT(partial, 0u);
 }
 
 }  // namespace

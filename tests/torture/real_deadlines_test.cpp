@@ -15,6 +15,7 @@
 
 #include "rtstdb/transaction/monotonic_clock.hpp"
 #include "tests/torture/machine_time.hpp"
+#include "tests/torture/rounds.hpp"
 
 namespace hil::torture {
 namespace {
@@ -23,13 +24,8 @@ using namespace std::chrono_literals;
 using namespace rtstdb;
 
 constexpr std::uint32_t entity_count = 500;
-#ifdef HIL_TORTURE_LONG
-constexpr int hard_transactions = 2000;
-constexpr int firm_transactions = 5000;
-#else
-constexpr int hard_transactions = 40;
-constexpr int firm_transactions = 300;
-#endif
+constexpr auto hard_transactions = static_cast<std::int64_t>(rounds(40, 2000));
+constexpr auto firm_transactions = static_cast<std::int64_t>(rounds(300, 5000));
 
 template <class Value>
 Value must(Result<Value> result) {
@@ -148,7 +144,8 @@ TEST_F(RealDeadlines, NoReservedOneIsMissedButForWhatTheMachineTook) {
   }
   const ReservationOptions options = reservation->options();
   const auto count =
-      std::clamp<std::int64_t>(hard_transactions * 50ms / options.period, 10, hard_transactions);
+      std::clamp<std::int64_t>(hard_transactions * 50ms / options.period,
+                               std::min<std::int64_t>(10, hard_transactions), hard_transactions);
   std::int64_t unexcused = 0;
   for (int round = 0; round < 3; ++round) {
     unexcused = 0;
@@ -189,7 +186,7 @@ TEST_F(RealDeadlines, PromisesAreKeptButForWhatTheMachineTook) {
   for (int round = 0; round < 3; ++round) {
     const SchedulerCounts before = database_->scheduler_counts();
     unexcused = 0;
-    for (int k = 0; k < firm_transactions; ++k) {
+    for (std::int64_t k = 0; k < firm_transactions; ++k) {
       const Nanoseconds deadline(
           1 + static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(2 * dearest.count())));
       const Nanoseconds taken = machine_.taken();

@@ -13,7 +13,7 @@ using rtstdb::query::RunStatus;
 
 RunReport SimulatedDevice::run(const RowSource& rows, std::span<const Request> requests,
                                const rtstdb::query::TimeSpan& /*times*/, Meanwhile* meanwhile) noexcept {
-  events_.run_begins(*requests.front().query);
+  events_.run_begins(requests);
   const RunStatus status = lost_ ? RunStatus::device_lost : run_chunks(rows, requests, meanwhile);
   if (lost_) try_again();
   events_.run_ends(status);
@@ -22,6 +22,8 @@ RunReport SimulatedDevice::run(const RowSource& rows, std::span<const Request> r
 
 RunStatus SimulatedDevice::run_chunks(const RowSource& rows, std::span<const Request> requests,
                                       Meanwhile* meanwhile) {
+  // Where nothing is divided there are no gaps.
+  const bool divided = std::ranges::any_of(requests, [](const Request& one) { return one.per_chunk != 0; });
   for (std::size_t k = 0; k < requests.size(); ++k) {
     const Request& request = requests[k];
     const std::uint32_t step = request.per_chunk == 0 ? request.count : request.per_chunk;
@@ -34,7 +36,7 @@ RunStatus SimulatedDevice::run_chunks(const RowSource& rows, std::span<const Req
       const bool last = k + 1 == requests.size() && first + elements == request.count;
       if (events_.chunk_done(rows, *request.query, last)) lost_ = true;
       if (lost_) return RunStatus::device_lost;
-      if (last || meanwhile == nullptr) continue;
+      if (last || meanwhile == nullptr || !divided) continue;
       const auto gap = meanwhile->between_chunks();
       if (lost_) return RunStatus::device_lost;  // in the gap
       if (gap == Meanwhile::Gap::stop) return RunStatus::stopped;

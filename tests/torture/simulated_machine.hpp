@@ -53,7 +53,7 @@ class SimulatedClock final : public rtstdb::Clock {
 class DeviceEvents {
  public:
   virtual ~DeviceEvents() = default;
-  virtual void run_begins(const rtstdb::query::PreparedQuery& query) = 0;
+  virtual void run_begins(std::span<const rtstdb::query::Request> requests) = 0;
   /// A chunk has been carried out. True: the device was lost in it.
   virtual bool chunk_done(const rtstdb::query::RowSource& rows, const rtstdb::query::PreparedQuery& query,
                           bool last) = 0;
