@@ -70,7 +70,7 @@ Result<void> GpuExecutor::try_to_revive(RevivalPace::Time now) {
   const auto begun = Clock::now();
   if (epoch_ != nullptr) {
     if (epoch_->device.lost() && !loss_counted_) {
-      pace_.failed(begun);
+      pace_.failed(now);
       const std::lock_guard lock(health_mutex_);
       loss_counted_ = true;
       ++health_.device_losses;

@@ -94,10 +94,20 @@ LossWorld::LossWorld(On device, DatabaseOptions options) {
 }
 
 Result<void> LossWorld::set_up(int step) {
-  Result<void> (LossWorld::*const steps[setup_steps])() = {
-      &LossWorld::add_geometries,  &LossWorld::add_geometry_that_deforms, &LossWorld::prepare_rays,
-      &LossWorld::prepare_regions, &LossWorld::prepare_nearest,           &LossWorld::create_entities};
-  return (this->*steps[step])();
+  switch (step) {
+    case 0:
+      return add_geometries();
+    case 1:
+      return add_geometry_that_deforms();
+    case 2:
+      return prepare_rays();
+    case 3:
+      return prepare_regions();
+    case 4:
+      return prepare_nearest();
+    default:
+      return create_entities();
+  }
 }
 
 void LossWorld::set_up() {

@@ -83,7 +83,7 @@ class EngineSimulation final : private DeviceEvents {
   void pauses() override;
 
   // On the engine's thread.
-  bool play_round();
+  void play_round();
   void submit_some(std::uint32_t most);
   Client* free_client();
   void declare(Client& client);
@@ -121,7 +121,6 @@ class EngineSimulation final : private DeviceEvents {
   std::vector<rtstdb::EntityId> known_;     ///< alive when nothing was under way last
   std::vector<rtstdb::Version> committed_;  ///< the last ones
   std::array<std::uint64_t, 16> told_{};    ///< outcomes by status
-  std::atomic<std::uint64_t> submissions_{0};
   std::uint32_t next_material_ = 1;
   bool looks_at_snapshot_ = false;  ///< after this round
   std::string fault_;
