@@ -172,9 +172,13 @@ bool EngineSimulation::may_pause() {
       running_, [](const auto& run) { return !run.front()->now.declared.writes.empty(); });
   const bool idle =
       running_.empty() && std::ranges::none_of(clients_, [](const auto& c) { return c->pending(); });
-  if (one_is_staged || idle || probe_->pending() || !chance_.one_in(3)) return false;
+  // The probe would be shed where the queue is full, and then say nothing of the others.
+  constexpr std::uint32_t submitted = 3;
+  const auto pending = std::ranges::count_if(clients_, [](const auto& c) { return c->pending(); });
+  const bool may_be_shed = static_cast<std::uint32_t>(pending) + submitted >= queue_capacity;
+  if (one_is_staged || idle || may_be_shed || probe_->pending() || !chance_.one_in(3)) return false;
   // All of it before the relief can begin: what it does first must not depend on how soon it is there.
-  submit_some(3);
+  submit_some(submitted);
   submit_probe();
   return true;
 }
