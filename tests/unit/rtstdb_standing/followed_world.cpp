@@ -123,7 +123,7 @@ void Members::take(std::span<const StandingEvent> events) {
 }
 
 void Members::take(const StandingEvent& event) {
-  const auto place = std::ranges::lower_bound(members_, event.entity);
+  const auto place = std::ranges::lower_bound(members_, event.entity.index, {}, &EntityId::index);
   switch (event.kind) {
     case EventKind::reset:
       members_.clear();
@@ -150,7 +150,8 @@ void Members::take(const StandingEvent& event) {
 }
 
 bool Members::holds(EntityId id) const {
-  return std::ranges::binary_search(members_, id);
+  const auto place = std::ranges::lower_bound(members_, id.index, {}, &EntityId::index);
+  return place != members_.end() && *place == id;
 }
 
 EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m, const glm::dvec3& v_world_mps) {

@@ -47,6 +47,7 @@ TEST(Loss, AFullRingCountsAndTellsAllMembersAnew) {
   Members members;
   take_until_whole(world, *query, members);
   std::vector<EntityId> made;
+  made.reserve(100);
   for (int k = 0; k < 100; ++k)
     made.push_back(world.create(row_of(cube), k));
   world.catch_up(*query);
@@ -176,6 +177,7 @@ TEST(Loss, ManyGapsEndWithTheTrueMembers) {
   const auto somewhere = [&] {
     return row_of(cube, {anywhere(), anywhere(), 0.0}, {anywhere(), anywhere(), 0.0});
   };
+  alive.reserve(300);
   for (int k = 0; k < 300; ++k)
     alive.push_back(world.create(somewhere(), 0));
   const auto asked = around_origin(8.0f);

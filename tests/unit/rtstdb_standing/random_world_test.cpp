@@ -349,6 +349,7 @@ void run_world(std::uint32_t seed, Tally& tally) {
   world.add(make_sphere(1.0, 1));
   world.add(make_rectangle(3.0, 2.0));
   std::vector<EntityId> alive;
+  alive.reserve(64);
   for (int k = 0; k < 20; ++k)
     alive.push_back(world.create(random_row(dice, 0), 0));
   constexpr std::size_t kept = 4;

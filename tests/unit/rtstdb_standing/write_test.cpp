@@ -164,6 +164,7 @@ TEST_F(Writes, TheFarAreFoundWhenTheNearHaveGone) {
   StandingNearest point;
   point.k = 3;
   std::vector<EntityId> near;
+  near.reserve(60);
   for (int k = 0; k < 60; ++k)
     near.push_back(world.create(row_of(cube, {2.0 * k, 0.0, 0.0}), 0));
   const auto query = world.watch(point);
