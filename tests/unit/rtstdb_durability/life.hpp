@@ -169,15 +169,15 @@ class Life {
   std::unique_ptr<Transaction> transaction_ = make();
 };
 
-/// Holds whoever calls the disk with one kind of call, until it is opened.
+/// Holds whoever calls the disk with one kind of call, until it is opened. The disk may outlive it.
 class DiskGate {
  public:
   DiskGate(SimulatedDisk& disk, DiskCall call) {
-    disk.before_each([this, call](DiskCall made) {
-      if (made == call && closed_.load()) {
-        stands_.store(true);
-        stands_.notify_all();
-        closed_.wait(true);
+    disk.before_each([state = state_, call](DiskCall made) {
+      if (made == call && state->closed.load()) {
+        state->stands.store(true);
+        state->stands.notify_all();
+        state->closed.wait(true);
       }
     });
   }
@@ -185,15 +185,18 @@ class DiskGate {
   DiskGate(const DiskGate&) = delete;
   DiskGate& operator=(const DiskGate&) = delete;
 
-  void close() { closed_.store(true); }
-  void wait_until_somebody_stands_there() { stands_.wait(false); }
+  void close() { state_->closed.store(true); }
+  void wait_until_somebody_stands_there() { state_->stands.wait(false); }
   void open() {
-    closed_.store(false);
-    closed_.notify_all();
+    state_->closed.store(false);
+    state_->closed.notify_all();
   }
 
  private:
-  std::atomic<bool> closed_{false}, stands_{false};
+  struct State {
+    std::atomic<bool> closed{false}, stands{false};
+  };
+  const std::shared_ptr<State> state_ = std::make_shared<State>();
 };
 
 }  // namespace rtstdb::transaction::test
