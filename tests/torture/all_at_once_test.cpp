@@ -26,13 +26,17 @@ constexpr std::uint32_t entities = 32;
 class AllAtOnce : public testing::Test {
  protected:
   AllAtOnce() {
-    executor_.chunk = [this](const query::RowSource& rows, const query::Request&, std::uint32_t first,
-                             std::uint32_t end) {
-      // What a device would read while others commit.
+    executor_.work = [this](const query::RowSource& rows, std::span<const query::Request>,
+                            const query::TimeSpan&) {
       std::uint64_t sum = 0;
       for (std::uint32_t index = 0; index < rows.index_limit(); ++index)
         sum += rows.row(index) != nullptr ? rows.row(index)->row.material : 0;
       seen_ = sum;
+      return query::RunReport{};
+    };
+    executor_.chunk = [this](const query::RowSource&, const query::Request&, std::uint32_t first,
+                             std::uint32_t end) {
+      // Others commit meanwhile.
       const ClockTime until = clock_.now() + Nanoseconds(20) * (end - first);
       while (clock_.now() < until) {
       }
