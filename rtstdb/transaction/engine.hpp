@@ -162,7 +162,6 @@ class Engine final : private query::Meanwhile, private LogOwner {
   void take_from_slack(const TransactionImpl& transaction) noexcept;
   /// The earliest deadline from its own on that is admitted when it is asked for at once.
   ClockTime earliest_feasible(ClockTime now, const TransactionImpl& transaction) noexcept;
-  /// What a newcomer waits for besides what is there: those with reservations that may still come before `end`.
   // reserve.cpp
   Result<void> take_on(ReservationImpl& reservation);
   /// One that has cost more than its budget has its rank no longer.
