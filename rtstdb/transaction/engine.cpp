@@ -142,6 +142,13 @@ void Engine::call(const std::function<void()>& work) {
   errand.wait();
 }
 
+void Engine::give_back(ReservationImpl& reservation) noexcept {
+  const std::function<void()> work = [&] { reservations_.give_back(reservation); };
+  CallErrand errand(work);
+  take_errand(errand);  // its owner may have closed the database
+  errand.wait();
+}
+
 void Engine::carry_out(Errand& errand) noexcept {
   give_errand(errand);
   errand.wait();
@@ -198,14 +205,19 @@ void Engine::ring() noexcept {
 }
 
 void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
-  late_answers::settle(transaction, status, clock_);
+  settle(transaction, status);
   const Terms terms = transaction.terms();
   tally_.ended(status, transaction.outcome(), terms);
-  reservations_.ended(transaction, status);
+  Reservations::given_back(transaction);
   const bool firm_commit = terms.deadline_class == DeadlineClass::firm &&
                            (status == Status::committed || status == Status::truncated);
   transaction.finish(status);  // from here on it may be gone
   if (firm_commit && clock_.now() > terms.deadline) tally_.handed_over_late();
+}
+
+void Engine::settle(TransactionImpl& transaction, Status status) noexcept {
+  late_answers::settle(transaction, status, clock_);
+  reservations_.ended(transaction, status);
 }
 
 void Engine::finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept {
@@ -263,6 +275,7 @@ void Engine::carry_out_alone(TransactionImpl& transaction) noexcept {
 void Engine::end(TransactionImpl& transaction, Status status) noexcept {
   accuracy_.ended(transaction, status);
   if (!is_held(transaction, status)) return finish(transaction, status);
+  settle(transaction, status);
   transaction.draft().status = status;
   log_->hold(transaction);
 }

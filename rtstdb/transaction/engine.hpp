@@ -184,6 +184,8 @@ class Engine final : private query::Meanwhile, private LogOwner {
   std::size_t gather(TransactionImpl& first, const TransactionImpl* interrupted, Together& together) noexcept;
   void carry_out_together(std::span<TransactionImpl* const> readers) noexcept;
   void finish(TransactionImpl& transaction, Status status) noexcept;
+  /// What its queries' answers are worth, and its reservation.
+  void settle(TransactionImpl& transaction, Status status) noexcept;
   // device_loss.cpp
   void revive_device() noexcept;
   /// While the device is being revived: gives back those that ask and whose firm deadline comes before it can.

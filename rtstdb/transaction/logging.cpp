@@ -52,6 +52,7 @@ void Engine::take_errand(Errand& errand) noexcept {
 void Engine::give_back_held(TransactionImpl& transaction) noexcept {
   const Status status = transaction.outcome().status;
   tally_.ended(status, transaction.outcome(), transaction.terms());
+  Reservations::given_back(transaction);
   transaction.finish(status);  // from here on it may be gone
 }
 

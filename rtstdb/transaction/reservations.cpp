@@ -210,7 +210,11 @@ void Reservations::ended(TransactionImpl& transaction, Status status) noexcept {
     }
     if (--under_way_ == 0) ++busy_stretch_;
   }
-  reservation->pending_.fetch_sub(1, std::memory_order_release);
+}
+
+void Reservations::given_back(const TransactionImpl& transaction) noexcept {
+  if (ReservationImpl* const reservation = transaction.reservation())
+    reservation->pending_.fetch_sub(1, std::memory_order_release);
 }
 
 }  // namespace rtstdb::transaction

@@ -77,8 +77,10 @@ class Reservations {
   void admitted(TransactionImpl& transaction) noexcept;
   /// It goes on by its own terms.
   void has_taken_too_long(TransactionImpl& transaction) noexcept;
-  /// It is about to be given back.
+  /// What it did is known. The engine's lock.
   void ended(TransactionImpl& transaction, Status status) noexcept;
+  /// It is about to be given back, which may be later, and on another thread.
+  static void given_back(const TransactionImpl& transaction) noexcept;
 
  private:
   std::vector<ReservationImpl*> taken_on_;  // the engine's lock; changed under the mutex too

@@ -41,10 +41,6 @@ Result<void> Engine::take_on(ReservationImpl& reservation) {
                                max_reserved_share_);
 }
 
-void Engine::give_back(ReservationImpl& reservation) noexcept {
-  call([&] { reservations_.give_back(reservation); });
-}
-
 void Engine::look_at_budget(const Running& running) noexcept {
   TransactionImpl& transaction = *running.transaction;
   if (!transaction.reserved) return;

@@ -90,5 +90,36 @@ TEST(Group, TheDiskMakesNothingLate) {
   disk.before_each(nullptr);
 }
 
+/// What waits for the disk has its answers, and has used its reservation.
+TEST(Group, WhatIsHeldIsSettled) {
+  SimulatedDisk disk(1);
+  Life life(disk, group_mode());
+  SimulatedQuery query(8);
+  auto reserved = life.engine.reserve({.name = "r",
+                                       .period = Nanoseconds(100'000'000),
+                                       .deadline = Nanoseconds(100'000'000),
+                                       .budget = Nanoseconds(10'000'000),
+                                       .writes_and_asks = true});
+  ASSERT_TRUE(reserved.ok()) << reserved.error().message;
+  auto reservation = std::move(reserved).value();
+  const auto transaction = life.make();
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    Terms given = terms(DeadlineClass::hard, ClockTime::max());
+    given.reservation = reservation.get();
+    transaction->begin(given);
+    transaction->create(body(1 + k));
+    transaction->ask(query, 5 + k);
+    const Outcome& outcome = life.execute(*transaction);
+    ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
+    EXPECT_TRUE(outcome.durable);
+    EXPECT_EQ(query.answer_info().elements, 5 + k);
+    EXPECT_EQ(query.answer_info().version, outcome.version);
+    EXPECT_EQ(reservation->counts().transactions, k + 1);
+    EXPECT_EQ(reservation->counts().kept, k + 1);
+    life.clock.advance(Nanoseconds(100'000'000));
+  }
+  reservation.reset();
+}
+
 }  // namespace
 }  // namespace rtstdb::transaction::test

@@ -343,5 +343,14 @@ TEST_F(Reserving, AdmissionLeavesRoomForWhatMayStillCome) {
   EXPECT_EQ(firm(refused.earliest_feasible - refused.submitted).status, Status::committed);
 }
 
+TEST_F(Reserving, OneMayOutliveTheEnginesThread) {
+  const auto first = reserve({.name = "first", .period = 4ms, .deadline = 4ms, .budget = 1ms});
+  auto second = reserve({.name = "second", .period = 4ms, .deadline = 4ms, .budget = 1ms});
+  world_.engine.close();
+  second.reset();
+  ASSERT_EQ(world_.engine.scheduler_counts().reservations.size(), 1u);
+  EXPECT_EQ(world_.engine.scheduler_counts().reservations.front().options.name, "first");
+}
+
 }  // namespace
 }  // namespace rtstdb::transaction::test
