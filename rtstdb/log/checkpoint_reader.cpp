@@ -2,6 +2,7 @@
 
 #include "rtstdb/log/bytes.hpp"
 #include "rtstdb/log/directory.hpp"
+#include "rtstdb/log/geometry_file.hpp"
 #include "rtstdb/log/stored_row.hpp"
 #include "rtstdb/log/whole_file.hpp"
 
@@ -158,6 +159,18 @@ Result<Checkpoint> read_checkpoint(Disk& disk, std::uint64_t number, std::uint64
   if (fault != nullptr) return refusal(number, offset, fault);
   checkpoint.world = std::move(reading.world);
   return checkpoint;
+}
+
+Result<void> read_meshes(Disk& disk, std::uint64_t database_id, World& world) {
+  for (WorldGeometry& geometry : world.geometries) {
+    auto mesh = read_geometry_file(disk, database_id, geometry.logged.file, geometry.logged.file_checksum);
+    if (!mesh) return mesh.error();
+    geometry.mesh = std::move(mesh).value();
+    if (!geometry.positions_m.empty() && geometry.positions_m.size() != geometry.mesh.positions_m.size())
+      return Error{ErrorCode::file, geometry_name(geometry.logged.file) +
+                                        ": the checkpoint has a shape of another number of positions"};
+  }
+  return {};
 }
 
 }  // namespace rtstdb::log

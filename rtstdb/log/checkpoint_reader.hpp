@@ -25,4 +25,7 @@ Result<CheckpointHeader> read_checkpoint_header(Disk& disk, std::uint64_t number
 /// Refused, with the file, the offset and what was found: anything that is not as it was written.
 Result<Checkpoint> read_checkpoint(Disk& disk, std::uint64_t number, std::uint64_t database_id);
 
+/// Gives the geometries of a checkpoint's world their meshes, and holds its shapes to them.
+Result<void> read_meshes(Disk& disk, std::uint64_t database_id, World& world);
+
 }  // namespace rtstdb::log

@@ -106,19 +106,6 @@ bool is_asked_for(const CheckpointHeader& header, const RecoveryOptions& options
   return !options.up_to_time || world_time_ns(header.world_time_ns) <= *options.up_to_time;
 }
 
-/// Gives the geometries of a checkpoint their meshes, and holds its shapes to them.
-Result<void> read_meshes(Disk& disk, std::uint64_t database_id, World& world) {
-  for (WorldGeometry& geometry : world.geometries) {
-    auto mesh = read_geometry_file(disk, database_id, geometry.logged.file, geometry.logged.file_checksum);
-    if (!mesh) return mesh.error();
-    geometry.mesh = std::move(mesh).value();
-    if (!geometry.positions_m.empty() && geometry.positions_m.size() != geometry.mesh.positions_m.size())
-      return Error{ErrorCode::file, geometry_name(geometry.logged.file) +
-                                        ": the checkpoint has a shape of another number of positions"};
-  }
-  return {};
-}
-
 /// The newest checkpoint that is whole and not newer than what is asked for, into `recovered`; where reading goes on.
 Result<Position> begin_from_checkpoint(Disk& disk, const RecoveryOptions& options, Recovered& recovered) {
   RecoveryReport& report = recovered.report;

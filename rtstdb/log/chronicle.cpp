@@ -1,0 +1,131 @@
+#include "rtstdb/log/chronicle.hpp"
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "rtstdb/log/checkpoint_reader.hpp"
+#include "rtstdb/log/directory.hpp"
+#include "rtstdb/log/geometry_file.hpp"
+#include "rtstdb/log/segment_chain.hpp"
+
+namespace rtstdb::log {
+namespace {
+
+/// The oldest whole checkpoint of a version from `not_before` on, with its meshes.
+Result<std::optional<Checkpoint>> checkpoint_from(Disk& disk, const Listing& listing, Version not_before) {
+  for (const std::uint64_t number : listing.checkpoints) {
+    auto header = read_checkpoint_header(disk, number);
+    if (!header || header.value().version < not_before) continue;
+    auto checkpoint = read_checkpoint(disk, number, header.value().database_id);
+    if (!checkpoint) continue;
+    if (auto read = read_meshes(disk, header.value().database_id, checkpoint.value().world); !read)
+      return read.error();
+    return std::optional(std::move(checkpoint).value());
+  }
+  return std::optional<Checkpoint>();
+}
+
+class Following final : public RecordVisitor {
+ public:
+  Following(Disk& disk, const Listing& listing, std::uint64_t database_id, ChronicleListener& listener)
+      : disk_(disk), listing_(listing), database_id_(database_id), listener_(listener) {}
+
+  void begin(World&& world) {
+    now_ = std::move(world);
+    begun_with_ = now_.latest.version;
+    listener_.world(now_);
+  }
+
+  const char* record(const Record& record, const RecordPlace& place) override {
+    if (record.kind == RecordKind::taken_back) return taken_back(record.version);
+    tell();
+    if (record.kind == RecordKind::commit) return commit(record.commit, place.segment);
+    if (record.kind == RecordKind::geometry) return geometry(record.geometry);
+    if (record.kind == RecordKind::gap) return gap({record.version, record.to});
+    return "a record is of no known kind";
+  }
+  /// The last one can not be taken back any more.
+  void tell() {
+    if (untold_) listener_.commit(untold_->set(), now_, segment_);
+    untold_.reset();
+  }
+
+ private:
+  const char* commit(const store::WriteSet& set, std::uint64_t segment) {
+    if (lost_ || set.version <= begun_with_) return nullptr;
+    if (const char* fault = now_.apply(set)) return fault;
+    untold_.emplace(set);
+    segment_ = segment;
+    return nullptr;
+  }
+  const char* taken_back(Version version) {
+    if (lost_ || version <= begun_with_) return nullptr;
+    untold_.reset();
+    return now_.take_back(version);
+  }
+  const char* geometry(const LoggedGeometry& geometry) {
+    if (lost_ || now_.knows(geometry.id)) return lost_ ? nullptr : now_.add(geometry, {});
+    auto mesh = read_geometry_file(disk_, database_id_, geometry.file, geometry.file_checksum);
+    if (!mesh) return keep(mesh.error().message);
+    if (const char* fault = now_.add(geometry, std::move(mesh).value())) return fault;
+    listener_.geometry(now_.geometries[geometry.id.index]);
+    return nullptr;
+  }
+  const char* gap(const Gap& gap) {
+    if (gap.last <= begun_with_) return nullptr;
+    listener_.gap(gap);
+    auto checkpoint = checkpoint_from(disk_, listing_, gap.last);
+    if (!checkpoint) return keep(checkpoint.error().message);
+    lost_ = !checkpoint.value().has_value();
+    if (!lost_) begin(std::move(checkpoint.value()->world));
+    return nullptr;
+  }
+  const char* keep(std::string fault) {
+    fault_ = std::move(fault);
+    return fault_.c_str();
+  }
+
+  Disk& disk_;
+  const Listing& listing_;
+  std::uint64_t database_id_;
+  ChronicleListener& listener_;
+  World now_;
+  Version begun_with_ = 0;
+  bool lost_ = false;  // behind a gap, with no world to go on from
+  std::optional<KeptCommit> untold_;
+  std::uint64_t segment_ = 0;  // of `untold_`
+  std::string fault_;
+};
+
+}  // namespace
+
+Result<ReadReport> read_chronicle(Disk& disk, bool salvage, ChronicleListener& listener) {
+  auto listing = list_log(disk);
+  if (!listing) return Error{ErrorCode::file, listing.error().in_words()};
+  const auto& segments = listing.value().segments;
+  auto database_id = database_id_of(disk, segments);
+  if (!database_id) return database_id.error();
+  ReadOptions options{.database_id = database_id.value(), .from = {}, .salvage = salvage};
+  auto chain = find_chain(disk, segments, options.database_id, options.from);
+  if (!chain) return chain.error();
+  World world;
+  if (chain.value().links.empty() || !chain.value().damage_before.empty()) {
+    auto checkpoint = checkpoint_from(disk, listing.value(), 0);
+    if (!checkpoint) return checkpoint.error();
+    if (checkpoint.value()) {
+      options.database_id = checkpoint.value()->header.database_id;
+      options.from = checkpoint.value()->position();
+      world = std::move(checkpoint.value()->world);
+    }
+  }
+  if (options.database_id == 0) return Error{ErrorCode::file, "there is no database's log"};
+  Following following(disk, listing.value(), options.database_id, listener);
+  following.begin(std::move(world));
+  auto report = read_log(disk, segments, options, following);
+  following.tell();
+  if (report) report.value().database_id = options.database_id;
+  return report;
+}
+
+}  // namespace rtstdb::log

@@ -1,0 +1,256 @@
+#include "rtstdb/log/inspection.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "rtstdb/log/checkpoint_reader.hpp"
+#include "rtstdb/log/chronicle.hpp"
+#include "rtstdb/log/directory.hpp"
+#include "rtstdb/log/recovery.hpp"
+#include "rtstdb/log/segment_chain.hpp"
+#include "rtstdb/log/stored_row.hpp"
+
+namespace rtstdb::log {
+namespace {
+
+std::array<std::byte, row_bytes> bytes_of(const EntityRow& row) {
+  std::array<std::byte, row_bytes> bytes{};
+  ByteWriter writer(bytes);
+  put_row(writer, row);
+  return bytes;
+}
+
+bool same_state(const EntityState& a, const EntityState& b) {
+  if (a.id != b.id) return false;
+  return !a.id.valid() || (a.written_by == b.written_by && a.row.geometry == b.row.geometry &&
+                           bytes_of(a.row) == bytes_of(b.row));
+}
+
+/// How two worlds of one version differ, in words; empty: not at all. Indices that never lived count as not there.
+std::string difference(const World& commits, const World& checkpoint) {
+  const std::size_t indices = std::max(commits.rows.size(), checkpoint.rows.size());
+  const auto generation = [](const World& world, std::size_t index) {
+    return index < world.generations.size() ? world.generations[index] : 0;
+  };
+  const auto row = [](const World& world, std::size_t index) {
+    return index < world.rows.size() ? world.rows[index] : EntityState{};
+  };
+  for (std::size_t index = 0; index < indices; ++index) {
+    if (generation(commits, index) != generation(checkpoint, index) ||
+        !same_state(row(commits, index), row(checkpoint, index)))
+      return "entity " + std::to_string(index) + " is not as the commits left it";
+  }
+  if (commits.geometries.size() < checkpoint.geometries.size())
+    return "it has geometries that no record adds";
+  for (std::size_t index = 0; index < checkpoint.geometries.size(); ++index) {
+    const WorldGeometry& a = commits.geometries[index];
+    const WorldGeometry& b = checkpoint.geometries[index];
+    if (a.logged.name != b.logged.name || a.logged.file != b.logged.file ||
+        a.shape_version != b.shape_version || a.positions_m != b.positions_m)
+      return "geometry " + std::to_string(index) + " is not as the commits left it";
+  }
+  return {};
+}
+
+class Inspecting final : public ChronicleListener {
+ public:
+  Inspecting(Disk& disk, LogContents& contents) : disk_(disk), contents_(contents) {}
+
+  void add_checkpoint(Version version, std::uint64_t number, std::size_t place) {
+    checkpoints_of_[version].push_back({number, place});
+  }
+
+  void world(const World& world) override {
+    if (!begun_) contents_.extent.first = world.latest;
+    begun_ = true;
+    take(world);
+    for (const WorldGeometry& geometry : world.geometries)
+      this->geometry(geometry);
+  }
+  void geometry(const WorldGeometry& geometry) override {
+    names_[geometry.logged.file] = geometry.logged.name;
+  }
+  void commit(const store::WriteSet& set, const World& now, std::uint64_t segment) override {
+    ++contents_.extent.commits;
+    contents_.row_writes += set.writes.size();
+    contents_.shape_writes += set.shapes.size();
+    auto& versions = versions_of_[segment];
+    if (versions.first == 0) versions.first = set.version;
+    versions.second = set.version;
+    take(now);
+  }
+  void gap(const Gap& gap) override { contents_.extent.gaps.push_back({gap.first, gap.last}); }
+
+  /// None: no record that was read names that file.
+  std::optional<std::string> name_of(std::uint64_t geometry_file) const {
+    const auto found = names_.find(geometry_file);
+    return found == names_.end() ? std::nullopt : std::optional(found->second);
+  }
+  std::pair<Version, Version> versions_in(std::uint64_t segment) const {
+    const auto found = versions_of_.find(segment);
+    return found == versions_of_.end() ? std::pair<Version, Version>{} : found->second;
+  }
+
+ private:
+  void take(const World& now) {
+    contents_.extent.last = now.latest;
+    contents_.entities = static_cast<std::uint64_t>(
+        std::ranges::count_if(now.rows, [](const EntityState& state) { return state.id.valid(); }));
+    const auto found = checkpoints_of_.find(now.latest.version);
+    if (found == checkpoints_of_.end()) return;
+    for (const auto& [number, place] : found->second) {
+      auto checkpoint = read_checkpoint(disk_, number, contents_.database_id);
+      if (!checkpoint) continue;  // taken away meanwhile
+      ++contents_.compared_checkpoints;
+      contents_.files[place].damage = difference(now, checkpoint.value().world);
+    }
+  }
+
+  Disk& disk_;
+  LogContents& contents_;
+  bool begun_ = false;
+  std::map<Version, std::vector<std::pair<std::uint64_t, std::size_t>>>
+      checkpoints_of_;                          // number, place in files
+  std::map<std::uint64_t, std::string> names_;  // by geometry file
+  std::map<std::uint64_t, std::pair<Version, Version>> versions_of_;
+};
+
+/// Without its name, which a message that was made for it alone begins with.
+std::string without_name(const std::string& message, const std::string& name) {
+  return message.starts_with(name) ? message.substr(std::min(message.size(), name.size() + 2)) : message;
+}
+
+class Inspection {
+ public:
+  Inspection(Disk& disk, Listing listing) : disk_(disk), listing_(std::move(listing)) {}
+
+  Result<LogContents> all() {
+    list(LogFileKind::segment, listing_.segments, segment_name);
+    list(LogFileKind::checkpoint, listing_.checkpoints, checkpoint_name);
+    list(LogFileKind::geometry, listing_.geometries, geometry_name);
+    list(LogFileKind::unfinished, listing_.unfinished_segments, unfinished_segment_name);
+    list(LogFileKind::unfinished, listing_.unfinished_checkpoints, unfinished_checkpoint_name);
+    Inspecting inspecting(disk_, contents_);
+    look_at_checkpoints(inspecting);
+    auto report = read_chronicle(disk_, true, inspecting);
+    if (report) {
+      take(report.value());
+    } else if (contents_.database_id == 0 && listing_.segments.empty()) {
+      return report.error();
+    } else {
+      contents_.damage.push_back(report.error().message);
+    }
+    look_at_segments(inspecting);
+    look_at_geometries(inspecting);
+    for (LogFile& file : contents_.files) {
+      if (file.kind == LogFileKind::unfinished)
+        file.note = "its writing was not finished; it counts as not there";
+      if (!file.damage.empty()) contents_.damage.push_back(file.name + ": " + file.damage);
+    }
+    open_as_a_database_would();
+    return std::move(contents_);
+  }
+
+ private:
+  void list(LogFileKind kind, const std::vector<std::uint64_t>& numbers, std::string (*name)(std::uint64_t)) {
+    for (const std::uint64_t number : numbers) {
+      LogFile file{.name = name(number), .kind = kind, .note = {}, .damage = {}};
+      auto opened = disk_.open(file.name);
+      if (opened) {
+        auto size = opened.value()->size();
+        if (size) file.bytes = size.value();
+        if (!size) file.damage = size.error().in_words();
+      } else if (kind == LogFileKind::unfinished) {
+        continue;  // it has its name by now
+      } else {
+        file.damage = opened.error().in_words();
+      }
+      contents_.files.push_back(std::move(file));
+    }
+  }
+
+  template <class Look>
+  void for_each(LogFileKind kind, const std::vector<std::uint64_t>& numbers, const Look& look) {
+    std::size_t k = 0;
+    for (std::size_t place = 0; place < contents_.files.size(); ++place)
+      if (contents_.files[place].kind == kind) look(place, numbers[k++]);
+  }
+
+  void look_at_checkpoints(Inspecting& inspecting) {
+    auto database_id = database_id_of_all();
+    contents_.database_id = database_id;
+    for_each(LogFileKind::checkpoint, listing_.checkpoints, [&](std::size_t place, std::uint64_t number) {
+      LogFile& file = contents_.files[place];
+      if (!file.damage.empty()) return;
+      auto checkpoint = read_checkpoint(disk_, number, database_id);
+      if (!checkpoint) {
+        file.damage = without_name(checkpoint.error().message, file.name);
+        return;
+      }
+      file.first = file.last = checkpoint.value().header.version;
+      inspecting.add_checkpoint(file.last, number, place);
+    });
+  }
+
+  std::uint64_t database_id_of_all() {
+    if (auto id = database_id_of(disk_, listing_.segments); id && id.value() != 0) return id.value();
+    for (const std::uint64_t number : listing_.checkpoints)
+      if (auto header = read_checkpoint_header(disk_, number)) return header.value().database_id;
+    return 0;
+  }
+
+  void take(const ReadReport& report) {
+    contents_.format = format_version;
+    contents_.groups = report.groups;
+    contents_.bytes = report.bytes;
+    contents_.extent.closed = report.end == LogEnd::closed;
+    contents_.extent.damage = report.damage;
+    if (!report.damage.empty()) contents_.damage.push_back(report.damage);
+    if (report.end == LogEnd::torn)
+      contents_.torn = report.cut_file + ", offset " + std::to_string(report.cut_offset) + ", " +
+                       std::to_string(report.cut_bytes) + " bytes: " + report.cut_why;
+  }
+
+  void look_at_segments(const Inspecting& inspecting) {
+    for_each(LogFileKind::segment, listing_.segments, [&](std::size_t place, std::uint64_t number) {
+      LogFile& file = contents_.files[place];
+      std::tie(file.first, file.last) = inspecting.versions_in(number);
+      if (file.first == 0) file.note = "no commit stands in it";
+    });
+  }
+
+  void look_at_geometries(const Inspecting& inspecting) {
+    for_each(LogFileKind::geometry, listing_.geometries, [&](std::size_t place, std::uint64_t number) {
+      LogFile& file = contents_.files[place];
+      const auto name = inspecting.name_of(number);
+      file.note = name                              ? *name
+                  : contents_.extent.damage.empty() ? "no record names it: its adding was not finished"
+                                                    : "no record that could be read names it";
+    });
+  }
+
+  void open_as_a_database_would() {
+    auto recovered = recover(disk_);
+    contents_.opens = recovered.ok();
+    if (!recovered) contents_.refusal = recovered.error().message;
+    if (recovered) contents_.opens_at = recovered.value().world.latest.version;
+  }
+
+  Disk& disk_;
+  Listing listing_;
+  LogContents contents_;
+};
+
+}  // namespace
+
+Result<LogContents> inspect(Disk& disk) {
+  auto listing = list_log(disk);
+  if (!listing) return Error{ErrorCode::file, listing.error().in_words()};
+  return Inspection(disk, std::move(listing.value())).all();
+}
+
+}  // namespace rtstdb::log
