@@ -16,6 +16,8 @@ int main(int argc, char** argv) {
   hil::cli::add_run(app, exit_code);
   hil::cli::add_check(app, exit_code);
   hil::cli::add_report(app, exit_code);
+  hil::cli::add_history(app, exit_code);
+  hil::cli::add_db(app, exit_code);
   hil::cli::add_doctor(app, exit_code);
   hil::cli::add_keys(app, exit_code);
   try {

@@ -9,6 +9,8 @@ namespace hil::cli {
 void add_run(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
+void add_history(CLI::App& app, int& exit_code);
+void add_db(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_keys(CLI::App& app, int& exit_code);
 

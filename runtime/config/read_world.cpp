@@ -188,6 +188,19 @@ void read_entities(const Value& list, Scenario& scenario, Reading& reading) {
   }
 }
 
+Durability durability_of(const std::string& word) {
+  if (word == "volatile") return Durability::none;
+  if (word == "group") return Durability::group;
+  return word == "sync" ? Durability::sync : Durability::async;
+}
+
+void read_log(const Value& value, World& world) {
+  if (value.has("durability")) world.durability = durability_of(value["durability"].text());
+  if (value.has("flush_interval")) world.flush_interval_ns = value["flush_interval"].duration_ns();
+  if (value.has("log_ring_bytes"))
+    world.log_ring_bytes = static_cast<std::uint64_t>(value["log_ring_bytes"].integer());
+}
+
 std::uint32_t count_in(const Value& record, const std::string& field) {
   return record.has(field) ? static_cast<std::uint32_t>(record[field].integer()) : 0;
 }
@@ -220,6 +233,8 @@ void read_world(const Value& root, Scenario& scenario, Reading& reading) {
   world.max_geometries = count_in(*value, "max_geometries");
   world.retained_changes = count_in(*value, "retained_changes");
   world.queue_capacity = count_in(*value, "queue_capacity");
+  if (value->has("chunk")) world.chunk_ns = (*value)["chunk"].duration_ns();
+  read_log(*value, world);
   UniqueNames layer_names("layer", reading.diagnostics);
   const Value* const layers = part_of(*value, "layers");
   if (layers != nullptr) {

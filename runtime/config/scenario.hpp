@@ -25,6 +25,8 @@ namespace hil::config {
 enum class ClockKind : std::uint8_t { realtime, virtual_time };
 enum class Scheduler : std::uint8_t { fifo, other };
 enum class Overrun : std::uint8_t { skip, queue, abort };
+/// What of the world's history survives the run, and how surely (rtstdb/durability.hpp).
+enum class Durability : std::uint8_t { none, async, group, sync };
 
 struct Realtime {
   Scheduler scheduler = Scheduler::fifo;
@@ -92,6 +94,10 @@ struct World {
   std::uint32_t max_geometries = 0;
   std::uint32_t retained_changes = 0;
   std::uint32_t queue_capacity = 0;
+  std::int64_t chunk_ns = 0;  ///< 0: batches are not divided
+  Durability durability = Durability::async;
+  std::int64_t flush_interval_ns = 0;
+  std::uint64_t log_ring_bytes = 0;
   Layers layers;  ///< those listed under `layers`; when none are, those of the entities in their order
   bool layers_are_listed = false;
   std::vector<WorldEntity> entities;

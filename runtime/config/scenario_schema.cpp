@@ -117,6 +117,21 @@ Schema world_schema() {
                           "So many written rows are kept for readers of older versions."),
       Field::with_default("queue_capacity", Schema::integer(1, 1 << 16), "256",
                           "So many transactions may wait at once."),
+      Field::with_default(
+          "chunk", duration(0.0, 1.0), "1 ms",
+          "Large batches of queries are divided into parts of about this length, and an urgent "
+          "transaction waits for two of them; 0 ms: they are not divided. Time can be kept free "
+          "for hard transactions only when it is shorter than their deadlines."),
+      Field::with_default(
+          "durability", Schema::one_of({"volatile", "async", "group", "sync"}), "async",
+          "How surely the world's history is on disk, in the run's folder: not at all; soon, and "
+          "the run waits for nothing; before an outcome is given; before others can read it."),
+      Field::with_default("flush_interval", duration(0.0, 60.0), "10 ms",
+                          "Under async, commits wait so long for others to be written with them."),
+      Field::with_default("log_ring_bytes", Schema::integer(min_log_ring_bytes, max_log_ring_bytes),
+                          "16777216",
+                          "Memory that commits wait in for the disk. When it is full, async goes on without "
+                          "recording, which the report tells, and the others refuse to write."),
       Field::with_default("layers", Schema::list(Schema::name(), 0, Layers::capacity), "[]",
                           "The names of the layers; when any are listed, a body can be in no other. When "
                           "none are, the layers "

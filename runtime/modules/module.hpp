@@ -27,6 +27,7 @@
 #include "runtime/modules/event_log.hpp"
 #include "runtime/modules/world.hpp"
 #include "runtime/report/run_record.hpp"
+#include "runtime/report/world_record.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::modules {
@@ -112,6 +113,8 @@ class Module {
   /// Throws SetupError.
   virtual void configure(World& world, EventLog& events, const TaskFacts& task) = 0;
   virtual void step(StepContext& context) noexcept = 0;
+  /// What of this module a history of the run needs to know. After configure.
+  virtual void describe(report::WorldRecord& record) const { (void)record; }
   virtual void contribute(report::RunRecord& record) const { (void)record; }
 };
 

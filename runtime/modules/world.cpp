@@ -69,7 +69,9 @@ rtstdb::EntityId World::create(const std::string& name, const rtstdb::EntityRow&
   const std::size_t needed = std::max<std::size_t>(names_.size(), entity.index + 1);
   names_.resize(needed);
   geometry_of_entity_.resize(needed);
+  generations_.resize(needed);
   names_[entity.index] = name;
+  generations_[entity.index] = entity.generation;
   geometry_of_entity_[entity.index] = row.geometry.index;
   return entity;
 }
@@ -83,6 +85,12 @@ std::optional<rtstdb::EntityId> World::find(const std::string& name) const {
 const std::string& World::name_of(rtstdb::EntityId entity) const {
   static const std::string unnamed;
   return entity.index < names_.size() ? names_[entity.index] : unnamed;
+}
+
+void World::describe(report::WorldRecord& record) const {
+  record.layers = layers_;
+  for (std::uint32_t index = 0; index < names_.size(); ++index)
+    if (!names_[index].empty()) record.entities.push_back({names_[index], index, generations_[index]});
 }
 
 rtstdb::Bounds World::bounds_of(rtstdb::EntityId entity) const {

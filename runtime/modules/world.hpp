@@ -14,6 +14,8 @@
 
 #include <rtstdb/database.hpp>
 
+#include "runtime/report/world_record.hpp"
+
 namespace hil::modules {
 
 class World {
@@ -48,6 +50,8 @@ class World {
   std::optional<rtstdb::EntityId> find(const std::string& name) const;
   /// The name create was given; empty for entities it did not make.
   const std::string& name_of(rtstdb::EntityId entity) const;
+  /// Layers, and the entities that create made, by ascending index.
+  void describe(report::WorldRecord& record) const;
   /// Box of the entity's geometry in the entity frame, unscaled; by the id create returned.
   rtstdb::Bounds bounds_of(rtstdb::EntityId entity) const;
 
@@ -61,6 +65,7 @@ class World {
   std::unordered_map<std::string, rtstdb::GeometryId> shared_;  // by key
   std::unordered_map<std::string, rtstdb::EntityId> by_name_;
   std::vector<std::string> names_;                 // by entity index
+  std::vector<std::uint32_t> generations_;         // by entity index
   std::vector<std::uint32_t> geometry_of_entity_;  // by entity index
 };
 

@@ -97,6 +97,16 @@ std::string count_text(std::uint64_t count) {
   return digits;
 }
 
+std::string bytes_text(std::uint64_t bytes) {
+  if (bytes < 1'000) return std::to_string(bytes) + " B";
+  constexpr std::array<const char*, 6> larger{" kB", " MB", " GB", " TB", " PB", " EB"};
+  double value = static_cast<double>(bytes) / 1e3;
+  std::size_t index = 0;
+  for (; value >= 999.5; ++index)
+    value /= 1e3;
+  return decimal(value, value < 9.995 ? 2 : value < 99.95 ? 1 : 0) + larger[index];
+}
+
 std::string rate_text(double hz) {
   if (!std::isfinite(hz)) return dash;
   return hz >= 1'000.0 ? shortest(hz / 1'000.0) + " kHz" : shortest(hz) + " Hz";

@@ -1,5 +1,5 @@
 #pragma once
-// The one list of what report.json holds: every struct of the record, every key, in the order of the file.
+// The one list of what report.json and world.json hold: every struct of the record, every key, in the order of the file.
 // The writer and the reader both walk it, so they can not disagree.
 //
 // visit(key, member) is called once per member. Points travel as compact rows, see report_json.cpp.
@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "runtime/report/run_record.hpp"
+#include "runtime/report/world_record.hpp"
 
 namespace hil::report {
 
@@ -113,6 +114,25 @@ template <Is<Event> T, class Visit>
 void each_field(T& event, Visit&& visit) {
   visit("time_ns", event.time_ns);
   visit("text", event.text);
+}
+
+template <Is<DatabaseLog> T, class Visit>
+void each_field(T& log, Visit&& visit) {
+  visit("durability", log.durability);
+  visit("latest_version", log.latest_version);
+  visit("durable_version", log.durable_version);
+  visit("bytes", log.bytes);
+  visit("groups", log.groups);
+  visit("segments", log.segments);
+  visit("checkpoints", log.checkpoints);
+  visit("longest_write_ns", log.longest_write_ns);
+  visit("all_writes_ns", log.all_writes_ns);
+  visit("ring_bytes", log.ring_bytes);
+  visit("ring_high_water_bytes", log.ring_high_water_bytes);
+  visit("gaps", log.gaps);
+  visit("commits_in_gaps", log.commits_in_gaps);
+  visit("faults", log.faults);
+  visit("last_fault", log.last_fault);
 }
 
 template <Is<Transactions> T, class Visit>
@@ -301,6 +321,7 @@ void each_field(T& record, Visit&& visit) {
   visit("watchdog", record.watchdog);
   visit("transactions", record.transactions);
   visit("scheduler", record.scheduler);
+  visit("database_log", record.database_log);
   visit("can", record.can);
   visit("modbus", record.modbus);
   visit("processes", record.processes);
@@ -308,6 +329,42 @@ void each_field(T& record, Visit&& visit) {
   visit("events", record.events);
   visit("top_view", record.top_view);
   visit("scan_comparison", record.scan_comparison);
+}
+
+template <Is<NamedEntity> T, class Visit>
+void each_field(T& entity, Visit&& visit) {
+  visit("name", entity.name);
+  visit("index", entity.index);
+  visit("generation", entity.generation);
+}
+
+template <Is<Scanner> T, class Visit>
+void each_field(T& scanner, Visit&& visit) {
+  visit("name", scanner.name);
+  visit("carrier_index", scanner.carrier_index);
+  visit("carrier_generation", scanner.carrier_generation);
+  visit("mount_m", scanner.mount_m);
+  visit("columns", scanner.columns);
+  visit("rows", scanner.rows);
+  visit("horizontal_rad", scanner.horizontal_rad);
+  visit("vertical_rad", scanner.vertical_rad);
+  visit("elevation_rad", scanner.elevation_rad);
+  visit("left_to_right", scanner.left_to_right);
+  visit("range_m", scanner.range_m);
+  visit("mask", scanner.mask);
+  visit("ignore_motion", scanner.ignore_motion);
+  visit("first_sweep_ns", scanner.first_sweep_ns);
+  visit("sweep_ns", scanner.sweep_ns);
+  visit("step_ns", scanner.step_ns);
+}
+
+template <Is<WorldRecord> T, class Visit>
+void each_field(T& world, Visit&& visit) {
+  visit("scenario", world.scenario);
+  visit("period_ns", world.period_ns);
+  visit("layers", world.layers);
+  visit("entities", world.entities);
+  visit("scanners", world.scanners);
 }
 
 }  // namespace hil::report

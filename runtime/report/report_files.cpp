@@ -64,6 +64,20 @@ void write_pictures(const RunRecord& record, const fs::path& directory) {
   }
 }
 
+template <class Record>
+Record load(const fs::path& directory, const char* name, Record (*parse)(std::string_view)) {
+  const fs::path path = directory / name;
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in.is_open() || in.bad()) refuse(path, "read", last_system_answer());
+  try {
+    return parse(text);
+  } catch (const ReportError& error) {
+    throw ReportError((directory / "").string() + error.what());  // it begins with the file's name
+  }
+}
+
 }  // namespace
 
 void write_report(const RunRecord& record, const fs::path& directory) {
@@ -87,16 +101,15 @@ void write_trace(const TraceRecord& trace, const fs::path& directory) {
 }
 
 RunRecord load_report(const fs::path& directory) {
-  const fs::path path = directory / "report.json";
-  errno = 0;
-  std::ifstream in(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in.is_open() || in.bad()) refuse(path, "read", last_system_answer());
-  try {
-    return parse_report(text);
-  } catch (const ReportError& error) {
-    throw ReportError((directory / "").string() + error.what());  // it begins with the file's name
-  }
+  return load(directory, "report.json", parse_report);
+}
+
+void write_world(const WorldRecord& record, const fs::path& directory) {
+  write_text(directory / "world.json", world_json(record));
+}
+
+WorldRecord load_world(const fs::path& directory) {
+  return load(directory, "world.json", parse_world);
 }
 
 }  // namespace hil::report

@@ -24,4 +24,8 @@ void write_trace(const TraceRecord& trace, const std::filesystem::path& director
 /// Reads DIR/report.json.
 RunRecord load_report(const std::filesystem::path& directory);
 
+/// DIR/world.json.
+void write_world(const WorldRecord& record, const std::filesystem::path& directory);
+WorldRecord load_world(const std::filesystem::path& directory);
+
 }  // namespace hil::report

@@ -66,6 +66,9 @@ Json row(const ScanPoint& point) {
 Json row(const std::array<double, 2>& pair) {
   return Json::array({number(pair[0]), number(pair[1])});
 }
+Json row(const std::array<double, 3>& three) {
+  return Json::array({number(three[0]), number(three[1]), number(three[2])});
+}
 
 template <class T>
 concept Row = requires(const T& value) {
@@ -102,20 +105,23 @@ Json written(const T& value) {
 
 /// A value and where it stands in the file.
 struct Place {
+  const std::string& file;
   const Json& json;
   std::string path;
 
   [[noreturn]] void refuse(const std::string& wanted) const {
-    throw ReportError("report.json: " + (path.empty() ? "the file" : path) + " is " + json.type_name() +
+    throw ReportError(file + ": " + (path.empty() ? "the file" : path) + " is " + json.type_name() +
                       ", not " + wanted);
   }
-  Place item(std::size_t index) const { return {json[index], path + '[' + std::to_string(index) + ']'}; }
+  Place item(std::size_t index) const {
+    return {file, json[index], path + '[' + std::to_string(index) + ']'};
+  }
   Place member(const char* key) const {
     if (!json.is_object()) refuse("an object");
     const auto found = json.find(key);
     const std::string where = path.empty() ? key : path + '.' + key;
-    if (found == json.end()) throw ReportError("report.json: " + where + " is missing");
-    return {*found, where};
+    if (found == json.end()) throw ReportError(file + ": " + where + " is missing");
+    return {file, *found, where};
   }
 };
 
@@ -146,6 +152,9 @@ void read_row(const Place& place, ScanPoint& point) {
 }
 void read_row(const Place& place, std::array<double, 2>& pair) {
   read_items(place, pair[0], pair[1]);
+}
+void read_row(const Place& place, std::array<double, 3>& three) {
+  read_items(place, three[0], three[1], three[2]);
 }
 
 void read_word(const Place& place, Verdict& verdict) {
@@ -202,34 +211,52 @@ void read(const Place& place, T& value) {
   }
 }
 
-}  // namespace
-
-std::string report_json(const RunRecord& record) {
+template <class Record>
+std::string file_of(const Record& record, int version) {
   Json json = Json::object();
-  json["schema_version"] = schema_version;
+  json["schema_version"] = version;
   json.update(written(record));
   return readable_json(json);
 }
 
-RunRecord parse_report(std::string_view text) {
+template <class Record>
+Record parsed(const std::string& file, std::string_view text, int wanted) {
   Json json;
   try {
     json = Json::parse(text);
   } catch (const Json::parse_error& error) {
-    throw ReportError("report.json: not JSON at byte " + std::to_string(error.byte));
+    throw ReportError(file + ": not JSON at byte " + std::to_string(error.byte));
   } catch (const Json::out_of_range& error) {
-    throw ReportError(std::string("report.json: a number is out of range: ") + error.what());
+    throw ReportError(file + ": a number is out of range: " + error.what());
   }
-  const Place file{json, ""};
+  const Place whole{file, json, ""};
   int version = 0;
-  read(file.member("schema_version"), version);
-  if (version != schema_version) {
-    throw ReportError("report.json: schema_version is " + std::to_string(version) + "; this program reads " +
-                      std::to_string(schema_version));
+  read(whole.member("schema_version"), version);
+  if (version != wanted) {
+    throw ReportError(file + ": schema_version is " + std::to_string(version) + "; this program reads " +
+                      std::to_string(wanted));
   }
-  RunRecord record;
-  read(file, record);
+  Record record;
+  read(whole, record);
   return record;
+}
+
+}  // namespace
+
+std::string report_json(const RunRecord& record) {
+  return file_of(record, schema_version);
+}
+
+RunRecord parse_report(std::string_view text) {
+  return parsed<RunRecord>("report.json", text, schema_version);
+}
+
+std::string world_json(const WorldRecord& record) {
+  return file_of(record, world_schema_version);
+}
+
+WorldRecord parse_world(std::string_view text) {
+  return parsed<WorldRecord>("world.json", text, world_schema_version);
 }
 
 }  // namespace hil::report

@@ -1,6 +1,7 @@
 #pragma once
 // report.json: the complete record of a run, for programs and for making the page again. There is no second,
-// larger file: what the page shows is in here, histograms and pictures included.
+// larger file: what the page shows is in here, histograms and pictures included. world.json beside it has the names
+// that a history is asked with.
 //
 // Keys keep the order of record_fields.hpp. Numbers are finite; what is not known is null. Text is
 // UTF-8, bytes that are not become U+FFFD. Bins, points and
@@ -13,6 +14,7 @@
 #include <string_view>
 
 #include "runtime/report/run_record.hpp"
+#include "runtime/report/world_record.hpp"
 
 namespace hil::report {
 
@@ -27,5 +29,9 @@ std::string report_json(const RunRecord& record);
 /// Keys it does not know are passed over. Throws ReportError: not JSON (with the byte), another
 /// schema_version, a key missing or of the wrong type (with its path, as in "tasks[3].wall_ns.p50").
 RunRecord parse_report(std::string_view json);
+
+/// The same for world.json.
+std::string world_json(const WorldRecord& record);
+WorldRecord parse_world(std::string_view json);
 
 }  // namespace hil::report

@@ -19,7 +19,7 @@ namespace hil::report {
 
 /// Written into report.json. A file with another number is refused by the reader. It counts up with every key
 /// that is added, removed or changes its meaning, since the reader wants all of them.
-inline constexpr int schema_version = 3;
+inline constexpr int schema_version = 4;
 
 inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
@@ -170,6 +170,25 @@ struct Scheduler {
   std::vector<CostPrediction> predicted_over_actual;
   std::vector<Reservation> reservations;
   std::vector<std::string> not_reserved;  ///< why, in the database's words
+};
+
+/// What the database wrote down of the run's world (folder `database`), and whether the disk kept up.
+struct DatabaseLog {
+  std::string durability;  ///< "volatile", "async", "group", "sync"; volatile: there is no log
+  std::uint64_t latest_version = 0;
+  std::uint64_t durable_version = 0;  ///< every version up to this one is on disk
+  std::uint64_t bytes = 0;
+  std::uint64_t groups = 0;  ///< writes, each with a sync
+  std::uint64_t segments = 0;
+  std::uint64_t checkpoints = 0;
+  std::int64_t longest_write_ns = 0;
+  std::int64_t all_writes_ns = 0;
+  std::uint64_t ring_bytes = 0;  ///< what commits wait in for the disk
+  std::uint64_t ring_high_water_bytes = 0;
+  std::uint64_t gaps = 0;  ///< the ring was full, and commits went by unrecorded
+  std::uint64_t commits_in_gaps = 0;
+  std::uint64_t faults = 0;  ///< calls that the disk refused
+  std::string last_fault;
 };
 
 struct Transactions {
@@ -343,6 +362,7 @@ struct RunRecord {
   std::vector<Event> watchdog;
   Transactions transactions;
   Scheduler scheduler;
+  DatabaseLog database_log;
   std::vector<CanBus> can;
   std::vector<ModbusUnit> modbus;
   std::vector<Process> processes;

@@ -107,6 +107,9 @@ class LiveSession final : public executive::TickHooks {
   io::Pacing pacing() const noexcept { return virtual_ ? io::Pacing::lockstep : io::Pacing::realtime; }
 
   void open_world();
+  rtstdb::DurabilityOptions durability() const;
+  /// What a history of this run needs beside the database's log.
+  void write_world_record() const;
   void open_buses();
   void keep_judged_arrivals(Bus& bus);
   void choose_ports();
@@ -124,6 +127,8 @@ class LiveSession final : public executive::TickHooks {
   report::LiveStatus live_status(const executive::Executive& executive);
   /// A lost device that another one takes the place of is told; one that stays away ends the run.
   void look_at_gpu();
+  /// From here on transactions come to nothing.
+  void end_database(report::RunRecord& record);
   void fill_record(const executive::RunResult& result, bool interrupted, report::RunRecord& record);
   void decide(const executive::RunResult& result, bool interrupted, report::RunRecord& record) const;
   std::string io_fault() const;

@@ -11,14 +11,20 @@
 #include <thread>
 
 #include "io/can/socketcan_bus.hpp"
+#include "runtime/config/world_limits.hpp"
 #include "runtime/report/quantities.hpp"
+#include "runtime/report/report_files.hpp"
 #include "runtime/run/live_session.hpp"
+#include "runtime/run/run_folder.hpp"
+#include "runtime/run/run_record_parts.hpp"
 #include "runtime/run/scenery.hpp"
 
 namespace hil::run {
 namespace {
 
 constexpr std::int64_t signal_log_rate_hz = 100;
+/// What a short run leaves of its log at least: files are allocated ahead.
+constexpr std::uint64_t log_segment_bytes = std::uint64_t{2} << 20;
 
 /// A TCP port on loopback that nobody uses now.
 std::uint16_t free_port() {
@@ -36,6 +42,34 @@ std::uint16_t free_port() {
 
 }  // namespace
 
+rtstdb::DurabilityOptions LiveSession::durability() const {
+  static_assert(config::min_log_ring_bytes == rtstdb::min_ring_bytes &&
+                config::max_log_ring_bytes == rtstdb::max_ring_bytes);
+  const config::World& world = scenario_.world;
+  rtstdb::DurabilityOptions options;
+  if (world.durability == config::Durability::none) return options;
+  options.directory = database_folder(options_.directory);
+  options.mode = durability_mode(world.durability);
+  options.flush_interval = rtstdb::Nanoseconds(world.flush_interval_ns);
+  options.ring_bytes = world.log_ring_bytes;
+  options.segment_bytes = log_segment_bytes;
+  return options;
+}
+
+void LiveSession::write_world_record() const {
+  report::WorldRecord record;
+  record.scenario = scenario_.name;
+  record.period_ns = scenario_.base_period_ns;
+  world_->describe(record);
+  for (const WiredModule& wired : wiring_.modules)
+    wired.module->describe(record);
+  try {
+    report::write_world(record, options_.directory);
+  } catch (const report::ReportError& error) {
+    throw io::DeviceError(error.what());
+  }
+}
+
 void LiveSession::open_world() {
   rtstdb::DatabaseOptions options;
   options.gpu = scenario_.world.gpu;
@@ -43,10 +77,14 @@ void LiveSession::open_world() {
   options.max_geometries = scenario_.world.max_geometries;
   options.retained_changes = scenario_.world.retained_changes;
   options.queue_capacity = scenario_.world.queue_capacity;
+  options.chunk = rtstdb::Nanoseconds(scenario_.world.chunk_ns);
   options.clock = &database_clock_;
+  options.durability = durability();
   if (!virtual_ && scenario_.realtime.scheduler == config::Scheduler::fifo)
     options.thread_priority = scenario_.realtime.priority;
   auto opened = rtstdb::Database::open(options);
+  if (!opened && opened.error().code == rtstdb::ErrorCode::file)
+    throw io::DeviceError(opened.error().message);
   if (!opened) throw GpuError(opened.error().message);
   database_ = std::move(opened).value();
   run_log_.info("GPU: " + database_->device().name + ", " + database_->device().driver);
@@ -58,6 +96,7 @@ void LiveSession::open_world() {
     module_tasks_.push_back(std::make_unique<ModuleTask>(
         *wired.module, wired.links, facts.deadline_ns, wiring_.signals, *database_, device_clock_, events_));
   }
+  write_world_record();
 }
 
 std::function<void()> LiveSession::thread_start(std::optional<int> priority, const std::string& who) {

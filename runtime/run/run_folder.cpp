@@ -16,6 +16,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
+bool is_of_a_log(const std::string& name) {
+  return name == "lock" || name.starts_with("segment.") || name.starts_with("checkpoint.") ||
+         name.starts_with("geometry.");
+}
+
+/// Nothing but a log's files, and the folder only when it is empty then.
+void remove_log(const fs::path& directory) {
+  std::error_code error;
+  if (!fs::exists(directory, error)) return;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
+    if (is_of_a_log(entry.path().filename().string())) fs::remove(entry.path(), error);
+  error.clear();
+  fs::remove(directory, error);
+  if (error)
+    throw io::DeviceError(directory.string() + " of an earlier run can not be removed: " + error.message());
+}
+
 void remove_results(const fs::path& directory) {
   const auto remove = [](const fs::path& file) {
     std::error_code error;
@@ -23,13 +40,19 @@ void remove_results(const fs::path& directory) {
     if (error)
       throw io::DeviceError(file.string() + " of an earlier run can not be removed: " + error.message());
   };
-  for (const char* file : {"report.json", "report.html", "junit.xml", "trace.json", "pictures/top-view.svg"})
+  for (const char* file :
+       {"report.json", "report.html", "junit.xml", "trace.json", "world.json", "pictures/top-view.svg"})
     remove(directory / file);
   for (int i = 1; fs::exists(directory / "pictures" / ("scan-" + std::to_string(i) + ".svg")); ++i)
     remove(directory / "pictures" / ("scan-" + std::to_string(i) + ".svg"));
+  remove_log(database_folder(directory));
 }
 
 }  // namespace
+
+fs::path database_folder(const fs::path& run_folder) {
+  return run_folder / "database";
+}
 
 RunFolder::RunFolder(const fs::path& directory) {
   std::error_code error;

@@ -173,6 +173,40 @@ report::Transactions transactions_of(const rtstdb::TransactionCounts& counts) {
   return transactions;
 }
 
+rtstdb::DurabilityMode durability_mode(config::Durability durability) {
+  switch (durability) {
+    case config::Durability::none:
+      return rtstdb::DurabilityMode::volatile_only;
+    case config::Durability::async:
+      return rtstdb::DurabilityMode::async;
+    case config::Durability::group:
+      return rtstdb::DurabilityMode::group;
+    case config::Durability::sync:
+      return rtstdb::DurabilityMode::sync;
+  }
+  return rtstdb::DurabilityMode::volatile_only;
+}
+
+report::DatabaseLog database_log_of(const rtstdb::Durability& durability, rtstdb::Version latest) {
+  report::DatabaseLog log;
+  log.durability = rtstdb::to_string(durability.mode);
+  log.latest_version = latest;
+  log.durable_version = durability.durable;
+  log.bytes = durability.bytes;
+  log.groups = durability.groups;
+  log.segments = durability.segments;
+  log.checkpoints = durability.checkpoints;
+  log.longest_write_ns = durability.longest_write.count();
+  log.all_writes_ns = durability.all_writes.count();
+  log.ring_bytes = durability.ring_bytes;
+  log.ring_high_water_bytes = durability.ring_high_water;
+  log.gaps = durability.gaps;
+  log.commits_in_gaps = durability.commits_in_gaps;
+  log.faults = durability.faults;
+  log.last_fault = durability.last_fault;
+  return log;
+}
+
 report::CanBus can_bus_of(const io::can::CanDevice& device) {
   const io::can::CanCounters counters = device.counters();
   report::CanBus bus;

@@ -181,6 +181,7 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
   const std::string fault = io_fault();
   close_devices();
   run_log_.info("all devices and processes are closed");
+  end_database(record);
   log_fault_ = log_->close();
   const bool interrupted = result.stopped && stop_requested.load();
   if (!fault.empty()) record.reason = fault;
@@ -190,6 +191,13 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
   run_log_.info("exit code " + std::to_string(record.exit_code) + ": " + record.reason);
   session.trace = trace_of(result, record.events);
   return session;
+}
+
+void LiveSession::end_database(report::RunRecord& record) {
+  const auto ended = database_->close();
+  const rtstdb::Durability durability = database_->durability();
+  record.database_log = database_log_of(durability, database_->latest().version);
+  if (!ended) degraded_.add("the database's log could not be ended: " + ended.error().message);
 }
 
 std::string LiveSession::io_fault() const {

@@ -82,6 +82,7 @@ class LaserScanner final : public Module {
   void check_task(const config::Value& parameters, const TaskFacts& task,
                   config::Diagnostics& diagnostics) const override;
   void configure(World& world, EventLog& events, const TaskFacts& task) override;
+  void describe(report::WorldRecord& record) const override;
   void step(StepContext& context) noexcept override;
   void contribute(report::RunRecord& record) const override;
 
@@ -106,6 +107,8 @@ class LaserScanner final : public Module {
   std::optional<SweepComparison> comparison_;
   std::vector<std::optional<BodyMotion>> compared_motion_;
 
+  std::string instance_;
+  std::int64_t step_ns_ = 0;
   std::int64_t first_release_ns_ = 0;  // sweeps begin there and every period after
   // The slice of this step: beams [first_beam_, end_beam_) of the sweep that began at sweep_begin_ns_.
   std::int64_t sweep_begin_ns_ = 0;
@@ -193,6 +196,8 @@ void LaserScanner::check_task(const config::Value& parameters, const TaskFacts& 
 }
 
 void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts& task) {
+  instance_ = task.instance;
+  step_ns_ = task.period_ns;
   first_release_ns_ = task.offset_ns;
   const std::string who = "module " + task.instance;
   database_ = &world.database();
@@ -403,6 +408,26 @@ void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& car
   context.outputs[out] = count;
   context.outputs[out + 1] = static_cast<double>(sweeps_ - 1);
   context.outputs[out + 3] = digest_.number();
+}
+
+void LaserScanner::describe(report::WorldRecord& record) const {
+  const PatternOptions& pattern = options_.pattern;
+  record.scanners.push_back({.name = instance_,
+                             .carrier_index = carrier_.index,
+                             .carrier_generation = carrier_.generation,
+                             .mount_m = {options_.mount_m.x, options_.mount_m.y, options_.mount_m.z},
+                             .columns = pattern.columns,
+                             .rows = pattern.rows,
+                             .horizontal_rad = pattern.horizontal_rad,
+                             .vertical_rad = pattern.vertical_rad,
+                             .elevation_rad = pattern.elevation_rad,
+                             .left_to_right = pattern.left_to_right,
+                             .range_m = options_.range_m,
+                             .mask = mask_,
+                             .ignore_motion = options_.ignore_motion,
+                             .first_sweep_ns = first_release_ns_,
+                             .sweep_ns = pattern.period_ns,
+                             .step_ns = step_ns_});
 }
 
 void LaserScanner::contribute(report::RunRecord& record) const {

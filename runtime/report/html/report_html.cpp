@@ -28,6 +28,7 @@ std::string report_html(const RunRecord& record) {
   stages_section(out, record);
   transactions_section(out, record);
   scheduler_section(out, record);
+  database_log_section(out, record);
   buses_section(out, record);
   processes_section(out, record);
   origin_section(out, record);

@@ -137,6 +137,34 @@ void scheduler_section(Markup& out, const RunRecord& record) {
   out.close();
 }
 
+void database_log_section(Markup& out, const RunRecord& record) {
+  const DatabaseLog& log = record.database_log;
+  if (log.durability.empty()) return;
+  out.element("h2", "Database log");
+  out.open("div", {{"class", "card"}});
+  if (log.durability == "volatile") {
+    out.element("p", "Nothing of the world's history was written down: world.durability is volatile.");
+    out.close();
+    return;
+  }
+  Table table(out, {{"Durability"},
+                    {"Versions", true},
+                    {"On disk", true},
+                    {"Written", true},
+                    {"Writes", true},
+                    {"Longest write", true},
+                    {"Ring at most", true},
+                    {"Not recorded", true},
+                    {"Disk faults", true}});
+  table.row({log.durability, count_text(log.latest_version), count_text(log.durable_version),
+             bytes_text(log.bytes), count_text(log.groups), measured_time(log.longest_write_ns),
+             bytes_text(log.ring_high_water_bytes) + " of " + bytes_text(log.ring_bytes),
+             count_cell(log.commits_in_gaps, true), count_cell(log.faults, true)});
+  table.end();
+  if (!log.last_fault.empty()) out.element("p", "The last fault: " + log.last_fault);
+  out.close();
+}
+
 void buses_section(Markup& out, const RunRecord& record) {
   if (record.can.empty() && record.modbus.empty()) return;
   out.element("h2", "Buses and devices");

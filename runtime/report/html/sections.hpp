@@ -29,6 +29,7 @@ void task_cards_section(Markup& out, const RunRecord& record);
 // section_exchange.cpp
 void transactions_section(Markup& out, const RunRecord& record);
 void scheduler_section(Markup& out, const RunRecord& record);
+void database_log_section(Markup& out, const RunRecord& record);
 void buses_section(Markup& out, const RunRecord& record);
 void processes_section(Markup& out, const RunRecord& record);
 void origin_section(Markup& out, const RunRecord& record);

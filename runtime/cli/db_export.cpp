@@ -1,0 +1,156 @@
+#include "runtime/cli/db_export.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include <rtstdb/log.hpp>
+
+#include "runtime/cli/told.hpp"
+#include "runtime/history/run_history.hpp"
+#include "runtime/report/text_safety.hpp"
+#include "runtime/run/session.hpp"
+
+namespace hil::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json vector(const glm::dvec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+Json id(rtstdb::EntityId entity) {
+  return {entity.index, entity.generation};
+}
+
+Json motion(const rtstdb::Motion& motion) {
+  const glm::dquat& q = motion.q_world;
+  return {{"p_world_m", vector(motion.p_world_m)},
+          {"q_world_wxyz", {q.w, q.x, q.y, q.z}},
+          {"v_world_mps", vector(motion.v_world_mps)},
+          {"w_world_radps", vector(motion.w_world_radps)},
+          {"valid_from_ns", motion.valid_from.time_since_epoch().count()}};
+}
+
+Json row(const rtstdb::EntityRow& row) {
+  Json json;
+  json["geometry"] = row.geometry.valid() ? Json(row.geometry.index) : Json(nullptr);
+  json["scale"] = vector(row.scale);
+  json["mask"] = row.mask;
+  json["material"] = row.material;
+  json["motion"] = motion(row.motion);
+  return json;
+}
+
+/// As it was written: whole rows, motions alone, or nothing but the id.
+Json write_json(const rtstdb::LogWrite& write) {
+  Json json{{"write", rtstdb::to_string(write.kind)}, {"entity", id(write.state.id)}};
+  if (write.kind == rtstdb::LogWrite::Kind::update_motion) json["motion"] = motion(write.state.row.motion);
+  if (write.kind == rtstdb::LogWrite::Kind::create || write.kind == rtstdb::LogWrite::Kind::update)
+    json["row"] = row(write.state.row);
+  return json;
+}
+
+Json positions(std::span<const glm::vec3> positions_m) {
+  Json list = Json::array();
+  for (const glm::vec3& p : positions_m)
+    list.push_back({p.x, p.y, p.z});
+  return list;
+}
+
+class Lines final : public rtstdb::LogListener {
+ public:
+  Lines(std::FILE* file, bool without_meshes) : file_(file), without_meshes_(without_meshes) {}
+
+  void world(const rtstdb::VersionInfo& at, std::span<const rtstdb::EntityState> entities) override {
+    Json list = Json::array();
+    for (const rtstdb::EntityState& state : entities)
+      list.push_back({{"entity", id(state.id)}, {"written_by", state.written_by}, {"row", row(state.row)}});
+    Json json{{"line", "world"}, {"version", at.version}, {"time_ns", nullptr}};
+    if (at.version > 0) json["time_ns"] = at.time.time_since_epoch().count();
+    json["entities"] = std::move(list);
+    put(json);
+  }
+  void geometry(rtstdb::GeometryId geometry, std::string_view name, const rtstdb::GeometryOptions& options,
+                const rtstdb::TriangleMesh& mesh) override {
+    Json json{{"line", "geometry"},
+              {"geometry", geometry.index},
+              {"name", report::valid_utf8(std::string(name))},
+              {"deforms", options.deforms}};
+    if (!without_meshes_) {
+      json["positions_m"] = positions(mesh.positions_m);
+      json["triangles"] = Json::array();
+      for (const glm::uvec3& corners : mesh.triangles)
+        json["triangles"].push_back({corners.x, corners.y, corners.z});
+    }
+    put(json);
+  }
+  void commit(const rtstdb::VersionInfo& version, std::span<const rtstdb::LogWrite> writes,
+              std::span<const rtstdb::LogShape> shapes) override {
+    Json json{{"line", "commit"},
+              {"version", version.version},
+              {"time_ns", version.time.time_since_epoch().count()},
+              {"writes", Json::array()}};
+    for (const rtstdb::LogWrite& write : writes)
+      json["writes"].push_back(write_json(write));
+    for (const rtstdb::LogShape& shape : shapes) {
+      Json one{{"geometry", shape.geometry.index}};
+      if (!without_meshes_) one["positions_m"] = positions(shape.positions_m);
+      json["shapes"].push_back(std::move(one));
+    }
+    put(json);
+  }
+  void gap(rtstdb::Version first, rtstdb::Version last) override {
+    put({{"line", "gap"}, {"first_version", first}, {"last_version", last}});
+  }
+
+ private:
+  void put(const Json& json) {
+    const std::string text = json.dump() + '\n';
+    std::fwrite(text.data(), 1, text.size(), file_);
+  }
+
+  std::FILE* file_;
+  bool without_meshes_;
+};
+
+struct Close {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
+}  // namespace
+
+int export_log(const std::string& directory, const ExportOptions& options) {
+  const std::filesystem::path log = history::find_log(directory);
+  std::unique_ptr<std::FILE, Close> own;
+  if (!options.file.empty()) {
+    own.reset(std::fopen(options.file.c_str(), "wb"));
+    if (!own) {
+      std::fprintf(stderr, "hil db export: %s can not be written: %s\n", options.file.c_str(),
+                   std::strerror(errno));
+      return run::exit_io_failed;
+    }
+  }
+  Lines lines(own ? own.get() : stdout, options.without_meshes);
+  const auto read = rtstdb::read_log(log, lines, options.salvage);
+  int exit_code = run::exit_passed;
+  if (!read) {
+    std::fprintf(stderr, "hil db export: %s\n", read.error().message.c_str());
+    exit_code = run::exit_io_failed;
+  } else if (!read.value().empty()) {
+    std::fprintf(stderr, "hil db export: damaged, and told up to there: %s\n", read.value().c_str());
+  }
+  if (!own) return told("db export", exit_code);
+  errno = 0;
+  const bool failed = std::ferror(own.get()) != 0;
+  if (std::fclose(own.release()) == 0 && !failed) return exit_code;
+  std::fprintf(stderr, "hil db export: %s can not be written: %s\n", options.file.c_str(),
+               std::strerror(errno));
+  return run::exit_io_failed;
+}
+
+}  // namespace hil::cli

@@ -1,0 +1,318 @@
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <functional>
+
+#include "runtime/cli/history_answers.hpp"
+#include "runtime/cli/subcommands.hpp"
+#include "runtime/cli/told.hpp"
+#include "runtime/config/units.hpp"
+#include "runtime/report/json_layout.hpp"
+#include "runtime/run/session.hpp"
+
+namespace hil::cli {
+namespace {
+
+using history::HistoryError;
+using history::Instant;
+using history::Past;
+using history::RunHistory;
+
+struct Arguments {
+  std::string directory;
+  bool json = false, salvage = false;
+  std::string gpu = "auto";
+  std::string at, until, every, known_at;
+
+  std::string entity, within = "5m", scanner, points, carrier, range, level = "bounds";
+  std::vector<std::string> layers;
+  std::vector<double> from, sphere, box, origin, direction;
+  bool inside = false;
+  std::uint32_t hits = 1;
+};
+
+/// Of a long range with a small step, a mistake more likely than a wish.
+constexpr std::int64_t most_instants = 1'000'000;
+
+[[noreturn]] void refuse(const std::string& sentence) {
+  throw HistoryError(HistoryError::Kind::question, sentence);
+}
+
+config::QuantityReading quantity(const char* option, const std::string& text, config::Quantity quantity) {
+  config::QuantityReading reading = config::read_quantity(text, quantity);
+  if (!reading.fault.empty()) refuse(std::string(option) + " " + text + ": " + reading.fault);
+  return reading;
+}
+
+std::int64_t time_ns(const char* option, const std::string& text) {
+  return quantity(option, text, config::Quantity::duration_s).nanoseconds;
+}
+
+glm::vec3 vector(const std::vector<double>& numbers, std::size_t first = 0) {
+  return {static_cast<float>(numbers[first]), static_cast<float>(numbers[first + 1]),
+          static_cast<float>(numbers[first + 2])};
+}
+
+/// One, or every so often up to another one.
+std::vector<Instant> instants(const Arguments& arguments) {
+  Instant instant{.time_ns = time_ns("--at", arguments.at)};
+  if (!arguments.known_at.empty()) {
+    instant.known_at_ns = time_ns("--known-at", arguments.known_at);
+    if (*instant.known_at_ns > instant.time_ns)
+      refuse("--known-at " + arguments.known_at + " is after --at " + arguments.at);
+  }
+  if (arguments.until.empty() != arguments.every.empty()) refuse("--until and --every belong together");
+  std::vector<Instant> all{instant};
+  if (arguments.until.empty()) return all;
+  const std::int64_t until_ns = time_ns("--until", arguments.until);
+  const std::int64_t every_ns = time_ns("--every", arguments.every);
+  if (every_ns <= 0) refuse("--every " + arguments.every + " is no step");
+  if (until_ns < instant.time_ns) refuse("--until " + arguments.until + " is before --at " + arguments.at);
+  if ((until_ns - instant.time_ns) / every_ns >= most_instants)
+    refuse("more than " + std::to_string(most_instants) + " instants are asked about");
+  while (until_ns - instant.time_ns >= every_ns) {
+    instant.time_ns += every_ns;
+    all.push_back(instant);
+  }
+  return all;
+}
+
+/// Everything that is printed, in the end.
+class Answers {
+ public:
+  Answers(const Arguments& arguments, const char* query) : as_json_(arguments.json) {
+    json_["query"] = query;
+  }
+
+  void add(Told told) {
+    text_ += told.text;
+    list_.push_back(std::move(told.json));
+  }
+  void note(const std::string& sentence) {
+    if (!sentence.empty()) std::fprintf(stderr, "hil history: %s\n", sentence.c_str());
+  }
+  int print(const rtstdb::DeviceInfo& device) {
+    json_["device"] = device.name;
+    json_["answers"] = std::move(list_);
+    std::fputs(as_json_ ? report::readable_json(json_).c_str() : text_.c_str(), stdout);
+    return told("history", run::exit_passed);
+  }
+
+ private:
+  bool as_json_;
+  std::string text_;
+  Json json_, list_ = Json::array();
+};
+
+/// A question that is asked about each instant.
+int each(const Arguments& arguments, const char* query,
+         const std::function<Told(const RunHistory&, Past&, const Instant&)>& ask) {
+  const RunHistory history(arguments.directory, arguments.salvage);
+  const std::vector<Instant> all = instants(arguments);
+  history.check_time(all.back().time_ns);
+  // Known at an earlier time: nothing behind that is looked at.
+  Past past(history, all.front().known_ns(), all.back().known_ns(), arguments.gpu);
+  Answers answers(arguments, query);
+  answers.note(history.doubt_about(all.back().time_ns));
+  for (const Instant& instant : all)
+    answers.add(ask(history, past, instant));
+  return answers.print(past.device());
+}
+
+int info(const Arguments& arguments) {
+  const RunHistory history(arguments.directory, arguments.salvage);
+  const Told told_extent = tell_extent(history, arguments.directory);
+  std::fputs(arguments.json ? report::readable_json(told_extent.json).c_str() : told_extent.text.c_str(),
+             stdout);
+  return told("history", run::exit_passed);
+}
+
+int entities(const Arguments& arguments) {
+  return each(arguments, "entities", [](const RunHistory& history, Past& past, const Instant& instant) {
+    return tell_bodies(history, instant, past.bodies(instant));
+  });
+}
+
+int near(const Arguments& arguments) {
+  const double radius_m = quantity("--within", arguments.within, config::Quantity::length_m).value_si;
+  if (radius_m < 0.0) refuse("--within " + arguments.within + " is negative");
+  std::optional<glm::dvec3> from_m;
+  if (!arguments.from.empty()) from_m = glm::dvec3(arguments.from[0], arguments.from[1], arguments.from[2]);
+  return each(arguments, "near", [&](const RunHistory& history, Past& past, const Instant& instant) {
+    const rtstdb::EntityId entity = history.find(arguments.entity);
+    return tell_near(history, instant, entity, radius_m,
+                     past.near(instant, entity, from_m, radius_m, history.mask_of(arguments.layers)));
+  });
+}
+
+rtstdb::EntityId carrier_of(const Arguments& arguments, const RunHistory& history) {
+  return arguments.carrier.empty() ? rtstdb::EntityId{} : history.find(arguments.carrier);
+}
+
+int region(const Arguments& arguments) {
+  if (arguments.sphere.empty() == arguments.box.empty()) refuse("a region is a --sphere or a --box");
+  rtstdb::Region region;
+  if (!arguments.sphere.empty()) {
+    region.shape = rtstdb::RegionShape::sphere;
+    region.center_m = vector(arguments.sphere);
+    region.half_extent_m = glm::vec3(static_cast<float>(arguments.sphere[3]));
+  } else {
+    region.center_m = vector(arguments.box);
+    region.half_extent_m = vector(arguments.box, 3) * 0.5f;
+  }
+  region.test = arguments.inside ? rtstdb::RegionTest::inside : rtstdb::RegionTest::touching;
+  const auto level =
+      arguments.level == "surface" ? rtstdb::RegionLevel::surface : rtstdb::RegionLevel::bounds;
+  return each(arguments, "region", [&](const RunHistory& history, Past& past, const Instant& instant) {
+    region.mask = history.mask_of(arguments.layers);
+    region.carrier = carrier_of(arguments, history);
+    return tell_region(history, instant, past.in_region(instant, region, level));
+  });
+}
+
+int ray(const Arguments& arguments) {
+  rtstdb::Ray ray;
+  ray.origin_m = vector(arguments.origin);
+  ray.direction = vector(arguments.direction);
+  const float length = glm::length(ray.direction);
+  if (!(length > 0.0f)) refuse("--direction has no length");
+  if (!arguments.range.empty()) {
+    const double range_m = quantity("--range", arguments.range, config::Quantity::length_m).value_si;
+    ray.lambda_max = static_cast<float>(range_m) / length;
+  }
+  return each(arguments, "ray", [&](const RunHistory& history, Past& past, const Instant& instant) {
+    ray.mask = history.mask_of(arguments.layers);
+    ray.carrier = carrier_of(arguments, history);
+    return tell_ray(history, instant, ray, past.along(instant, ray, arguments.hits));
+  });
+}
+
+void write_points(const std::string& file, const std::string& text) {
+  errno = 0;
+  std::ofstream out(file, std::ios::binary | std::ios::trunc);
+  out << text;
+  out.close();
+  if (!out)
+    throw HistoryError(HistoryError::Kind::file, file + " can not be written: " +
+                                                     (errno != 0 ? std::strerror(errno) : "no reason given"));
+}
+
+int scan(const Arguments& arguments) {
+  const RunHistory history(arguments.directory, arguments.salvage);
+  const report::Scanner& scanner = history.scanner(arguments.scanner);
+  const std::int64_t at_ns = time_ns("--at", arguments.at);
+  history.check_time(at_ns);
+  const auto [begin_ns, end_ns] = Past::sweep_at(scanner, at_ns);
+  Past past(history, begin_ns, std::min(end_ns, history.end_ns().value_or(end_ns)), arguments.gpu);
+  const history::Sweep sweep = past.scan(scanner, at_ns);
+  if (!arguments.points.empty()) write_points(arguments.points, points_csv(history, sweep));
+  Answers answers(arguments, "scan");
+  answers.note(history.doubt_about(end_ns));
+  answers.add(tell_sweep(history, arguments.scanner, sweep));
+  return answers.print(past.device());
+}
+
+int exit_code_of(HistoryError::Kind kind) {
+  switch (kind) {
+    case HistoryError::Kind::question:
+      return run::exit_bad_config;
+    case HistoryError::Kind::file:
+      return run::exit_io_failed;
+    case HistoryError::Kind::gpu:
+      return run::exit_gpu_failed;
+  }
+  return run::exit_internal;
+}
+
+void add_times(CLI::App* command, Arguments& arguments, bool series) {
+  command->add_option("--at", arguments.at, "run time that is asked about: 12.3s")->required();
+  command->add_option("--gpu", arguments.gpu, "the Vulkan device: a part of its name, its index, or auto");
+  if (!series) return;
+  command->add_option("--until", arguments.until, "with --every: up to that run time too");
+  command->add_option("--every", arguments.every, "the step from one instant to the next: 100ms");
+  command->add_option("--known-at", arguments.known_at,
+                      "answer by what was known at that earlier time, moved on from there");
+}
+
+void add_places(CLI::App* command, Arguments& arguments) {
+  command->add_option("--layers", arguments.layers, "only entities in one of these: car,static")
+      ->delimiter(',');
+  command->add_option("--carried-by", arguments.carrier,
+                      "places are in that entity's frame, and move with it");
+}
+
+CLI::Option* add_numbers(CLI::App* command, const char* name, std::vector<double>& numbers, int count,
+                         const char* about) {
+  return command->add_option(name, numbers, about)->delimiter(',')->expected(count);
+}
+
+void add_questions(CLI::App* command, const std::shared_ptr<Arguments>& arguments,
+                   const std::function<void(CLI::App*, int (*)(const Arguments&))>& answered_by) {
+  Arguments& a = *arguments;
+  CLI::App* one = command->add_subcommand("info", "what the record tells of: times, names, scanners");
+  answered_by(one, info);
+
+  one = command->add_subcommand("entities", "every entity as it was");
+  add_times(one, a, true);
+  answered_by(one, entities);
+
+  one = command->add_subcommand("near", "what was within a distance of an entity, the nearest first");
+  one->add_option("entity", a.entity, "its name, or INDEX.GENERATION")->required();
+  one->add_option("--within", a.within, "from its centre to the others' surfaces (default: 5m)");
+  add_numbers(one, "--from", a.from, 3, "measure from this point in its frame instead: x,y,z in m");
+  one->add_option("--layers", a.layers, "only entities in one of these: car,static")->delimiter(',');
+  add_times(one, a, true);
+  answered_by(one, near);
+
+  one = command->add_subcommand("region", "what was in a region");
+  add_numbers(one, "--sphere", a.sphere, 4, "x,y,z,radius in m");
+  add_numbers(one, "--box", a.box, 6, "x,y,z of its centre and its full sizes along x,y,z, in m");
+  one->add_flag("--inside", a.inside, "wholly inside only; else what touches it too");
+  one->add_option("--level", a.level, "what counts of an entity: its box (bounds) or its triangles (surface)")
+      ->check(CLI::IsMember({"bounds", "surface"}));
+  add_places(one, a);
+  add_times(one, a, true);
+  answered_by(one, region);
+
+  one = command->add_subcommand("ray", "what a ray met");
+  add_numbers(one, "--origin", a.origin, 3, "x,y,z in m")->required();
+  add_numbers(one, "--direction", a.direction, 3, "x,y,z, of any length")->required();
+  one->add_option("--range", a.range, "how far: 50m (default: without end)");
+  one->add_option("--hits", a.hits, "so many hits at most, in their order (default: 1)")
+      ->check(CLI::Range(1, 16));
+  add_places(one, a);
+  add_times(one, a, true);
+  answered_by(one, ray);
+
+  one = command->add_subcommand("scan", "what a scanner of the run saw, in the sweep that was under way");
+  one->add_option("scanner", a.scanner, "the module's name")->required();
+  one->add_option("--points", a.points, "write every beam that hit into this file, as CSV");
+  add_times(one, a, false);
+  answered_by(one, scan);
+}
+
+}  // namespace
+
+void add_history(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("history", "ask the recorded world of a run, as of a time in it");
+  command->add_option("directory", arguments->directory, "what a run left")->required();
+  command->add_flag("--json", arguments->json, "answer as JSON");
+  command->add_flag("--salvage", arguments->salvage, "of a damaged log, what comes before the damage");
+  command->require_subcommand(1);
+  add_questions(command, arguments, [&](CLI::App* one, int (*answer)(const Arguments&)) {
+    one->fallthrough();
+    one->callback([arguments, answer, &exit_code] {
+      try {
+        exit_code = answer(*arguments);
+      } catch (const HistoryError& error) {
+        std::fprintf(stderr, "hil history: %s\n", error.what());
+        exit_code = exit_code_of(error.kind());
+      }
+    });
+  });
+}
+
+}  // namespace hil::cli

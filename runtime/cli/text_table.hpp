@@ -1,0 +1,28 @@
+#pragma once
+// A table for the console: columns as wide as their longest cell, numbers to the right.
+
+#include <string>
+#include <vector>
+
+namespace hil::cli {
+
+class TextTable {
+ public:
+  struct Column {
+    std::string title;
+    bool right = false;
+  };
+  explicit TextTable(std::vector<Column> columns);
+
+  /// As many cells as there are columns.
+  void add(std::vector<std::string> cells);
+  bool empty() const noexcept { return rows_.empty(); }
+  /// One line each, the titles first; no blanks at the ends of lines.
+  std::string text() const;
+
+ private:
+  std::vector<Column> columns_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+}  // namespace hil::cli

@@ -1,0 +1,207 @@
+#include "runtime/history/past.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <rtstdb/limits.hpp>
+
+#include "runtime/modules/laser_scanner/scan_pattern.hpp"
+
+namespace hil::history {
+namespace {
+
+using Kind = HistoryError::Kind;
+
+template <class T>
+T taken(rtstdb::Result<T>&& result) {
+  if (result) return std::move(result).value();
+  const auto code = result.error().code;
+  const bool device = code == rtstdb::ErrorCode::no_device || code == rtstdb::ErrorCode::device_lost ||
+                      code == rtstdb::ErrorCode::out_of_memory;
+  throw HistoryError(code == rtstdb::ErrorCode::file ? Kind::file
+                     : device                        ? Kind::gpu
+                                                     : Kind::question,
+                     result.error().message);
+}
+
+rtstdb::WorldTime world_time(std::int64_t time_ns) {
+  return rtstdb::world_time_ns(time_ns);
+}
+
+rtstdb::ReadAt known_at(const Instant& instant) {
+  return rtstdb::ReadAt::as_of(world_time(instant.known_ns()));
+}
+
+modules::ScanPattern pattern_of(const report::Scanner& scanner) {
+  return modules::ScanPattern({.columns = scanner.columns,
+                               .rows = scanner.rows,
+                               .horizontal_rad = scanner.horizontal_rad,
+                               .vertical_rad = scanner.vertical_rad,
+                               .elevation_rad = scanner.elevation_rad,
+                               .period_ns = scanner.sweep_ns,
+                               .left_to_right = scanner.left_to_right});
+}
+
+}  // namespace
+
+Past::Past(const RunHistory& history, std::int64_t from_ns, std::int64_t to_ns, const std::string& gpu)
+    : history_(history), to_ns_(to_ns) {
+  history.check_time(from_ns);
+  history.check_time(to_ns);
+  rtstdb::HistoryOptions options;
+  options.directory = history.log();
+  options.from = rtstdb::ReadAt::as_of(world_time(from_ns));
+  options.to = rtstdb::ReadAt::as_of(world_time(to_ns));
+  options.salvage = history.salvage();
+  options.gpu = gpu;
+  database_ = taken(rtstdb::open_history(options));
+  transaction_ = database_->make_transaction({.max_queries = 1});
+}
+
+template <class Query>
+const rtstdb::Outcome& Past::ask(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count) {
+  transaction_->begin({.read_at = read_at});
+  transaction_->ask(query, count);
+  const rtstdb::Outcome& outcome = database_->execute(*transaction_);
+  if (!outcome.done())
+    throw HistoryError(outcome.status == rtstdb::Status::device_lost ? Kind::gpu : Kind::question,
+                       rtstdb::describe(outcome));
+  return outcome;
+}
+
+std::vector<Body> Past::bodies(const Instant& instant) const {
+  std::vector<Body> bodies;
+  for (const rtstdb::EntityState& state : taken(database_->snapshot(known_at(instant))))
+    bodies.push_back({state, rtstdb::pose_at(state.row.motion, world_time(instant.time_ns))});
+  return bodies;
+}
+
+rtstdb::EntityState Past::row_of(const Instant& instant, rtstdb::EntityId entity) const {
+  for (const rtstdb::EntityState& state : taken(database_->snapshot(known_at(instant))))
+    if (state.id == entity) return state;
+  throw HistoryError(Kind::question, "'" + history_.name_of(entity) + "' is not in the world then");
+}
+
+Near Past::near(const Instant& instant, rtstdb::EntityId entity, const std::optional<glm::dvec3>& point_m,
+                double radius_m, std::uint32_t mask) {
+  const rtstdb::EntityState state = row_of(instant, entity);
+  glm::dvec3 from_m = point_m.value_or(glm::dvec3(0.0));
+  if (!point_m && state.row.geometry.valid()) {
+    const rtstdb::Bounds bounds =
+        rtstdb::bounds_of(taken(database_->geometry(state.row.geometry, known_at(instant))));
+    from_m = state.row.scale * (glm::dvec3(bounds.minimum_m) + glm::dvec3(bounds.maximum_m)) * 0.5;
+  }
+  auto query = taken(database_->prepare(rtstdb::NearestQueryOptions{
+      .name = "near", .capacity = 1, .target = rtstdb::NearestTarget::surface, .k = rtstdb::max_neighbors}));
+  rtstdb::Nearest& point = query->points()[0];
+  point.point_m = glm::vec3(from_m);
+  point.radius_m = static_cast<float>(radius_m);
+  point.t = world_time(instant.time_ns);
+  point.mask = mask;
+  point.carrier = point.excluded = entity;
+  ask(known_at(instant), *query, 1);
+  const rtstdb::NearestAnswer& answer = query->answers()[0];
+  const rtstdb::Pose pose = rtstdb::pose_at(state.row.motion, point.t);
+  Near near{.from_world_m = pose.p_world_m + pose.q_world * from_m,
+            .neighbors = {answer.neighbors.begin(), answer.neighbors.end()},
+            .found = static_cast<std::uint32_t>(answer.neighbors.size()),
+            .incomplete = answer.incomplete};
+  if (near.neighbors.size() < rtstdb::max_neighbors) return near;
+  const rtstdb::Region sphere{.shape = rtstdb::RegionShape::sphere,
+                              .center_m = point.point_m,
+                              .half_extent_m = glm::vec3(point.radius_m),
+                              .mask = mask,
+                              .carrier = entity};
+  const auto all = in_region(instant, sphere, rtstdb::RegionLevel::surface);
+  near.found =
+      static_cast<std::uint32_t>(all.size() - static_cast<std::size_t>(std::ranges::count(all, entity)));
+  return near;
+}
+
+std::vector<rtstdb::EntityId> Past::in_region(const Instant& instant, rtstdb::Region region,
+                                              rtstdb::RegionLevel level) {
+  region.t = world_time(instant.time_ns);
+  for (std::uint32_t room = 64;;) {
+    auto query = taken(database_->prepare(
+        rtstdb::RegionQueryOptions{.name = "region", .capacity = 1, .level = level, .ids_per_region = room}));
+    query->regions()[0] = region;
+    ask(known_at(instant), *query, 1);
+    const rtstdb::RegionAnswer& answer = query->answers()[0];
+    if (answer.incomplete)
+      throw HistoryError(Kind::question, "the device's limits cut the search short: take a smaller region");
+    if (!answer.overflow) return {answer.entities.begin(), answer.entities.end()};
+    if (answer.found > rtstdb::max_ids_per_region)
+      throw HistoryError(Kind::question, std::to_string(answer.found) + " entities lie in the region, and " +
+                                             std::to_string(rtstdb::max_ids_per_region) +
+                                             " can be listed: take a smaller one");
+    room = answer.found;
+  }
+}
+
+std::vector<rtstdb::RayHit> Past::along(const Instant& instant, rtstdb::Ray ray, std::uint32_t hits) {
+  auto query = taken(database_->prepare(rtstdb::RayQueryOptions{
+      .name = "ray", .capacity = 1, .mode = rtstdb::RayMode::first, .hits_per_ray = hits}));
+  ray.t = world_time(instant.time_ns);
+  query->rays()[0] = ray;
+  ask(known_at(instant), *query, 1);
+  std::vector<rtstdb::RayHit> found;
+  for (const rtstdb::RayHit& hit : query->hits()) {
+    if (hit.status == rtstdb::HitStatus::incomplete)
+      throw HistoryError(Kind::question, "the device's limits cut the search short");
+    if (hit.status == rtstdb::HitStatus::hit) found.push_back(hit);
+  }
+  return found;
+}
+
+std::pair<std::int64_t, std::int64_t> Past::sweep_at(const report::Scanner& scanner, std::int64_t time_ns) {
+  const std::int64_t sweeps = std::max<std::int64_t>(time_ns - scanner.first_sweep_ns, 0) / scanner.sweep_ns;
+  const std::int64_t begin_ns = scanner.first_sweep_ns + sweeps * scanner.sweep_ns;
+  return {begin_ns, begin_ns + scanner.sweep_ns};
+}
+
+Sweep Past::scan(const report::Scanner& scanner, std::int64_t time_ns) {
+  const modules::ScanPattern pattern = pattern_of(scanner);
+  const glm::dvec3 mount_m{scanner.mount_m[0], scanner.mount_m[1], scanner.mount_m[2]};
+  const rtstdb::EntityId carrier{scanner.carrier_index, scanner.carrier_generation};
+  Sweep sweep;
+  std::tie(sweep.begin_ns, sweep.end_ns) = sweep_at(scanner, time_ns);
+  const auto most = static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(pattern.first_beam_at(scanner.step_ns) + pattern.rows(), pattern.beams()));
+  auto query = taken(database_->prepare(rtstdb::RayQueryOptions{.name = "scan",
+                                                                .capacity = most,
+                                                                .mode = rtstdb::RayMode::closest,
+                                                                .ignore_motion = scanner.ignore_motion}));
+  for (std::int64_t offset_ns = 0; offset_ns < scanner.sweep_ns; offset_ns += scanner.step_ns) {
+    const std::int64_t step_ns = sweep.begin_ns + offset_ns;
+    if (step_ns >= to_ns_) break;
+    const std::uint64_t first = pattern.first_beam_at(offset_ns);
+    const std::uint64_t end = pattern.first_beam_at(std::min(offset_ns + scanner.step_ns, scanner.sweep_ns));
+    if (first == end) continue;
+    for (std::uint64_t beam = first; beam < end; ++beam) {
+      rtstdb::Ray& ray = query->rays()[beam - first];
+      ray = {.origin_m = glm::vec3(mount_m),
+             .direction = pattern.direction(pattern.column_of(beam), pattern.row_of(beam)),
+             .lambda_max = static_cast<float>(scanner.range_m),
+             .t = world_time(sweep.begin_ns + pattern.time_ns(beam)),
+             .mask = scanner.mask,
+             .carrier = carrier};
+    }
+    const Instant instant{.time_ns = scanner.ignore_motion ? sweep.begin_ns : step_ns};
+    const rtstdb::Motion motion = row_of(instant, carrier).row.motion;
+    ask(known_at(instant), *query, static_cast<std::uint32_t>(end - first));
+    for (std::uint64_t beam = first; beam < end; ++beam) {
+      Beam told{.column = pattern.column_of(beam),
+                .row = pattern.row_of(beam),
+                .time_ns = sweep.begin_ns + pattern.time_ns(beam),
+                .hit = query->hits()[beam - first]};
+      const rtstdb::Pose pose = rtstdb::pose_at(motion, world_time(told.time_ns));
+      const glm::dvec3 along(pattern.direction(told.column, told.row));
+      told.p_world_m =
+          pose.p_world_m + pose.q_world * (mount_m + along * static_cast<double>(told.hit.lambda));
+      sweep.beams.push_back(told);
+    }
+  }
+  return sweep;
+}
+
+}  // namespace hil::history

@@ -1,0 +1,165 @@
+#include "runtime/history/run_history.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include "runtime/config/diagnostics.hpp"
+#include "runtime/report/quantities.hpp"
+#include "runtime/report/report_files.hpp"
+
+namespace hil::history {
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = HistoryError::Kind;
+
+std::string seconds(std::int64_t ns) {
+  return report::to_ascii(report::shortest(static_cast<double>(ns) / 1e9)) + " s";
+}
+
+std::string number_of(rtstdb::EntityId entity) {
+  return std::to_string(entity.index) + "." + std::to_string(entity.generation);
+}
+
+/// "12.3"
+std::optional<rtstdb::EntityId> parse_number(const std::string& text) {
+  rtstdb::EntityId entity;
+  const char* const end = text.data() + text.size();
+  const auto index = std::from_chars(text.data(), end, entity.index);
+  if (index.ec != std::errc() || index.ptr == end || *index.ptr != '.') return std::nullopt;
+  const auto generation = std::from_chars(index.ptr + 1, end, entity.generation);
+  if (generation.ec != std::errc() || generation.ptr != end) return std::nullopt;
+  return entity;
+}
+
+bool is_log(const fs::path& directory) {
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("segment.") || name.starts_with("checkpoint.")) return true;
+  }
+  return false;
+}
+
+/// Of a run that is over; a report that can not be read tells nothing.
+std::optional<std::int64_t> end_of_run(const fs::path& directory) {
+  std::error_code error;
+  if (!fs::exists(directory / "report.json", error)) return std::nullopt;
+  try {
+    const report::RunRecord record = report::load_report(directory);
+    const std::int64_t ticks_ns = static_cast<std::int64_t>(record.ticks) * record.period_ns;
+    // Ticks that were given up took their time too.
+    return record.top_view ? std::max(ticks_ns, record.top_view->time_ns) : ticks_ns;
+  } catch (const report::ReportError& fault) {
+    throw HistoryError(Kind::file, fault.what());
+  }
+}
+
+template <class Items, class NameOf>
+std::vector<std::string> names_in(const Items& items, const NameOf& name_of) {
+  std::vector<std::string> names;
+  for (const auto& item : items)
+    names.push_back(name_of(item));
+  return names;
+}
+
+}  // namespace
+
+fs::path find_log(const fs::path& directory) {
+  std::error_code error;
+  if (!fs::is_directory(directory, error))
+    throw HistoryError(Kind::file, directory.string() + " is no directory");
+  if (is_log(directory)) return directory;
+  if (is_log(directory / "database")) return directory / "database";
+  throw HistoryError(Kind::file, directory.string() + " holds no database's log" +
+                                     (fs::exists(directory / "world.json", error)
+                                          ? ": the run kept none (world.durability: volatile)"
+                                          : ", and no run that kept one"));
+}
+
+RunHistory::RunHistory(const fs::path& directory, bool salvage)
+    : log_(find_log(directory)), salvage_(salvage) {
+  std::error_code error;
+  const bool is_run = log_ != directory;
+  if (is_run) {
+    try {
+      world_ = report::load_world(directory);
+    } catch (const report::ReportError& fault) {
+      throw HistoryError(Kind::file, fault.what());
+    }
+    end_ns_ = end_of_run(directory);
+  }
+  auto extent = rtstdb::history_extent(log_, salvage);
+  if (!extent) throw HistoryError(Kind::file, extent.error().message);
+  extent_ = std::move(extent).value();
+}
+
+void RunHistory::check_time(std::int64_t time_ns) const {
+  if (time_ns < 0)
+    throw HistoryError(Kind::question, "a run begins at 0 s, and asked is " + seconds(time_ns));
+  if (end_ns_ && time_ns > *end_ns_)
+    throw HistoryError(Kind::question,
+                       "the run was over after " + seconds(*end_ns_) + ", and asked is " + seconds(time_ns));
+  if (extent_.first.version > 0 && rtstdb::world_time_ns(time_ns) < extent_.first.time)
+    throw HistoryError(Kind::question, "what there is of the log begins at " +
+                                           seconds(extent_.first.time.time_since_epoch().count()) +
+                                           ", and asked is " + seconds(time_ns));
+}
+
+std::string RunHistory::doubt_about(std::int64_t time_ns) const {
+  if (end_ns_ || rtstdb::world_time_ns(time_ns) <= extent_.last.time) return {};
+  return "the last change that the log knows of was at " +
+         seconds(extent_.last.time.time_since_epoch().count()) +
+         "; without a report of the run nothing tells how long it went on";
+}
+
+rtstdb::EntityId RunHistory::find(const std::string& name) const {
+  for (const report::NamedEntity& entity : world_.entities)
+    if (entity.name == name) return {entity.index, entity.generation};
+  if (const auto entity = parse_number(name)) return *entity;
+  throw HistoryError(Kind::question,
+                     "the run has no entity '" + name + "'" +
+                         config::suggestion(name, names_in(world_.entities,
+                                                           [](const auto& entity) { return entity.name; })));
+}
+
+std::string RunHistory::name_of(rtstdb::EntityId entity) const {
+  for (const report::NamedEntity& named : world_.entities)
+    if (named.index == entity.index && named.generation == entity.generation) return named.name;
+  return number_of(entity);
+}
+
+std::uint32_t RunHistory::mask_of(const std::vector<std::string>& layers) const {
+  if (layers.empty()) return rtstdb::mask_all;
+  std::uint32_t mask = 0;
+  for (const std::string& layer : layers) {
+    const auto found = std::ranges::find(world_.layers, layer);
+    if (found == world_.layers.end())
+      throw HistoryError(Kind::question,
+                         "the run has no layer '" + layer + "'" + config::suggestion(layer, world_.layers));
+    mask |= std::uint32_t{1} << (found - world_.layers.begin());
+  }
+  return mask;
+}
+
+std::string RunHistory::layers_of(std::uint32_t mask) const {
+  std::string text;
+  for (std::uint32_t bit = 0; bit < 32; ++bit) {
+    if ((mask >> bit & 1u) == 0) continue;
+    if (!text.empty()) text += ", ";
+    text += bit < world_.layers.size() ? world_.layers[bit] : "bit " + std::to_string(bit);
+  }
+  return mask == rtstdb::mask_all ? "all" : text;
+}
+
+const report::Scanner& RunHistory::scanner(const std::string& name) const {
+  for (const report::Scanner& scanner : world_.scanners)
+    if (scanner.name == name) return scanner;
+  throw HistoryError(Kind::question,
+                     "the run has no scanner '" + name + "'" +
+                         config::suggestion(name, names_in(world_.scanners, [](const auto& scanner) {
+                                              return scanner.name;
+                                            })));
+}
+
+}  // namespace hil::history

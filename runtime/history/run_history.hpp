@@ -1,0 +1,73 @@
+#pragma once
+// What a run left of its world: the database's log, the names that the scenario gave, and how long the run was. Also of one that was
+// killed, or is still running. Nothing in the folder is changed.
+//
+// Threads: one; reads files and allocates.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <rtstdb/history.hpp>
+
+#include "runtime/report/world_record.hpp"
+
+namespace hil::history {
+
+/// A sentence for the user.
+class HistoryError : public std::runtime_error {
+ public:
+  enum class Kind : std::uint8_t { question, file, gpu };
+  HistoryError(Kind kind, const std::string& sentence) : std::runtime_error(sentence), kind_(kind) {}
+  Kind kind() const noexcept { return kind_; }
+
+ private:
+  Kind kind_;
+};
+
+/// Where the log is: `directory` itself when it is a database's, or below a run's folder. Throws HistoryError (file) when it
+/// is neither.
+std::filesystem::path find_log(const std::filesystem::path& directory);
+
+class RunHistory {
+ public:
+  /// A run's folder, or a database's directory by itself, where nothing has a name. `salvage`: of a damaged log what comes before the
+  /// damage. Throws HistoryError (file).
+  RunHistory(const std::filesystem::path& directory, bool salvage);
+
+  const std::filesystem::path& log() const noexcept { return log_; }
+  bool salvage() const noexcept { return salvage_; }
+  const report::WorldRecord& world() const noexcept { return world_; }
+  const rtstdb::HistoryExtent& extent() const noexcept { return extent_; }
+  /// Run time at which the run was over; empty: it left no report, or is still running.
+  const std::optional<std::int64_t>& end_ns() const noexcept { return end_ns_; }
+
+  /// Refuses what is before run time 0, behind the run's end, or before what the log can tell of: HistoryError (question).
+  void check_time(std::int64_t time_ns) const;
+  /// Empty, or a sentence: at that time nothing tells whether the run was still going on.
+  std::string doubt_about(std::int64_t time_ns) const;
+
+  /// By its name, or "12.3" for index and generation. Throws HistoryError (question) with the nearest name. Whether it lives at the time
+  /// that is asked about is another matter.
+  rtstdb::EntityId find(const std::string& name) const;
+  /// Its name; one without is called by index and generation.
+  std::string name_of(rtstdb::EntityId entity) const;
+  /// All bits for an empty list. Throws HistoryError (question) with the nearest layer.
+  std::uint32_t mask_of(const std::vector<std::string>& layers) const;
+  /// "static, vehicle"; a bit without a name by its number.
+  std::string layers_of(std::uint32_t mask) const;
+  /// Throws HistoryError (question).
+  const report::Scanner& scanner(const std::string& name) const;
+
+ private:
+  std::filesystem::path log_;
+  bool salvage_;
+  report::WorldRecord world_;
+  rtstdb::HistoryExtent extent_;
+  std::optional<std::int64_t> end_ns_;
+};
+
+}  // namespace hil::history

@@ -1,0 +1,346 @@
+// A run's world is asked after the run is over: what a scanner saw, what was near, what the log is worth.
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "tests/scenario/hil.hpp"
+#include "tests/scenario/run_files.hpp"
+
+namespace hil::scenario_test {
+namespace {
+
+using Json = nlohmann::json;
+
+/// A block of 2 m that comes along x with 3 m/s, from 20 m, and one that stands at the origin.
+constexpr const char* two_blocks = R"(
+scenario: two_blocks
+base_rate: 100 Hz
+duration: 4 s
+clock: virtual
+world:
+  entities:
+    - {name: post, shape: {box: [1 m, 1 m, 1 m]}, mask: [fixed]}
+    - {name: block, shape: {box: [2 m, 2 m, 2 m]}, position: [20 m, 0 m, 0 m], velocity: [-3 m/s, 0 m/s, 0 m/s], mask: [moving]}
+)";
+
+Json answer(const std::vector<std::string>& words) {
+  const Ended ended = run_hil(words);
+  EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
+  Json json = Json::parse(ended.output, nullptr, false);
+  EXPECT_FALSE(json.is_discarded()) << ended.output;
+  return json;
+}
+
+class TwoBlocks : public testing::Test {
+ protected:
+  TwoBlocks() {
+    write_text(folder_ / "two_blocks.yaml", two_blocks);
+    const Ended run = run_hil({"run", folder_ / "two_blocks.yaml", "--out", out()});
+    EXPECT_EQ(run.code, 0) << run.output << run.errors;
+  }
+  std::string out() const { return folder_ / "out"; }
+  Json ask(const std::vector<std::string>& words) {
+    return answer(joined({{"history", out(), "--json"}, words}));
+  }
+  /// Of a question that is refused.
+  std::string refusal(const std::vector<std::string>& words, int code = 2) {
+    const Ended ended = run_hil(joined({{"history", out()}, words}));
+    EXPECT_EQ(ended.code, code) << ended.output << ended.errors;
+    EXPECT_EQ(ended.output, "");
+    return ended.errors;
+  }
+
+  Folder folder_;
+};
+
+double block_x_m(const Json& one) {
+  return 20.0 - 3.0 * one["time_ns"].get<double>() * 1e-9;
+}
+
+TEST_F(TwoBlocks, DistancesFollowTheMotion) {
+  const Json near =
+      ask({"near", "post", "--within", "50m", "--at", "0s", "--until", "4s", "--every", "80ms"});
+  ASSERT_EQ(near["answers"].size(), 51u);
+  for (const Json& one : near["answers"]) {
+    ASSERT_EQ(one["neighbors"].size(), 1u) << one;
+    EXPECT_EQ(one["neighbors"][0]["name"], "block");
+    EXPECT_NEAR(one["neighbors"][0]["distance_m"].get<double>(), block_x_m(one) - 1.0, 1e-4);
+    EXPECT_NEAR(one["neighbors"][0]["v_relative_mps"][0].get<double>(), -3.0, 1e-5);
+  }
+  // It comes within 10 m at (20 - 1 - 10) / 3 s.
+  const Json crossing =
+      ask({"near", "post", "--within", "10m", "--at", "2.99s", "--until", "3.01s", "--every", "20ms"});
+  EXPECT_EQ(crossing["answers"][0]["found"], 0);
+  EXPECT_EQ(crossing["answers"][1]["found"], 1);
+}
+
+TEST_F(TwoBlocks, RaysAndRegionsMeetItWhereItWas) {
+  const Json ray = ask({"ray", "--origin", "0,0.1,0.23", "--direction", "2,0,0", "--layers", "moving",
+                        "--hits", "2", "--at", "0s", "--until", "4s", "--every", "500ms"});
+  ASSERT_EQ(ray["answers"].size(), 9u);
+  for (const Json& one : ray["answers"]) {
+    ASSERT_EQ(one["hits"].size(), 2u);
+    EXPECT_NEAR(one["hits"][0]["distance_m"].get<double>(), block_x_m(one) - 1.0, 1e-4);
+    EXPECT_NEAR(one["hits"][1]["distance_m"].get<double>(), block_x_m(one) + 1.0, 1e-4);
+    EXPECT_EQ(one["hits"][0]["n_world"][0], -1.0);
+  }
+  const auto in_box = [&](const std::string& at, const std::vector<std::string>& more) {
+    return ask(joined({{"region", "--box", "12,0,0,2,2,2", "--at", at}, more}))["answers"][0]["entities"]
+        .size();
+  };
+  // The block's faces are at 19 - 3 t and 21 - 3 t, the box's at 11 and 13.
+  EXPECT_EQ(in_box("1.99s", {}), 0u);
+  EXPECT_EQ(in_box("2.01s", {}), 1u);
+  EXPECT_EQ(in_box("3.33s", {}), 1u);
+  EXPECT_EQ(in_box("3.34s", {}), 0u);
+  EXPECT_EQ(in_box("2.01s", {"--inside"}), 0u);
+  EXPECT_EQ(in_box("2.01s", {"--layers", "fixed"}), 0u);
+  // In the block's frame the post is 20 - 3 t away.
+  EXPECT_EQ(ask({"region", "--sphere", "-17,0,0,0.1", "--carried-by", "block", "--layers", "fixed", "--at",
+                 "1s"})["answers"][0]["entities"]
+                .size(),
+            1u);
+}
+
+TEST_F(TwoBlocks, EntitiesAreAsTheyWere) {
+  const Json json = ask({"entities", "--at", "2.5s"});
+  const Json& entities = json["answers"][0]["entities"];
+  ASSERT_EQ(entities.size(), 2u);
+  EXPECT_EQ(entities[0]["name"], "post");
+  EXPECT_EQ(entities[1]["name"], "block");
+  EXPECT_NEAR(entities[1]["p_world_m"][0].get<double>(), 12.5, 1e-9);
+  EXPECT_EQ(entities[1]["v_world_mps"][0], -3.0);
+}
+
+TEST_F(TwoBlocks, WhatCanNotBeAnsweredIsRefusedWithItsReason) {
+  const auto says = [](const std::string& said, const std::string& words) {
+    EXPECT_NE(said.find(words), std::string::npos) << said;
+  };
+  says(refusal({"near", "pst", "--at", "1s"}), "no entity 'pst'; did you mean 'post'?");
+  says(refusal({"near", "7.1", "--at", "1s"}), "'7.1' is not in the world then");
+  says(refusal({"near", "post", "--at", "4.001s"}), "the run was over after 4 s, and asked is 4.001 s");
+  says(refusal({"near", "post", "--at", "-1s"}), "a run begins at 0 s, and asked is -1 s");
+  says(refusal({"near", "post", "--at", "1"}), "no unit");
+  says(refusal({"near", "post", "--at", "1s", "--until", "2s"}), "belong together");
+  says(refusal({"near", "post", "--at", "1s", "--until", "2s", "--every", "0s"}), "is no step");
+  says(refusal({"near", "post", "--at", "1s", "--known-at", "2s"}), "is after --at");
+  says(refusal({"near", "post", "--at", "0s", "--until", "4s", "--every", "1ns"}),
+       "more than 1000000 instants");
+  says(refusal({"near", "post", "--at", "1s", "--layers", "movin"}), "did you mean 'moving'?");
+  says(refusal({"near", "post", "--at", "1s", "--within", "-1m"}), "is negative");
+  says(refusal({"region", "--at", "1s"}), "a region is a --sphere or a --box");
+  says(refusal({"region", "--sphere", "0,0,0,-1", "--at", "1s"}), "region");
+  says(refusal({"ray", "--origin", "0,0,0", "--direction", "0,0,0", "--at", "1s"}), "has no length");
+  says(refusal({"scan", "lidar", "--at", "1s"}), "no scanner 'lidar'");
+  says(refusal({"near", "post", "--at", "1s", "--gpu", "no such device"}, 5), "no such device");
+  EXPECT_EQ(run_hil({"history", folder_ / "nothing", "info"}).code, 4);
+  EXPECT_EQ(run_hil({"history", out()}).code, 2) << "a question is missing";
+}
+
+TEST_F(TwoBlocks, TheSameRunInTheSameFolderBeginsALogOfItsOwn) {
+  const Json before = answer({"db", "info", out(), "--json"});
+  ASSERT_EQ(run_hil({"run", folder_ / "two_blocks.yaml", "--out", out()}).code, 0);
+  const Json after = answer({"db", "info", out(), "--json"});
+  EXPECT_NE(before["database_id"], after["database_id"]);
+  EXPECT_EQ(before["commits"], after["commits"]);
+  write_text(out() + "/database/notes.txt", "somebody's own");
+  const Ended run = run_hil({"run", folder_ / "two_blocks.yaml", "--out", out()});
+  EXPECT_EQ(run.code, 4) << "what no run wrote is not taken away";
+  EXPECT_EQ(read_text(out() + "/database/notes.txt"), "somebody's own");
+}
+
+TEST_F(TwoBlocks, ADamagedLogIsNamedAndRefusedUnlessItIsToBeSalvaged) {
+  const std::string segment = out() + "/database/segment.0000000001";
+  const Json whole = answer({"db", "verify", out(), "--json"});
+  EXPECT_TRUE(whole["whole"].get<bool>());
+  std::string bytes = read_text(segment);
+  bytes[600] = static_cast<char>(bytes[600] ^ 1);  // the first group begins at 512
+  write_text(segment, bytes);
+  for (const char* look : {"info", "verify"}) {
+    const Ended ended = run_hil({"db", look, out()});
+    EXPECT_EQ(ended.code, 4);
+    EXPECT_NE(ended.output.find("segment.0000000001, offset 512"), std::string::npos) << ended.output;
+  }
+  EXPECT_EQ(run_hil({"history", out(), "near", "post", "--at", "1s"}).code, 4);
+  EXPECT_EQ(run_hil({"db", "export", out()}).code, 4);
+  const Ended salvaged = run_hil({"history", out(), "--salvage", "info"});
+  EXPECT_EQ(salvaged.code, 0) << salvaged.errors;
+  EXPECT_NE(salvaged.output.find("damaged"), std::string::npos) << salvaged.output;
+}
+
+TEST(RunHistory, AScanIsTheOneThatTheRunSaw) {
+  const Folder folder;
+  const std::string out = folder / "out";
+  const Ended run = run_hil(
+      joined({{"run", crossing(), "--clock", "virtual", "--duration", "3 s", "--out", out}, few_beams()}));
+  EXPECT_EQ(run.code, 1) << "too short for its answers: " << run.output << run.errors;
+  const Json report = read_report(out);
+  EXPECT_EQ(report["database_log"]["durability"], "async");
+  EXPECT_EQ(report["database_log"]["durable_version"], report["database_log"]["latest_version"]);
+  EXPECT_EQ(report["database_log"]["commits_in_gaps"], 0);
+
+  // The digest of every answer that the live scanner got, made again from what the history says, in another process.
+  constexpr int columns = 96, rows = 24, steps = 100;
+  std::uint64_t digest = 0xCBF29CE484222325ull;
+  const auto add = [&](std::uint32_t word) { digest = (digest ^ word) * 0x100000001B3ull; };
+  const Signals signals(out);
+  std::size_t compared = 0, hits = 0;
+  for (int sweep = 0; sweep < 3; ++sweep) {
+    const std::string points = folder / "points.csv";
+    const Json scan = answer({"history", out, "--json", "scan", "scanner", "--at",
+                              std::to_string(sweep) + ".7s", "--points", points});
+    EXPECT_EQ(scan["answers"][0]["begin_ns"], sweep * 1'000'000'000ll);
+    EXPECT_EQ(scan["answers"][0]["beams"], columns * rows);
+    std::map<std::pair<int, int>, std::vector<std::uint32_t>> seen;
+    std::istringstream lines(read_text(points));
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_EQ(line, "time_ns,column,row,range_m,x_m,y_m,z_m,entity,index,generation,triangle");
+    while (std::getline(lines, line)) {
+      std::istringstream cells(line);
+      std::vector<std::string> cell(11);
+      for (std::string& text : cell)
+        std::getline(cells, text, ',');
+      seen[{std::stoi(cell[1]), std::stoi(cell[2])}] = {1, std::bit_cast<std::uint32_t>(std::stof(cell[3])),
+                                                        static_cast<std::uint32_t>(std::stoul(cell[8])),
+                                                        static_cast<std::uint32_t>(std::stoul(cell[10]))};
+    }
+    hits += seen.size();
+    EXPECT_EQ(scan["answers"][0]["hits"], seen.size());
+    for (int step = 0; step < steps; ++step) {
+      const auto first_beam = [&](int at) { return (at * columns * rows + steps - 1) / steps; };
+      for (int beam = first_beam(step); beam < first_beam(step + 1); ++beam) {
+        const auto hit = seen.find({beam / rows, beam % rows});
+        if (hit == seen.end()) {
+          add(0);
+        } else {
+          for (const std::uint32_t word : hit->second)
+            add(word);
+        }
+      }
+      const auto row = static_cast<std::size_t>(sweep * steps + step + 1);  // seen at the step's deadline
+      if (row >= signals.rows()) continue;
+      ASSERT_EQ(signals["scanner.digest"][row], static_cast<double>(digest >> 11))
+          << sweep << ", step " << step;
+      ++compared;
+    }
+  }
+  EXPECT_EQ(compared, 299u);
+  EXPECT_GT(hits, 1000u);
+}
+
+TEST(RunHistory, OfARunThatIsUnderWayAndOfOneThatWasKilled) {
+  const Folder folder;
+  write_text(folder / "two_blocks.yaml", two_blocks);
+  const std::string out = folder / "out";
+  Program run(hil({"run", folder / "two_blocks.yaml", "--clock", "realtime", "--duration", "3600 s", "--set",
+                   "realtime.watchdog=30 s", "--out", out}));
+  ASSERT_TRUE(eventually([&] {
+    return std::filesystem::exists(out + "/signals.csv") && run_hil({"history", out, "info"}).code == 0;
+  }));
+  const auto look = [&](const char* when) {
+    const Ended near = run_hil({"history", out, "near", "post", "--within", "50m", "--at", "1s"});
+    EXPECT_EQ(near.code, 0) << when << near.errors;
+    EXPECT_NE(near.output.find("block       16.000"), std::string::npos) << when << near.output;
+    EXPECT_NE(near.errors.find("without a report of the run nothing tells how long it went on"),
+              std::string::npos)
+        << when << near.errors;
+  };
+  look("under way: ");
+  run.signal(SIGKILL);
+  run.wait();
+  look("killed: ");
+  const Ended info = run_hil({"history", out, "info"});
+  EXPECT_NE(info.output.find("left no report"), std::string::npos) << info.output;
+  EXPECT_EQ(run_hil({"db", "verify", out}).code, 0) << "a log that ends anywhere is whole";
+}
+
+TEST(RunHistory, AVolatileRunKeepsNone) {
+  const Folder folder;
+  write_text(folder / "two_blocks.yaml", two_blocks);
+  const std::string out = folder / "out";
+  ASSERT_EQ(
+      run_hil({"run", folder / "two_blocks.yaml", "--out", out, "--set", "world.durability=volatile"}).code,
+      0);
+  EXPECT_FALSE(std::filesystem::exists(out + "/database"));
+  EXPECT_EQ(read_report(out)["database_log"]["durability"], "volatile");
+  const Ended asked = run_hil({"history", out, "info"});
+  EXPECT_EQ(asked.code, 4);
+  EXPECT_NE(asked.errors.find("world.durability: volatile"), std::string::npos) << asked.errors;
+}
+
+TEST(RunHistory, EveryModeLeavesTheSameHistory) {
+  const Folder folder;
+  std::map<std::string, std::string> exported;
+  for (const std::string mode : {"async", "group", "sync"}) {
+    const std::string out = folder / mode;
+    const Ended run = run_hil(joined({{"run", crossing(), "--clock", "virtual", "--duration", "1 s", "--out",
+                                       out, "--set", "world.durability=" + mode},
+                                      few_beams()}));
+    ASSERT_EQ(run.code, 1) << run.output << run.errors;
+    const Json log = read_report(out)["database_log"];
+    EXPECT_EQ(log["durability"], mode);
+    EXPECT_EQ(log["durable_version"], log["latest_version"]);
+    const Ended ended = run_hil({"db", "export", out});
+    EXPECT_EQ(ended.code, 0) << ended.errors;
+    exported[mode] = ended.output;
+    EXPECT_EQ(run_hil({"db", "verify", out}).code, 0);
+  }
+  EXPECT_GT(exported["async"].size(), 100'000u);
+  EXPECT_EQ(exported["async"], exported["group"]);
+  EXPECT_EQ(exported["async"], exported["sync"]);
+}
+
+TEST(RunHistory, TheExportIsEveryCommitInItsOrder) {
+  const Folder folder;
+  const std::string out = folder / "out";
+  ASSERT_EQ(run_hil(joined({{"run", crossing(), "--clock", "virtual", "--duration", "1 s", "--out", out},
+                            few_beams()}))
+                .code,
+            1);
+  const std::string file = folder / "export.jsonl";
+  ASSERT_EQ(run_hil({"db", "export", out, "--out", file}).code, 0);
+  EXPECT_EQ(run_hil({"db", "export", out}).output, read_text(file));
+  std::map<std::string, Json> rows;  // by entity
+  std::uint64_t commits = 0, version = 0;
+  std::size_t triangles = 0;
+  std::istringstream lines(read_text(file));
+  for (std::string line; std::getline(lines, line);) {
+    const Json json = Json::parse(line);
+    if (json["line"] == "geometry") triangles += json["triangles"].size();
+    if (json["line"] != "commit") continue;
+    ++commits;
+    EXPECT_GT(json["version"].get<std::uint64_t>(),
+              std::exchange(version, json["version"].get<std::uint64_t>()));
+    for (const Json& write : json["writes"]) {
+      Json& row = rows[write["entity"].dump()];
+      if (write.contains("row")) row = write["row"];
+      if (write.contains("motion")) row["motion"] = write["motion"];
+    }
+  }
+  EXPECT_GT(triangles, 100u);
+  const Json info = answer({"db", "info", out, "--json"});
+  EXPECT_EQ(info["commits"], commits);
+  EXPECT_EQ(info["last"]["version"], version);
+  const Json entities = answer({"history", out, "--json", "entities", "--at", "1s"});
+  ASSERT_EQ(entities["answers"][0]["entities"].size(), rows.size());
+  for (const Json& entity : entities["answers"][0]["entities"]) {
+    const Json& motion = rows[Json{entity["index"], entity["generation"]}.dump()]["motion"];
+    const double dt_s = 1.0 - motion["valid_from_ns"].get<double>() * 1e-9;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double at_m =
+          motion["p_world_m"][axis].get<double>() + motion["v_world_mps"][axis].get<double>() * dt_s;
+      EXPECT_NEAR(entity["p_world_m"][axis].get<double>(), at_m, 1e-9) << entity;
+    }
+  }
+  EXPECT_EQ(run_hil({"db", "export", out, "--out", folder / "no/such/folder"}).code, 4);
+  EXPECT_EQ(run_hil({"db", "export", out, "--out", "/dev/full"}).code, 4);
+}
+
+}  // namespace
+}  // namespace hil::scenario_test
