@@ -1,0 +1,229 @@
+// What is told of a log's directory: all of it where it is whole, and every damage where it is not.
+
+#include "rtstdb/log/inspection.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "manual_clock.hpp"
+#include "rtstdb/log/chronicle.hpp"
+#include "rtstdb/log/writer.hpp"
+#include "sample_log.hpp"
+#include "tests/support/simulated_disk.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+using hil::test::SimulatedDisk;
+
+LogContents contents_of(const Contents& files) {
+  SimulatedDisk disk(1);
+  disk.set_contents(files);
+  auto contents = inspect(disk);
+  EXPECT_TRUE(contents.ok()) << contents.error().message;
+  return contents.ok() ? std::move(contents).value() : LogContents{};
+}
+
+std::string all_of(const std::vector<std::string>& sentences) {
+  std::string text;
+  for (const std::string& sentence : sentences)
+    text += sentence + "\n";
+  return text;
+}
+
+TEST(LogInspection, TellsAllOfAWholeLog) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const bool closed = seed % 2 == 0;
+    const SampleLog sample = make_sample({.seed = seed, .commits = 40, .closed = closed});
+    const LogContents contents = contents_of(sample.contents);
+    EXPECT_EQ(all_of(contents.damage), "");
+    EXPECT_EQ(contents.database_id, SampleOptions{}.database_id);
+    EXPECT_EQ(contents.extent.first.version, 0u);
+    EXPECT_EQ(contents.extent.last.version, sample.latest);
+    EXPECT_EQ(contents.extent.commits, sample.history.standing.size() - sample.history.standing.count(0));
+    EXPECT_EQ(contents.extent.closed, closed);
+    EXPECT_EQ(contents.torn, "");
+    EXPECT_EQ(contents.entities, sample.history.images.at(sample.latest).rows.size());
+    EXPECT_TRUE(contents.opens);
+    EXPECT_EQ(contents.opens_at, sample.latest);
+    const auto of_kind = [&](LogFileKind kind) {
+      return std::ranges::count(contents.files, kind, &LogFile::kind);
+    };
+    EXPECT_EQ(of_kind(LogFileKind::geometry), 2);
+    EXPECT_GE(of_kind(LogFileKind::checkpoint), 1);
+    EXPECT_EQ(contents.compared_checkpoints, static_cast<std::uint64_t>(of_kind(LogFileKind::checkpoint)));
+    std::uint64_t bytes = 0;
+    for (const LogFile& file : contents.files)
+      bytes += file.bytes;
+    std::uint64_t expected = 0;
+    for (const auto& [name, content] : sample.contents)
+      expected += name == lock_name ? 0 : content.size();
+    EXPECT_EQ(bytes, expected);
+  }
+}
+
+/// One bit anywhere that counts. What is torn could not be told from what was never whole.
+TEST(LogInspection, FindsEveryBitThatTurned) {
+  std::mt19937_64 random(5);
+  const SampleLog sample = make_sample({.seed = 3, .commits = 30, .closed = true});
+  std::map<std::string, std::uint64_t> end_of_groups;
+  for (const GroupPlace& group : groups_of(sample.contents))
+    end_of_groups[group.file] = group.offset + sizeof(GroupHeader) + group.header.payload_bytes;
+  std::size_t tried = 0;
+  for (const auto& [name, bytes] : sample.contents) {
+    if (name == lock_name || bytes.empty()) continue;
+    const bool segment = name.starts_with("segment.");
+    const std::uint64_t counts = segment ? std::max(end_of_groups[name], std::uint64_t{64}) : bytes.size();
+    for (int k = 0; k < 60; ++k) {
+      const std::uint64_t at = random() % counts;
+      if (segment && at >= sizeof(SegmentHeader) && at < sector_bytes) continue;  // nothing stands there
+      Contents damaged = sample.contents;
+      damaged[name][at] ^= static_cast<std::byte>(1u << random() % 8);
+      SimulatedDisk disk(1);
+      disk.set_contents(damaged);
+      const auto contents = inspect(disk);
+      if (!contents) continue;  // refused altogether
+      const LogContents& told = contents.value();
+      // Padding of a group to its sector is not in any checksum, and holds nothing.
+      const bool nothing_lost = told.extent.last.version == sample.latest && told.damage.empty();
+      // Without its closing group the log looks like one that was cut off there.
+      if (nothing_lost && !told.torn.empty()) {
+        EXPECT_FALSE(told.extent.closed);
+        continue;
+      }
+      if (segment && nothing_lost) {
+        bool in_padding = true;
+        for (const GroupPlace& group : groups_of(sample.contents))
+          if (group.file == name && at >= group.offset &&
+              at < group.offset + sizeof(GroupHeader) + group.header.payload_bytes)
+            in_padding = false;
+        EXPECT_TRUE(in_padding) << name << " at " << at;
+        continue;
+      }
+      ++tried;
+      EXPECT_FALSE(told.damage.empty()) << name << " at " << at;
+    }
+  }
+  EXPECT_GT(tried, 200u);
+}
+
+/// Right by every checksum, and of another world.
+TEST(LogInspection, HoldsCheckpointsToTheCommits) {
+  const SampleLog sample = make_sample({.seed = 4, .commits = 30});
+  const SampleLog other = make_sample({.seed = 5, .commits = 30});
+  std::size_t found = 0;
+  for (const auto& [name, bytes] : other.contents) {
+    if (!name.starts_with("checkpoint.") || !sample.contents.contains(name)) continue;
+    Contents exchanged = sample.contents;
+    exchanged[name] = bytes;
+    const LogContents contents = contents_of(exchanged);
+    ASSERT_FALSE(contents.damage.empty()) << name;
+    found += all_of(contents.damage).find("is not as the commits left it") != std::string::npos ||
+             all_of(contents.damage).find("that no record adds") != std::string::npos;
+  }
+  EXPECT_GT(found, 0u);
+}
+
+TEST(LogInspection, WhatWasCutOffIsNoDamage) {
+  SampleLog sample = make_sample({.seed = 6, .commits = 30, .closed = false, .checkpoints = false});
+  const GroupPlace last = groups_of(sample.contents).back();
+  auto& bytes = sample.contents[last.file];
+  bytes[last.offset + sizeof(GroupHeader)] ^= std::byte{1};
+  const LogContents contents = contents_of(sample.contents);
+  EXPECT_EQ(all_of(contents.damage), "");
+  EXPECT_NE(contents.torn.find(last.file), std::string::npos) << contents.torn;
+  EXPECT_LT(contents.extent.last.version, sample.latest);
+  EXPECT_EQ(contents.opens_at, contents.extent.last.version);
+}
+
+TEST(LogInspection, NoDatabaseIsRefused) {
+  SimulatedDisk disk(1);
+  EXPECT_FALSE(inspect(disk).ok());
+}
+
+/// What is told, made into worlds again.
+class Retelling final : public ChronicleListener {
+ public:
+  explicit Retelling(const History& history) : history_(history) {}
+  void world(const World& world) override {
+    compare(world);
+    after_gap_ = false;
+  }
+  void geometry(const WorldGeometry&) override {}
+  void commit(const store::WriteSet& set, const World& now, std::uint64_t) override {
+    EXPECT_FALSE(after_gap_);
+    EXPECT_EQ(set.version, now.latest.version);
+    EXPECT_TRUE(history_.standing.contains(set.version)) << set.version << " was taken back";
+    told.push_back(set.version);
+    compare(now);
+  }
+  void gap(const Gap& gap) override {
+    gaps.push_back(gap);
+    after_gap_ = true;
+  }
+  std::vector<Version> told;
+  std::vector<Gap> gaps;
+
+ private:
+  void compare(const World& world) {
+    EXPECT_TRUE(image_of(world) == history_.images.at(world.latest.version)) << world.latest.version;
+  }
+  const History& history_;
+  bool after_gap_ = false;
+};
+
+TEST(LogChronicle, IsEveryVersionInItsOrder) {
+  const SampleLog sample = make_sample({.seed = 7, .commits = 60});
+  SimulatedDisk disk(1);
+  disk.set_contents(sample.contents);
+  Retelling retelling(sample.history);
+  const auto report = read_chronicle(disk, false, retelling);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  std::vector<Version> standing(sample.history.standing.begin(), sample.history.standing.end());
+  std::erase(standing, 0u);
+  EXPECT_EQ(retelling.told, standing);
+  EXPECT_TRUE(retelling.gaps.empty());
+}
+
+/// A ring too small for what is committed while the disk stands still: behind the gap it goes on with a checkpoint.
+TEST(LogChronicle, GoesOnBehindAGap) {
+  SimulatedDisk disk(1);
+  ManualClock clock;
+  History history;
+  LiveWorld world(8, history, 1 << 12);
+  WriterOptions options;
+  options.segment_bytes = 16384;
+  options.checkpoint_every_bytes = 0;
+  auto writer =
+      Writer::start(disk, clock, world.ring(), world, options, start_after(recover(disk).value(), 99));
+  ASSERT_TRUE(writer.ok());
+  const auto write_all = [&] {
+    while (writer.value()->step(0).worked) {
+    }
+  };
+  for (int round = 0; round < 3; ++round) {
+    for (int k = 0; k < 80; ++k)
+      world.commit();  // more than the ring takes
+    write_all();
+    for (int k = 0; k < 5; ++k) {
+      world.commit();
+      write_all();
+    }
+  }
+  ASSERT_TRUE(writer.value()->close(0).ok());
+  Retelling retelling(history);
+  const auto report = read_chronicle(disk, false, retelling);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_GE(retelling.gaps.size(), 2u);
+  ASSERT_FALSE(retelling.told.empty());
+  EXPECT_EQ(retelling.told.back(), world.latest());
+  const auto inspected = inspect(disk);
+  ASSERT_TRUE(inspected.ok());
+  EXPECT_EQ(inspected.value().extent.gaps.size(), retelling.gaps.size());
+  EXPECT_EQ(all_of(inspected.value().damage), "");
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test
