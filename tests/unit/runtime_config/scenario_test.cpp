@@ -194,8 +194,31 @@ TEST(ScenarioDefaults, OneLineIsAScenario) {
   EXPECT_EQ(scenario->seed, 1U);
   EXPECT_EQ(scenario->realtime.scheduler, Scheduler::fifo);
   EXPECT_EQ(scenario->world.gpu, "auto");
+  EXPECT_EQ(scenario->world.chunk_ns, 1'000'000);
+  EXPECT_EQ(scenario->world.durability, Durability::async);
+  EXPECT_EQ(scenario->world.flush_interval_ns, 10'000'000);
+  EXPECT_EQ(scenario->world.log_ring_bytes, 16U << 20);
   EXPECT_TRUE(scenario->tasks.empty());
   EXPECT_TRUE(scenario->processes.empty());
+}
+
+TEST(ScenarioDefaults, HowSurelyTheHistoryIsOnDiskCanBeSaid) {
+  const ScenarioFolder files;
+  const auto world = [&](const std::string& words) {
+    Diagnostics diagnostics;
+    const auto scenario = files.load("scenario: kept\nworld: " + words + "\n", diagnostics);
+    return scenario ? std::optional(scenario->world) : std::nullopt;
+  };
+  EXPECT_EQ(world("{durability: volatile}")->durability, Durability::none);
+  EXPECT_EQ(world("{durability: group}")->durability, Durability::group);
+  EXPECT_EQ(world("{durability: sync}")->durability, Durability::sync);
+  EXPECT_EQ(world("{flush_interval: 0 ms}")->flush_interval_ns, 0);
+  EXPECT_EQ(world("{log_ring_bytes: 4096}")->log_ring_bytes, 4096U);
+  EXPECT_EQ(world("{chunk: 0 ms}")->chunk_ns, 0);
+  EXPECT_EQ(world("{chunk: 250 us}")->chunk_ns, 250'000);
+  for (const char* refused :
+       {"{durability: on}", "{flush_interval: 2 min}", "{log_ring_bytes: 4095}", "{chunk: -1 ms}"})
+    EXPECT_FALSE(world(refused)) << refused;
 }
 
 TEST(ScenarioDefaults, AnglesTurnRollFirstAndYawLast) {

@@ -83,6 +83,18 @@ TEST(Numbers, AreShortAndNeverNan) {
   }
 }
 
+TEST(BytesText, ShowsThreeDigits) {
+  EXPECT_EQ(bytes_text(0), "0 B");
+  EXPECT_EQ(bytes_text(999), "999 B");
+  EXPECT_EQ(bytes_text(1'000), "1.00 kB");
+  EXPECT_EQ(bytes_text(9'995), "10.0 kB");
+  EXPECT_EQ(bytes_text(99'950), "100 kB");
+  EXPECT_EQ(bytes_text(999'499), "999 kB");
+  EXPECT_EQ(bytes_text(999'500), "1.00 MB");
+  EXPECT_EQ(bytes_text(16'777'216), "16.8 MB");
+  EXPECT_EQ(bytes_text(~std::uint64_t{0}), "18.4 EB");
+}
+
 TEST(ToAscii, SpellsEverySignOfOurs) {
   EXPECT_EQ(to_ascii(measured_time(-402'113)), "-402 us");
   EXPECT_EQ(to_ascii(count_text(12'345'678)), "12345678");

@@ -48,7 +48,9 @@ TEST(ReportJson, HasEveryKeyOfTheDesign) {
       "transactions.late transactions.missed transactions.refused transactions.conflicts "
       "transactions.firm_late_commits "
       "transactions.hard_misses scheduler.promised scheduler.kept scheduler.predicted_over_actual.median "
-      "scheduler.reservations.broken scheduler.not_reserved can.bus can.driver can.rx can.tx can.dropped "
+      "scheduler.reservations.broken scheduler.not_reserved database_log.durability "
+      "database_log.durable_version database_log.bytes database_log.ring_high_water_bytes "
+      "database_log.commits_in_gaps database_log.faults can.bus can.driver can.rx can.tx can.dropped "
       "can.errors can.send_errors "
       "can.wrong_length can.saturated can.refused_values can.dropped_releases can.log_dropped "
       "can.lost_arrivals can.fault_dropped_tx can.fault_dropped_rx can.fault_corrupted can.fault_delayed "
@@ -69,6 +71,44 @@ TEST(ReportJson, HasEveryKeyOfTheDesign) {
   EXPECT_EQ(json.at("schema_version"), schema_version);
   EXPECT_EQ(json.at("verdict"), "failed");
   EXPECT_EQ(json.at("tasks").at(0).at("misses").at(0).at("lateness_ns"), 402'113);
+}
+
+TEST(WorldJson, WriteReadWriteGivesTheSameBytes) {
+  WorldRecord world;
+  world.scenario = "crossing";
+  world.period_ns = 1'000'000;
+  world.layers = {"ground", "vehicle"};
+  world.entities = {{"house", 0, 1}, {"traffic.ego", 11, 3}};
+  world.scanners = {{"scanner",
+                     11,
+                     3,
+                     {1.5, -0.1, 0.85},
+                     480,
+                     270,
+                     2.44346,
+                     0.69813,
+                     -0.1,
+                     false,
+                     120.0,
+                     3,
+                     true,
+                     10,
+                     20,
+                     5}};
+  for (const WorldRecord& record : {WorldRecord{}, world}) {
+    const std::string first = world_json(record);
+    EXPECT_EQ(world_json(parse_world(first)), first);
+  }
+  const WorldRecord read = parse_world(world_json(world));
+  EXPECT_EQ(read.scanners.front().mount_m, world.scanners.front().mount_m) << "to the bit";
+  EXPECT_EQ(read.scanners.front().horizontal_rad, 2.44346);
+  try {
+    parse_world(R"({"schema_version": 0})");
+    FAIL() << "another version";
+  } catch (const ReportError& error) {
+    EXPECT_NE(std::string(error.what()).find("world.json: schema_version is 0"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(ReportJson, WriteReadWriteGivesTheSameBytes) {

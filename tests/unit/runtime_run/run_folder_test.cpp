@@ -34,6 +34,30 @@ TEST(RunFolder, ClearsTheResultsOfAnEarlierRunAndNothingElse) {
   EXPECT_EQ(folder.read("a.out"), "mine");
 }
 
+TEST(RunFolder, ClearsTheLogOfAnEarlierRunAndNoOtherFiles) {
+  const Folder folder;
+  fs::create_directories(folder.path() / "database");
+  for (const char* file : {"lock", "segment.0000000001", "segment.0000000002.new", "checkpoint.0000000001",
+                           "geometry.0000000003"})
+    folder.write(std::string("database/") + file, "of a run");
+  folder.write("world.json", "{}");
+  {
+    const RunFolder mine(folder.path());
+    EXPECT_FALSE(fs::exists(folder.path() / "database"));
+    EXPECT_FALSE(fs::exists(folder.path() / "world.json"));
+  }
+  fs::create_directories(folder.path() / "database");
+  folder.write("database/lock", "of a run");
+  folder.write("database/thesis.txt", "mine");
+  try {
+    const RunFolder mine(folder.path());
+    FAIL() << "a log would lie among somebody's files";
+  } catch (const io::DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("database"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(folder.read("database/thesis.txt"), "mine");
+}
+
 TEST(RunFolder, BelongsToOneRunAtATime) {
   const Folder folder;
   {
