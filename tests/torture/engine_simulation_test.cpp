@@ -5,7 +5,11 @@
 #include "tests/torture/engine_simulation.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <atomic>
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 
@@ -24,8 +28,29 @@ constexpr std::uint64_t seeds = 10;
 #else
 constexpr std::uint64_t seeds = 120;
 #endif
+/// Far longer than a course takes on any machine.
+constexpr unsigned longest_course_s = 300;
 /// So many meet everything that can happen.
 constexpr std::uint64_t seeds_that_meet_all = 100;
+
+/// A course that stands still says which it was, and ends the program.
+class Watch {
+ public:
+  explicit Watch(std::uint64_t seed) {
+    seed_ = seed;
+    std::signal(SIGALRM, [](int) {
+      std::fprintf(stderr, "HIL_SIM_SEED=%llu stands still\n", static_cast<unsigned long long>(seed_.load()));
+      std::abort();
+    });
+    alarm(longest_course_s);
+  }
+  ~Watch() { alarm(0); }
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+
+ private:
+  inline static std::atomic<std::uint64_t> seed_{0};
+};
 
 void expect_all_of_the_disk(const SimulationCounts& counts) {
   using rtstdb::RefusedBy;
@@ -52,6 +77,7 @@ TEST(EngineSimulation, AModelExplainsEverythingUnlessBroken) {
   const std::uint64_t last = chosen != nullptr ? first : seeds;
   std::string fault;
   for (std::uint64_t seed = first; seed <= last && fault.empty(); ++seed) {
+    const Watch watch(seed);
     EngineSimulation simulation(seed);
     fault = simulation.run(steps_each);
     counts.add(simulation.counts());
