@@ -98,6 +98,7 @@ std::string EngineSimulation::run(std::uint64_t steps) {
       wait_until_idle();
       let_the_log_finish();
       if (looks_at_snapshot_) look_at_snapshot();
+      life_ends_ = life_ends_ || storage_.has_ended();
     }
     end_life();
   }

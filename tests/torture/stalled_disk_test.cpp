@@ -55,19 +55,19 @@ template <class Tick>
 Loop run_loop(const MachineTime& machine, std::chrono::nanoseconds length, const Tick& tick) {
   Loop loop;
   std::vector<std::chrono::nanoseconds> took;
-  Nanoseconds taken = machine.taken();
-  const Time begin = std::chrono::steady_clock::now();
-  for (Time release = begin; release - begin < length; release += period) {
+  const Time end = std::chrono::steady_clock::now() + length;
+  for (Time release = {}; release < end;) {
+    const Nanoseconds taken_before = machine.taken();
+    release = std::max(release + period, std::chrono::steady_clock::now());  // to look is no part of it
     std::this_thread::sleep_until(release);
     const Time started = std::chrono::steady_clock::now();
     tick();
     const Time ended = std::chrono::steady_clock::now();
     took.push_back(ended - started);
     const Nanoseconds late = ended - (release + period);
-    const Nanoseconds taken_before = std::exchange(taken, machine.taken());
-    loop.misses += late > 0ns;
-    loop.unexcused += late > std::max(taken - taken_before, 0ns);
-    release = std::max(release, ended - period);  // a pause is one miss
+    if (late <= 0ns) continue;
+    ++loop.misses;
+    loop.unexcused += late > machine.taken() - taken_before;
   }
   loop.ticks = took.size();
   std::ranges::sort(took);
