@@ -102,6 +102,8 @@ std::string EngineSimulation::run(std::uint64_t steps) {
     }
     end_life();
   }
+  if (fault_.empty()) begin_life();  // looks at what the last end left
+  end_life();
   counts_.storage = storage_.counts();
   return fault_;
 }
