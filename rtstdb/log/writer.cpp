@@ -172,6 +172,7 @@ void Writer::group_is_on_disk(std::size_t bytes, Nanoseconds took) {
 
 void Writer::segment_failed(const DiskError& fault, ClockTime now) {
   segment_.reset();
+  checkpointer_.give_up();  // one that begins behind the fault is needed
   waits_for_checkpoint_ = true;
   refused_by_disk_ = true;
   retry_.failed(now);

@@ -105,6 +105,8 @@ void CommitLog::start(LogOwner& owner, const Clock& deadline_clock) {
   owner_ = &owner;
   deadline_clock_ = &deadline_clock;
   world_copy_.attach(&owner);
+  is_driven_ = options_.driver != nullptr;
+  if (is_driven_) return;
   const SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run_thread(); });
   pthread_setname_np(thread_.native_handle(), "rtstdb log");
@@ -117,6 +119,7 @@ CommitLog::~CommitLog() {
 }
 
 Result<void> CommitLog::close() noexcept {
+  if (std::exchange(is_driven_, false)) end_log();
   if (!thread_.joinable()) return closed_;
   closing_.store(true, std::memory_order_release);
   bell_.ring_urgently();
@@ -146,6 +149,7 @@ void CommitLog::record(const store::WriteSet& set) noexcept {
 }
 
 void CommitLog::hold(TransactionImpl& transaction) noexcept {
+  held_count_.fetch_add(1, std::memory_order_release);
   const bool open = held_given_.push(transaction);
   RTSTDB_ASSERT(open);
   bell_.ring_urgently();
@@ -224,6 +228,10 @@ void CommitLog::wait_until(Condition holds) noexcept {
   while (true) {
     const std::uint32_t heard = progress_.load(std::memory_order_seq_cst);
     if (holds()) return;
+    if (is_driven_) {
+      options_.driver->log_is_waited_for();
+      continue;
+    }
     waiters_.fetch_add(1, std::memory_order_seq_cst);
     futex_wait(progress_, heard);
     waiters_.fetch_sub(1, std::memory_order_relaxed);

@@ -44,12 +44,22 @@ class LogOwner : public ErrandTaker {
   virtual void tend_log_soon() noexcept = 0;
 };
 
+/// Drives a log in the place of its thread, so that a simulation says when the log has its turn.
+class LogDriver {
+ public:
+  virtual ~LogDriver() = default;
+  /// The engine waits for the log: calls CommitLog::work once at least.
+  virtual void log_is_waited_for() noexcept = 0;
+};
+
 struct CommitLogOptions {
   DurabilityOptions durability;  ///< all but the directory and volatile_only
   std::uint32_t max_entities = 4096;
   std::uint32_t max_geometries = 1024;
   /// What the log's own intervals are measured by; null: CLOCK_MONOTONIC. Deadlines have another one.
   const Clock* clock = nullptr;
+  /// Null: the log has a thread of its own. Outlives the log.
+  LogDriver* driver = nullptr;
 };
 
 class CommitLog {
@@ -70,7 +80,7 @@ class CommitLog {
   // ---- setup
   /// Gives the store what was recovered.
   void restore(store::Store& store);
-  /// Starts the thread. Owner and clock, which deadlines are on, outlive it.
+  /// Starts the thread, where nobody else drives. Owner and clock, which deadlines are on, outlive it.
   void start(LogOwner& owner, const Clock& deadline_clock);
   /// The mesh in a file of its own, on disk. One thread at a time.
   Result<log::LoggedGeometry> write_geometry(const TriangleMesh& mesh, std::string_view name,
@@ -95,7 +105,13 @@ class CommitLog {
   bool room_for(const log::LoggedGeometry& geometry) const noexcept;
   void record_geometry(const log::LoggedGeometry& geometry, std::size_t positions);
 
+  // ---- whoever drives it, one call at a time, from start to close
+  /// Brings to the disk what is due, and gives back what has waited for that. When there is more to do: as the writer's step.
+  log::Writer::Step work() noexcept;
+
   // ---- any thread
+  /// So many are held and not given back.
+  std::uint32_t held() const noexcept { return held_count_.load(std::memory_order_acquire); }
   Version durable() const noexcept { return writer_->durable(); }
   bool wait_until_durable(Version version, Nanoseconds at_most) noexcept;
   Durability state() const;
@@ -105,7 +121,7 @@ class CommitLog {
   Result<void> recover();
   Result<void> start_writer();
 
-  // The log's thread.
+  // The log's thread, or the driver's.
   void run_thread() noexcept;
   void end_log() noexcept;
   void tell_progress() noexcept;
@@ -138,10 +154,11 @@ class CommitLog {
   std::atomic<bool> closing_{false};
   std::atomic<bool> in_gap_{false};
   HandOver held_given_;
+  std::atomic<std::uint32_t> held_count_{0};
   std::atomic<std::uint32_t> progress_{0};  ///< grows when the disk has more, or refuses
   std::atomic<std::uint32_t> waiters_{0};
 
-  // The log's thread alone.
+  // The log's thread alone, or the driver's.
   HandOverLink* held_ = nullptr;  ///< oldest first
   HandOverLink** held_end_ = &held_;
   struct Told {
@@ -153,6 +170,7 @@ class CommitLog {
   Told told_;
   Result<void> closed_;
 
+  bool is_driven_ = false;  ///< from outside: started, and not closed
   std::thread thread_;
 };
 

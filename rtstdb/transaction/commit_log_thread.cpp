@@ -1,4 +1,4 @@
-// The log's thread: drives the writer, gives back what is held, and ends the log.
+// The log's thread, and what it does: drives the writer, gives back what is held, and ends the log.
 
 #include <algorithm>
 #include <chrono>
@@ -27,14 +27,19 @@ TransactionImpl& transaction_of(HandOverLink& link) {
 void CommitLog::run_thread() noexcept {
   while (!closing_.load(std::memory_order_acquire)) {
     const LogBell::Heard heard = bell_.hear();
-    const log::Writer::Step step = writer_->step(real_time_ns());
-    tell_progress();
-    give_back_held();
-    if (in_gap_.load(std::memory_order_acquire) && ring_.used() <= ring_.capacity() / 2)
-      owner_->tend_log_soon();
+    const log::Writer::Step step = work();
     if (!step.worked) nap(heard, step.wake_at);
   }
   end_log();
+}
+
+log::Writer::Step CommitLog::work() noexcept {
+  const log::Writer::Step step = writer_->step(real_time_ns());
+  tell_progress();
+  give_back_held();
+  if (in_gap_.load(std::memory_order_acquire) && ring_.used() <= ring_.capacity() / 2)
+    owner_->tend_log_soon();
+  return step;
 }
 
 void CommitLog::nap(LogBell::Heard heard, ClockTime wake_at) noexcept {
@@ -65,6 +70,7 @@ void CommitLog::give_back_held() noexcept {
     if (!durable && !told_.refused) return;
     HandOverLink& first = *std::exchange(held_, held_->next);
     if (held_ == nullptr) held_end_ = &held_;
+    held_count_.fetch_sub(1, std::memory_order_release);
     give_back(transaction_of(first), durable);
   }
 }

@@ -15,14 +15,7 @@ constexpr std::size_t clients = 40;
 constexpr std::uint32_t queue_capacity = 12;
 constexpr std::uint32_t max_entities = 48;
 constexpr std::uint32_t most_elements = 40'000;
-
-transaction::EngineOptions engine_options() {
-  return {.store = {.max_entities = max_entities,
-                    .retained_changes = 1u << 14,
-                    .geometry_known = [](GeometryId id) { return !id.valid(); }},
-          .queue_capacity = queue_capacity,
-          .chunk = Nanoseconds(1'000'000)};
-}
+constexpr std::uint32_t rounds_of_a_life = 12;  // on average
 
 std::uint64_t digest_of(const query::RowSource& rows) {
   std::uint64_t sum = 0;
@@ -78,50 +71,127 @@ void SimulationCounts::add(const SimulationCounts& other) {
   full_queues += other.full_queues;
   shared += other.shared;
   observations += other.observations;
+  for (std::size_t k = 0; k < refused.size(); ++k)
+    refused[k] += other.refused[k];
+  durable += other.durable;
+  not_durable += other.not_durable;
+  in_doubt += other.in_doubt;
+  doubts_that_stood += other.doubts_that_stood;
+  recovered += other.recovered;
+  closed += other.closed;
+  losing_lives += other.losing_lives;
+  gaps += other.gaps;
+  storage.add(other.storage);
 }
 
 EngineSimulation::EngineSimulation(std::uint64_t seed)
-    : seed_(seed), chance_(seed), engine_(engine_options(), device_, clock_) {
-  for (std::size_t k = 0; k <= clients; ++k) {
-    auto client = std::make_unique<Client>();
-    client->transaction =
-        engine_.make_transaction({.max_writes = 6, .max_preconditions = 3, .max_queries = 1, .max_reads = 4});
-    clients_.push_back(std::move(client));
-  }
-  probe_ = clients_.back().get();
-}
+    : seed_(seed), chance_(seed), storage_(seed, chance_, clock_) {}
 
 EngineSimulation::~EngineSimulation() = default;
 
 std::string EngineSimulation::run(std::uint64_t steps) {
   const std::uint64_t end = counts_.steps + steps;
   while (counts_.steps < end && fault_.empty()) {
-    engine_.call([&] { play_round(); });
-    wait_until_idle();
-    if (looks_at_snapshot_) look_at_snapshot();
+    begin_life();
+    for (life_ends_ = false; !life_ends_ && counts_.steps < end && fault_.empty();) {
+      engine_->call([&] { play_round(); });
+      wait_until_idle();
+      let_the_log_finish();
+      if (looks_at_snapshot_) look_at_snapshot();
+      life_ends_ = life_ends_ || storage_.has_ended();
+    }
+    end_life();
   }
-  engine_.call([&] { judge(); });
+  if (fault_.empty()) begin_life();  // looks at what the last end left
+  end_life();
+  counts_.storage = storage_.counts();
   return fault_;
-}
-
-/// Nothing is under way, and the device will not be tried by itself. Asked on the engine's thread, which may use a
-/// transaction again at any time; how often, changes nothing.
-void EngineSimulation::wait_until_idle() {
-  for (bool idle = false; !idle;) {
-    engine_.call([&] {
-      idle = !device_.will_be_tried() &&
-             std::ranges::none_of(clients_, [](const auto& client) { return client->pending(); });
-    });
-    if (!idle) std::this_thread::sleep_for(std::chrono::microseconds(100));
-  }
 }
 
 void EngineSimulation::play_round() {
   judge();
   clock_.advance(Nanoseconds(chance_.below(200'000)));
+  storage_.change_weather();
+  storage_.give_turn();
   submit_some(12);
   looks_at_snapshot_ = chance_.one_in(8);
+  life_ends_ = chance_.one_in(rounds_of_a_life);
   device_.try_again();
+}
+
+// ---- one life after the other
+
+void EngineSimulation::begin_life() {
+  auto log = storage_.open(max_entities);
+  if (!log) return fail("the log can not be opened: " + log.error().message);
+  const bool has_log = log.value() != nullptr;
+  if (has_log) {
+    judge_recovery(log.value()->recovery().version);
+  } else {
+    model_ = {};
+  }
+  transaction::EngineOptions options;
+  options.store.max_entities = max_entities;
+  options.store.retained_changes = 1u << 14;
+  options.store.geometry_known = [](GeometryId id) { return !id.valid(); };
+  options.queue_capacity = queue_capacity;
+  options.chunk = Nanoseconds(1'000'000);
+  engine_ =
+      std::make_unique<transaction::Engine>(std::move(options), device_, clock_, std::move(log).value());
+  for (std::size_t k = 0; k <= clients; ++k) {
+    auto client = std::make_unique<Client>();
+    client->transaction = engine_->make_transaction(
+        {.max_writes = 6, .max_preconditions = 3, .max_queries = 1, .max_reads = 4});
+    clients_.push_back(std::move(client));
+  }
+  probe_ = clients_.back().get();
+  told_ = {};
+  committed_.clear();
+  if (model_.newest() != 0) committed_.push_back(model_.newest());
+  look_at_snapshot();
+}
+
+void EngineSimulation::end_life() {
+  if (engine_ == nullptr) return;
+  engine_->call([&] { judge(); });
+  clock_.go_on();
+  clients_.clear();
+  if (engine_->log() != nullptr && chance_.one_in(2)) storage_.end_at_once();
+  must_find_all_ = storage_.mode() == DurabilityMode::sync;
+  engine_->close();
+  if (transaction::CommitLog* const log = engine_->log()) {
+    const bool closed = log->close().ok();
+    must_find_all_ = must_find_all_ || closed;
+    counts_.closed += closed;
+    counts_.gaps += log->state().gaps;
+  }
+  storage_.note_last_words();
+  engine_.reset();
+  storage_.rest();
+}
+
+/// Nothing is under way, but for what the log holds, and the device will not be tried by itself. In this order: what was
+/// submitted since the first line is seen in the last, and what ended meanwhile was the last to submit anything.
+bool EngineSimulation::is_idle() const {
+  const std::uint64_t submissions = submissions_;
+  const auto pending = std::ranges::count_if(clients_, [](const auto& client) { return client->pending(); });
+  const bool idle = !device_.will_be_tried() && pending == held();
+  return idle && submissions == submissions_;
+}
+
+std::uint32_t EngineSimulation::held() const {
+  return engine_->log() != nullptr ? engine_->log()->held() : 0;
+}
+
+void EngineSimulation::wait_until_idle() {
+  while (!is_idle())
+    std::this_thread::sleep_for(std::chrono::microseconds(20));
+}
+
+/// Turn by turn: between two of them the engine makes the copy that a checkpoint asks for.
+void EngineSimulation::let_the_log_finish() {
+  while (held() > 0)
+    engine_->call([&] { storage_.work_on(); });
 }
 
 // ---- the machine's events
@@ -145,6 +215,7 @@ bool EngineSimulation::chunk_done(const query::RowSource& rows, const query::Pre
     fail("a chunk of one whose turn it is not");
   client.now.observed.push_back({rows.version(), digest_of(rows)});
   client.now.last_chunk = clock_.now();
+  storage_.give_turn();
   if (chance_.one_in(2)) submit_some(3);
   if (chance_.one_in(6)) cancel_one();
   if (chance_.one_in(300)) {
@@ -170,12 +241,11 @@ void EngineSimulation::run_ends(query::RunStatus status) {
 bool EngineSimulation::may_pause() {
   const bool one_is_staged = std::ranges::any_of(
       running_, [](const auto& run) { return !run.front()->now.declared.writes.empty(); });
-  const bool idle =
-      running_.empty() && std::ranges::none_of(clients_, [](const auto& c) { return c->pending(); });
+  const auto pending = std::ranges::count_if(clients_, [](const auto& c) { return c->pending(); }) - held();
+  const bool idle = running_.empty() && pending == 0;
   // The probe would be shed where the queue is full, and then say nothing of the others.
   constexpr std::uint32_t submitted = 3;
-  const auto pending = std::ranges::count_if(clients_, [](const auto& c) { return c->pending(); });
-  const bool may_be_shed = static_cast<std::uint32_t>(pending) + submitted >= queue_capacity;
+  const bool may_be_shed = pending + submitted >= queue_capacity;
   if (one_is_staged || idle || may_be_shed || probe_->pending() || !chance_.one_in(3)) return false;
   // All of it before the relief can begin: what it does first must not depend on how soon it is there.
   submit_some(submitted);
@@ -184,7 +254,7 @@ bool EngineSimulation::may_pause() {
 }
 
 void EngineSimulation::pauses() {
-  if (engine_.wait(*probe_->transaction).done()) ++counts_.passed_by_relief;
+  if (engine_->wait(*probe_->transaction).done()) ++counts_.passed_by_relief;
 }
 
 void EngineSimulation::submit_probe() {
@@ -202,6 +272,11 @@ void EngineSimulation::submit_probe() {
     probe.transaction->create(row);
   else
     probe.transaction->update(write.id, row);
+  // What the log holds would be waited for in vain here: this one comes to nothing, when all before it are done.
+  if (storage_.mode() == DurabilityMode::group) {
+    probe.now.declared.expected.push_back({{max_entities, 1}, 0});
+    probe.transaction->expect_written_by({max_entities, 1}, 0);
+  }
   submit(probe);
 }
 
@@ -233,10 +308,11 @@ void EngineSimulation::submit_some(std::uint32_t most) {
 
 void EngineSimulation::submit(Client& client) {
   ++counts_.steps;
-  client.now.declared.newest_before = engine_.latest().version;
+  client.now.declared.newest_before = engine_->latest().version;
   client.now.declared.submitted = clock_.now();
   client.under_way = true;
-  engine_.submit(*client.transaction);
+  engine_->submit(*client.transaction);
+  ++submissions_;
 }
 
 Terms EngineSimulation::any_terms() {
@@ -307,7 +383,7 @@ void EngineSimulation::cancel_one() {
   if (!client.pending()) return;
   ++counts_.steps;
   client.now.declared.cancelled = true;
-  engine_.cancel(*client.transaction);
+  engine_->cancel(*client.transaction);
 }
 
 void EngineSimulation::take_ended(Client& client) {
@@ -315,10 +391,10 @@ void EngineSimulation::take_ended(Client& client) {
   EndedTransaction& ended = client.now;
   ended.outcome = client.transaction->outcome();
   ended.outcome.status = client.transaction->status();
-  if (ended.outcome.done()) {
-    std::uint32_t created = 0;
-    for (ModelWrite& write : ended.declared.writes)
-      if (write.kind == ModelWrite::Kind::create) write.id = client.transaction->created(created++);
+  if (ended.outcome.done() || ended.outcome.in_doubt) {
+    const auto& set = static_cast<const transaction::TransactionImpl&>(*client.transaction).write_set();
+    for (std::size_t k = 0; k < ended.declared.writes.size(); ++k)
+      ended.declared.writes[k].id = set.writes[k].state.id;
   }
   for (std::uint32_t k = 0; k < ended.declared.reads.size(); ++k) {
     const EntityState* state = client.transaction->state(k);

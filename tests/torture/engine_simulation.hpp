@@ -1,9 +1,12 @@
 #pragma once
 // The engine on a simulated machine, driven through a course of events that follows from a seed: transactions of every
 // class that write, read, ask, expect and are cancelled; a device that is slow, is lost and does not always come back; a
-// machine that stands still at a bad moment. What it says of each transaction is held against a model.
+// machine that stands still at a bad moment; a log on a disk that refuses, and processes that are killed and machines that lose
+// their power, after which the next engine goes on from the disk. What it says of each transaction, and what is there after each
+// end, is held against a model.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -15,6 +18,7 @@
 
 #include "rtstdb/transaction/engine.hpp"
 #include "tests/torture/simulated_machine.hpp"
+#include "tests/torture/simulated_storage.hpp"
 #include "tests/torture/world_model.hpp"
 
 namespace hil::torture {
@@ -30,6 +34,14 @@ struct SimulationCounts {
   std::uint64_t full_queues = 0;
   std::uint64_t shared = 0;  ///< runs of several
   std::uint64_t observations = 0;
+  std::array<std::uint64_t, 8> refused{};      ///< by rtstdb::RefusedBy
+  std::uint64_t durable = 0, not_durable = 0;  ///< writers that were told so, in modes that tell
+  std::uint64_t in_doubt = 0, doubts_that_stood = 0;
+  std::uint64_t recovered = 0, closed = 0;
+  std::uint64_t losing_lives = 0, gaps = 0;
+  SimulatedStorage::Counts storage;
+  std::uint64_t course = 0;  ///< follows from all that was said and when
+  bool operator==(const SimulationCounts&) const = default;
   void add(const SimulationCounts& other);
 };
 
@@ -67,7 +79,7 @@ class EngineSimulation final : private DeviceEvents {
   explicit EngineSimulation(std::uint64_t seed);
   ~EngineSimulation() override;
 
-  /// So many steps, or until something is wrong: the step and what, in words; else empty.
+  /// So many steps, or until something is wrong: the step and what, in words; else empty. At its end the engine is closed.
   std::string run(std::uint64_t steps);
   const SimulationCounts& counts() const { return counts_; }
 
@@ -81,6 +93,12 @@ class EngineSimulation final : private DeviceEvents {
   void run_ends(rtstdb::query::RunStatus status) override;
   bool may_pause() override;
   void pauses() override;
+
+  // The engine, one life after the other.
+  void begin_life();
+  void end_life();
+  void judge_recovery(rtstdb::Version found);
+  void let_the_log_finish();
 
   // On the engine's thread.
   void play_round();
@@ -103,15 +121,22 @@ class EngineSimulation final : private DeviceEvents {
   void judge_not_done(const EndedTransaction& ended);
   void judge_conflict(const EndedTransaction& ended);
   void judge_bad_input(const EndedTransaction& ended);
+  void judge_refusal(const EndedTransaction& ended);
+  void judge_durability(const EndedTransaction& ended);
+  void judge_counts();
+  static std::string in_words(const EndedTransaction& ended);
   void fail(const std::string& what);
 
   void wait_until_idle();
+  bool is_idle() const;
+  std::uint32_t held() const;
   void look_at_snapshot();
 
   const std::uint64_t seed_;
   Chance chance_;
   SimulatedClock clock_;
   SimulatedDevice device_{chance_, clock_, *this};
+  SimulatedStorage storage_;
   std::vector<std::unique_ptr<Client>> clients_;
   Client* probe_ =
       nullptr;  ///< only writes, and is the last of all: when it is done, all others are that can be
@@ -123,9 +148,12 @@ class EngineSimulation final : private DeviceEvents {
   std::array<std::uint64_t, 16> told_{};    ///< outcomes by status
   std::uint32_t next_material_ = 1;
   bool looks_at_snapshot_ = false;  ///< after this round
+  bool life_ends_ = false;          ///< after this round
+  bool must_find_all_ = false;      ///< the log was closed, or was never behind
+  std::atomic<std::uint64_t> submissions_{0};
   std::string fault_;
   SimulationCounts counts_;
-  rtstdb::transaction::Engine engine_;
+  std::unique_ptr<rtstdb::transaction::Engine> engine_;
 };
 
 }  // namespace hil::torture

@@ -20,17 +20,17 @@ bool holds(const ModelRows& rows, EntityId id, Version written_by) {
          found->second.written_by == written_by;
 }
 
-std::string in_words(EntityId id) {
+std::string name_of(EntityId id) {
   return "entity " + std::to_string(id.index) + "." + std::to_string(id.generation);
 }
 
-std::string in_words(const EndedTransaction& ended) {
+}  // namespace
+
+std::string EngineSimulation::in_words(const EndedTransaction& ended) {
   return std::string(to_string(ended.declared.terms.deadline_class)) + " transaction of " +
          std::to_string(ended.declared.writes.size()) + " writes and " +
          std::to_string(ended.declared.asked) + " elements, " + describe(ended.outcome) + ": ";
 }
-
-}  // namespace
 
 void EngineSimulation::fail(const std::string& what) {
   if (!fault_.empty()) return;
@@ -51,27 +51,39 @@ void EngineSimulation::judge() {
       return fail(in_words(*commit) + wrong);
     committed_.push_back(commit->outcome.version);
   }
+  storage_.note_promises();
   for (const EndedTransaction& ended : ended_)
     judge_one(ended);
   ended_.clear();
-  if (engine_.latest().version != model_.newest())
-    fail("the latest version is " + std::to_string(engine_.latest().version) + " and not " +
+  if (engine_->latest().version != model_.newest())
+    fail("the latest version is " + std::to_string(engine_->latest().version) + " and not " +
          std::to_string(model_.newest()));
-  const TransactionCounts counts = engine_.counts();
-  if (counts.committed != told_[static_cast<std::size_t>(Status::committed)] ||
-      counts.missed != told_[static_cast<std::size_t>(Status::missed)] ||
-      counts.device_lost != told_[static_cast<std::size_t>(Status::device_lost)] ||
-      counts.firm_late_commits != 0)
-    fail("its counts are not those of the outcomes");
+  judge_counts();
+  if (!storage_.fault().empty()) fail(storage_.fault());
   if (committed_.size() > versions_read_again)
     committed_.erase(committed_.begin(), committed_.end() - versions_read_again);
-  if (!committed_.empty()) model_.forget_before(committed_.front());
+  const bool has_log = engine_->log() != nullptr;
+  if (!committed_.empty())
+    model_.forget_before(has_log ? std::min(committed_.front(), storage_.promised()) : committed_.front());
   known_.clear();
   for (const auto& [index, row] : model_.rows(model_.newest()))
     known_.push_back({index, row.generation});
 }
 
+void EngineSimulation::judge_counts() {
+  const TransactionCounts counts = engine_->counts();
+  if (counts.committed != told_[static_cast<std::size_t>(Status::committed)] ||
+      counts.missed != told_[static_cast<std::size_t>(Status::missed)] ||
+      counts.device_lost != told_[static_cast<std::size_t>(Status::device_lost)] ||
+      counts.firm_late_commits != 0)
+    fail("its counts are not those of the outcomes");
+}
+
 void EngineSimulation::judge_one(const EndedTransaction& ended) {
+  judge_durability(ended);
+  const auto published = static_cast<std::uint64_t>(ended.outcome.published.time_since_epoch().count());
+  counts_.course = (counts_.course + published) * 0x9E3779B97F4A7C15u + ended.outcome.version +
+                   static_cast<std::uint64_t>(ended.outcome.status);
   ++counts_.ended[static_cast<std::size_t>(ended.outcome.status)];
   ++told_[static_cast<std::size_t>(ended.outcome.status)];
   if (ended.outcome.done())
@@ -107,7 +119,7 @@ void EngineSimulation::judge_done(const EndedTransaction& ended) {
   const Version seen_by_expectations = writes ? model_.before(outcome.version) : outcome.version;
   for (const auto& expected : declared.expected) {
     if (!holds(model_.rows(seen_by_expectations), expected.id, expected.written_by))
-      fail(in_words(ended) + "what it expected of " + in_words(expected.id) + " did not hold");
+      fail(in_words(ended) + "what it expected of " + name_of(expected.id) + " did not hold");
   }
   judge_reads(ended);
 }
@@ -128,7 +140,7 @@ void EngineSimulation::judge_reads(const EndedTransaction& ended) {
     ++counts_.observations;
     if (alive != read.has_value() || (alive && (read->row.material != found->second.material ||
                                                 read->written_by != found->second.written_by)))
-      fail(in_words(ended) + "it read " + in_words(id) + " as it is not in version " +
+      fail(in_words(ended) + "it read " + name_of(id) + " as it is not in version " +
            std::to_string(version));
   }
 }
@@ -142,9 +154,7 @@ void EngineSimulation::judge_not_done(const EndedTransaction& ended) {
       if (!firm || outcome.lateness <= Nanoseconds(0)) fail(in_words(ended) + "it had no deadline to miss");
       return;
     case Status::refused:
-      if (!firm || outcome.earliest_feasible <= declared.terms.deadline)
-        fail(in_words(ended) + "refused, and what was asked for is feasible");
-      return;
+      return judge_refusal(ended);
     case Status::cancelled:
       if (outcome.cancelled_by == CancelledBy::full_queue)
         ++counts_.full_queues;
@@ -172,7 +182,7 @@ void EngineSimulation::judge_conflict(const EndedTransaction& ended) {
   if (which >= ended.declared.expected.size()) return fail(in_words(ended) + "it expected nothing");
   const auto& expected = ended.declared.expected[which];
   if (holds(model_.rows(outcome.version), expected.id, expected.written_by))
-    fail(in_words(ended) + "what it expected of " + in_words(expected.id) + " held");
+    fail(in_words(ended) + "what it expected of " + name_of(expected.id) + " held");
 }
 
 void EngineSimulation::judge_bad_input(const EndedTransaction& ended) {
@@ -184,10 +194,10 @@ void EngineSimulation::judge_bad_input(const EndedTransaction& ended) {
 }
 
 void EngineSimulation::look_at_snapshot() {
-  const auto rows = engine_.snapshot(ReadAt::latest());
+  const auto rows = engine_->snapshot(ReadAt::latest());
   if (!rows) return fail("no snapshot: " + rows.error().message);
-  const Version latest = engine_.latest().version;
-  engine_.call([&] {
+  const Version latest = engine_->latest().version;
+  engine_->call([&] {
     judge();
     std::uint64_t sum = 0;
     for (const EntityState& state : rows.value())

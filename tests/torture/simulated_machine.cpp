@@ -47,10 +47,10 @@ RunStatus SimulatedDevice::run_chunks(const RowSource& rows, std::span<const Req
 
 bool SimulatedDevice::revive(Meanwhile* meanwhile) noexcept {
   if (!tries_) return !lost_;
-  tries_ = false;
   let_others_in(meanwhile);
   clock_.advance(Nanoseconds(100'000 + std::int64_t{chance_.below(400'000)}));
   lost_ = chance_.one_in(4);
+  tries_ = false;
   return !lost_;
 }
 

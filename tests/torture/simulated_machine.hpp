@@ -80,6 +80,7 @@ class SimulatedDevice final : public rtstdb::query::Executor {
   /// A lost device is tried once after it was lost, after each run that it could not do, and after each of these calls:
   /// not by how often the engine happens to look.
   void try_again() noexcept { tries_ = lost_; }
+  /// Any thread; false: not before the next of them, and it is not being tried.
   bool will_be_tried() const noexcept { return tries_; }
 
  private:
@@ -92,7 +93,7 @@ class SimulatedDevice final : public rtstdb::query::Executor {
   SimulatedClock& clock_;
   DeviceEvents& events_;
   bool lost_ = false;
-  bool tries_ = false;
+  std::atomic<bool> tries_{false};
 };
 
 }  // namespace hil::torture

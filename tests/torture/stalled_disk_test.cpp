@@ -1,5 +1,5 @@
-// A disk that stands still for seconds while a loop commits each millisecond in async mode: the loop does not wait for it, and the log says
-// how full its ring was.
+// A disk that stands still for seconds while a loop commits each millisecond in async mode: the loop misses nothing but for what the
+// machine itself took (MachineTime), and the log says how full its ring was.
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 
 #include "rtstdb/transaction/engine.hpp"
 #include "tests/support/simulated_disk.hpp"
+#include "tests/torture/machine_time.hpp"
 
 namespace hil::torture {
 namespace {
@@ -37,25 +38,36 @@ class NoQueries final : public query::Executor {
   }
 };
 
+/// A miss that the machine's account, which is kept in coarse steps, does not explain is looked for again; one that comes of the disk
+/// comes each time.
+constexpr int rounds = 3;
+/// What a commit of one row takes in the ring, at least.
+constexpr std::size_t least_record_bytes = 100;
+
 /// What a loop of one millisecond saw.
 struct Loop {
   std::size_t ticks = 0, misses = 0;  ///< not done before the next tick
+  std::size_t unexcused = 0;          ///< misses by more than the machine took meanwhile
   std::chrono::nanoseconds longest{0}, median{0};
 };
 
 template <class Tick>
-Loop run_loop(std::chrono::nanoseconds length, const Tick& tick) {
+Loop run_loop(const MachineTime& machine, std::chrono::nanoseconds length, const Tick& tick) {
   Loop loop;
   std::vector<std::chrono::nanoseconds> took;
-  const Time begin = std::chrono::steady_clock::now();
-  for (Time release = begin; release - begin < length; release += period) {
+  const Time end = std::chrono::steady_clock::now() + length;
+  for (Time release = {}; release < end;) {
+    const Nanoseconds taken_before = machine.taken();
+    release = std::max(release + period, std::chrono::steady_clock::now());  // to look is no part of it
     std::this_thread::sleep_until(release);
     const Time started = std::chrono::steady_clock::now();
     tick();
     const Time ended = std::chrono::steady_clock::now();
     took.push_back(ended - started);
-    if (ended > release + period) ++loop.misses;
-    release = std::max(release, ended - period);  // a pause is one miss
+    const Nanoseconds late = ended - (release + period);
+    if (late <= 0ns) continue;
+    ++loop.misses;
+    loop.unexcused += late > machine.taken() - taken_before;
   }
   loop.ticks = took.size();
   std::ranges::sort(took);
@@ -68,63 +80,90 @@ double in_us(std::chrono::nanoseconds time) {
   return static_cast<double>(time.count()) / 1e3;
 }
 
-TEST(StalledDisk, TheLoopDoesNotWaitForIt) {
+/// A database in async mode whose disk stands still when it is told to.
+class Stalled {
+ public:
+  explicit Stalled(SimulatedDisk& disk) {
+    disk.before_each([this](log::DiskCall call) {
+      if (call != log::DiskCall::sync || !stalls_) return;
+      stood_ = true;
+      stalls_.wait(true);
+    });
+    transaction::CommitLogOptions options;
+    options.durability.ring_bytes = std::size_t{2} << 20;
+    auto opened =
+        transaction::CommitLog::open(std::shared_ptr<log::Disk>(std::shared_ptr<void>(), &disk), options);
+    transaction::EngineOptions engine_options;
+    engine_options.store.geometry_known = [](GeometryId id) { return !id.valid(); };
+    engine_ =
+        std::make_unique<transaction::Engine>(engine_options, executor_, clock_, std::move(opened).value());
+    transaction_ = engine_->make_transaction({.max_writes = 1});
+    transaction_->begin({});
+    transaction_->create({});
+    engine_->submit(*transaction_);
+    EXPECT_TRUE(engine_->wait(*transaction_).done());
+    id_ = transaction_->created(0);
+  }
+  ~Stalled() { set_stalls(false); }
+  Stalled(const Stalled&) = delete;
+  Stalled& operator=(const Stalled&) = delete;
+
+  void set_stalls(bool stalls) {
+    stalls_ = stalls;
+    stalls_.notify_all();
+  }
+  bool commit() {
+    transaction_->begin({});
+    transaction_->update_motion(id_, {});
+    engine_->submit(*transaction_);
+    return engine_->wait(*transaction_).done();
+  }
+  bool stood() const { return stood_; }
+  transaction::Engine& engine() { return *engine_; }
+
+ private:
+  std::atomic<bool> stalls_{false}, stood_{false};
+  NoQueries executor_;
+  transaction::MonotonicClock clock_;
+  std::unique_ptr<transaction::Engine> engine_;
+  std::unique_ptr<Transaction> transaction_;
+  EntityId id_;
+};
+
+TEST(StalledDisk, TheLoopMissesNothingForIt) {
   SimulatedDisk disk(1);
-  std::atomic<bool> stalls{false};
-  std::atomic<bool> stood{false};
-  disk.before_each([&](log::DiskCall call) {
-    if (call != log::DiskCall::sync || !stalls) return;
-    stood = true;
-    stalls.wait(true);
-  });
-  transaction::CommitLogOptions options;
-  options.durability.ring_bytes = std::size_t{2} << 20;
-  auto opened =
-      transaction::CommitLog::open(std::shared_ptr<log::Disk>(std::shared_ptr<void>(), &disk), options);
-  ASSERT_TRUE(opened.ok());
-  NoQueries executor;
-  transaction::MonotonicClock clock;
-  transaction::EngineOptions engine_options;
-  engine_options.store.geometry_known = [](GeometryId id) { return !id.valid(); };
-  transaction::Engine engine(engine_options, executor, clock, std::move(opened).value());
-  const auto transaction = engine.make_transaction({.max_writes = 1});
-  transaction->begin({});
-  transaction->create({});
-  engine.submit(*transaction);
-  ASSERT_TRUE(engine.wait(*transaction).done());
-  const EntityId id = transaction->created(0);
+  Stalled stalled_disk(disk);
+  transaction::Engine& engine = stalled_disk.engine();
+  const MachineTime machine;
   std::size_t done = 0;
-  const auto commit = [&] {
-    transaction->begin({});
-    transaction->update_motion(id, {});
-    engine.submit(*transaction);
-    if (engine.wait(*transaction).done()) ++done;
-  };
+  const auto commit = [&] { done += stalled_disk.commit(); };
 
-  const Loop healthy = run_loop(stall / 5, commit);
-  stalls = true;
-  Loop bare;
-  std::thread beside([&] { bare = run_loop(stall, [] {}); });
-  done = 0;
-  const Loop stalled = run_loop(stall, commit);
-  beside.join();
-  const Durability during = engine.log()->state();
-  stalls = false;
-  stalls.notify_all();
+  const Loop healthy = run_loop(machine, stall / 5, commit);
+  Loop stalled;
+  for (int round = 0; round < rounds; ++round) {
+    stalled_disk.set_stalls(true);
+    done = 0;
+    stalled = run_loop(machine, stall, commit);
+    const Durability during = engine.log()->state();
+    stalled_disk.set_stalls(false);
 
-  EXPECT_TRUE(stood);
-  EXPECT_EQ(done, stalled.ticks) << "every tick committed";
-  EXPECT_LT(stalled.longest, never_that_long) << "a tick waited for the disk";
-  EXPECT_LT(stalled.median, healthy.median * 5 + 1ms);
-  EXPECT_GT(during.ring_high_water, 0u);
-  EXPECT_EQ(during.commits_in_gaps, 0u) << "the ring holds what comes in that time";
-  EXPECT_LT(during.durable, engine.latest().version);
-  EXPECT_TRUE(engine.log()->wait_until_durable(engine.latest().version, 60s)) << "whole again";
-  std::cout << "stalled for " << stall.count() << " ms: " << stalled.ticks << " ticks, " << stalled.misses
-            << " missed, beside " << bare.misses << " of a bare loop; median " << in_us(stalled.median)
-            << " us, before " << in_us(healthy.median) << " us; longest " << in_us(stalled.longest)
-            << " us, before " << in_us(healthy.longest) << " us; ring " << during.ring_high_water << " of "
-            << during.ring_bytes << " bytes\n";
+    ASSERT_TRUE(stalled_disk.stood());
+    ASSERT_EQ(done, stalled.ticks) << "every tick committed";
+    EXPECT_LT(stalled.longest, never_that_long) << "a tick waited for the disk";
+    EXPECT_LT(stalled.median, healthy.median * 5 + 1ms);
+    EXPECT_EQ(during.commits_in_gaps, 0u) << "the ring holds what comes in that time";
+    EXPECT_GE(during.ring_high_water, stalled.ticks / 2 * least_record_bytes);
+    EXPECT_LE(during.ring_high_water, during.ring_bytes);
+    EXPECT_LT(during.durable, engine.latest().version);
+    EXPECT_TRUE(engine.log()->wait_until_durable(engine.latest().version, 60s)) << "whole again";
+    std::cout << "stalled for " << stall.count() << " ms: " << stalled.ticks << " ticks, " << stalled.misses
+              << " missed, " << stalled.unexcused << " of them not for what the machine took; median "
+              << in_us(stalled.median) << " us, before " << in_us(healthy.median) << " us; longest "
+              << in_us(stalled.longest) << " us, before " << in_us(healthy.longest) << " us; ring "
+              << during.ring_high_water << " of " << during.ring_bytes << " bytes\n";
+    if (stalled.unexcused == 0) break;
+  }
+  EXPECT_EQ(stalled.unexcused, 0u) << "ticks were late for the disk";
 }
 
 }  // namespace

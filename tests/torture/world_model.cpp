@@ -35,22 +35,49 @@ std::string WorldModel::commit(rtstdb::Version version, const std::vector<ModelW
   if (version <= newest)
     return "version " + std::to_string(version) + " was committed after " + std::to_string(newest);
   Held after = before;
+  if (std::string wrong = apply(version, writes, after.rows); !wrong.empty()) return wrong;
+  after.digest = torture::digest(after.rows);
+  versions_.emplace(version, std::move(after));
+  return {};
+}
+
+void WorldModel::may_stand(rtstdb::Version version, const std::vector<ModelWrite>& writes) {
+  Held after = held(version);
+  if (!apply(version, writes, after.rows).empty()) return;  // then nothing may stand, and finding it is wrong
+  after.digest = torture::digest(after.rows);
+  doubtful_.insert_or_assign(version, std::move(after));
+}
+
+std::string WorldModel::go_on_at(rtstdb::Version version) {
+  const auto after = versions_.upper_bound(version);
+  if (after == versions_.begin())
+    return "version " + std::to_string(version) + " is older than any that may be found";
+  versions_.erase(after, versions_.end());
+  const auto doubtful = doubtful_.find(version);
+  if (newest() != version && doubtful == doubtful_.end())
+    return "version " + std::to_string(version) + " never was; the one before it is " +
+           std::to_string(newest());
+  if (newest() != version) versions_.emplace(version, std::move(doubtful->second));
+  doubtful_.clear();
+  return {};
+}
+
+std::string WorldModel::apply(rtstdb::Version version, const std::vector<ModelWrite>& writes,
+                              ModelRows& rows) {
   for (const ModelWrite& write : writes) {
-    const auto found = after.rows.find(write.id.index);
-    const bool alive = found != after.rows.end() && found->second.generation == write.id.generation;
+    const auto found = rows.find(write.id.index);
+    const bool alive = found != rows.end() && found->second.generation == write.id.generation;
     if (write.kind == ModelWrite::Kind::create) {
-      if (found != after.rows.end()) return name(write.id) + " was created where one lives";
-      after.rows[write.id.index] = {write.id.generation, write.material, version};
+      if (found != rows.end()) return name(write.id) + " was created where one lives";
+      rows[write.id.index] = {write.id.generation, write.material, version};
       continue;
     }
     if (!alive) return name(write.id) + " was written and is not there";
     if (write.kind == ModelWrite::Kind::remove)
-      after.rows.erase(found);
+      rows.erase(found);
     else
       found->second = {write.id.generation, write.material, version};
   }
-  after.digest = torture::digest(after.rows);
-  versions_.emplace(version, std::move(after));
   return {};
 }
 

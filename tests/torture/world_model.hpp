@@ -33,6 +33,10 @@ class WorldModel {
  public:
   /// Commits come in the order of their versions. What does not fit is told: empty, or the fault in words.
   std::string commit(rtstdb::Version version, const std::vector<ModelWrite>& writes);
+  /// Nobody could read it, and nobody knows whether a log tells of it.
+  void may_stand(rtstdb::Version version, const std::vector<ModelWrite>& writes);
+  /// Whoever opened the database again found that version: what came after it never was. What does not fit is told.
+  std::string go_on_at(rtstdb::Version version);
   /// The rows of a version: those of the last commit up to it.
   const ModelRows& rows(rtstdb::Version version) const;
   std::uint64_t digest(rtstdb::Version version) const;
@@ -50,7 +54,10 @@ class WorldModel {
     std::uint64_t digest = 0;
   };
   const Held& held(rtstdb::Version version) const;
+  /// What a set leaves behind of the rows before it. What does not fit is told.
+  static std::string apply(rtstdb::Version version, const std::vector<ModelWrite>& writes, ModelRows& rows);
   std::map<rtstdb::Version, Held> versions_{{0, {}}};
+  std::map<rtstdb::Version, Held> doubtful_;
 };
 
 }  // namespace hil::torture

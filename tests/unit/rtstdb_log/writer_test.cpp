@@ -188,6 +188,27 @@ TEST_F(WriterTest, AFailedSyncHoldsTheWatermarkUntilACheckpointIsThere) {
   EXPECT_EQ(version_after_crash(), 4u);
 }
 
+TEST_F(WriterTest, ACheckpointThatWasBegunBeforeAFaultDoesNotEndIt) {
+  start();
+  commit(3);
+  settle();
+  writer->checkpoint_soon();
+  ASSERT_TRUE(writer->step(0).worked);
+  commit(1);
+  disk.fail_call(disk.calls() + 1, EIO);  // the sync of its group
+  settle();
+  EXPECT_TRUE(writer->refused_by_disk());
+  EXPECT_TRUE(writer->waits_for_checkpoint());
+  EXPECT_EQ(writer->durable(), 3u);
+  EXPECT_EQ(writer->statistics().checkpoints, 0u);
+  clock.advance(Nanoseconds(20'000'000));
+  settle();
+  EXPECT_FALSE(writer->refused_by_disk());
+  EXPECT_EQ(writer->durable(), 4u);
+  EXPECT_EQ(writer->statistics().checkpoints, 1u);
+  EXPECT_EQ(version_after_crash(), 4u);
+}
+
 // The sync after a failed one says yes, and the pages are gone: what the writer had in that file is nowhere else on disk.
 TEST_F(WriterTest, WhatAFailedSyncDroppedIsWrittenElsewhere) {
   start();
