@@ -20,7 +20,7 @@ function(hil_compile_shader result directory name source)
     OUTPUT ${binary} ${words}
     COMMAND ${GLSLANG_VALIDATOR} -V --quiet --target-env vulkan1.3 -I${PROJECT_SOURCE_DIR} -I${PROJECT_SOURCE_DIR}/shaders
             ${ARGN} --depfile ${words}.d -o ${binary} ${source}
-    COMMAND ${SPIRV_OPT} --target-env=vulkan1.3 --scalar-block-layout ${passes} ${binary} -o ${binary}
+    COMMAND ${SPIRV_OPT} --target-env=vulkan1.3 --scalar-block-layout --preserve-bindings ${passes} ${binary} -o ${binary}
     COMMAND ${SPIRV_VAL} --target-env vulkan1.3 --scalar-block-layout ${binary}
     COMMAND ${CMAKE_COMMAND} -DNAME=${name} -DBINARY=${binary} -DWORDS=${words} -P ${PROJECT_SOURCE_DIR}/cmake/shader_words.cmake
     DEPENDS ${source} ${PROJECT_SOURCE_DIR}/cmake/shader_words.cmake
