@@ -1,0 +1,24 @@
+#pragma once
+// What a scenario says of a laser scanner.
+
+#include <glm/ext/vector_double3.hpp>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "runtime/config/schema.hpp"
+#include "runtime/modules/laser_scanner/scan_pattern.hpp"
+
+namespace hil::modules {
+
+/// Lengths in the carrier's frame.
+struct ScannerOptions {
+  std::string carrier;
+  glm::dvec3 mount_m{0.0};
+
+config::Schema scanner_schema();
+/// Of parameters that passed the schema.
+ScannerOptions read_scanner_options(const config::Value& parameters);
+
+}  // namespace hil::modules
