@@ -10,7 +10,8 @@
 
 namespace rtstdb::log {
 
-Group::Group(std::size_t payload_room) : bytes_(round_up(sizeof(GroupHeader) + payload_room, sector_bytes)) {
+Group::Group(std::size_t payload_room)
+    : pages_(round_up(sizeof(GroupHeader) + payload_room, sector_bytes)), bytes_(pages_.bytes()) {
   RTSTDB_ASSERT(payload_room <= max_payload_bytes);
 }
 
@@ -60,7 +61,7 @@ void Group::clear() noexcept {
 }
 
 std::span<const std::byte> Group::seal(const Place& place, std::int64_t real_time_ns) noexcept {
-  const auto payload = std::span(bytes_).subspan(sizeof(GroupHeader), payload_bytes_);
+  const auto payload = bytes_.subspan(sizeof(GroupHeader), payload_bytes_);
   header_.flags = closing_ ? closing_flag : 0;
   header_.number = place.number;
   header_.payload_bytes = static_cast<std::uint32_t>(payload_bytes_);
@@ -72,7 +73,7 @@ std::span<const std::byte> Group::seal(const Place& place, std::int64_t real_tim
   const std::size_t end = sizeof header_ + payload_bytes_;
   const std::size_t padded = round_up(end, sector_bytes);
   std::memset(bytes_.data() + end, 0, padded - end);
-  return std::span(bytes_).first(padded);
+  return bytes_.first(padded);
 }
 
 }  // namespace rtstdb::log

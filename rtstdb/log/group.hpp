@@ -6,11 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include <rtstdb/transaction.hpp>
 
 #include "rtstdb/log/format.hpp"
+#include "rtstdb/log/whole_pages.hpp"
 
 namespace rtstdb::log {
 
@@ -48,7 +48,8 @@ class Group {
  private:
   void note(RecordKind kind, std::span<const std::byte> body) noexcept;
 
-  std::vector<std::byte> bytes_;  // room for the header first
+  WholePages pages_;
+  std::span<std::byte> bytes_;  // room for the header first
   std::size_t payload_bytes_ = 0;
   GroupHeader header_;
   bool closing_ = false;
