@@ -20,8 +20,9 @@ class Group {
 
   bool empty() const noexcept { return payload_bytes_ == 0 && !closing_; }
   std::size_t room() const noexcept;
-  /// Whole records, that have room.
-  void append(std::span<const std::byte> records) noexcept;
+  /// The longest run of whole records, from the first one on, that has room; so many bytes. A gap is the first record of its group, so
+  /// that all before it are in groups that lead up to it.
+  std::size_t take(std::span<const std::byte> records) noexcept;
   /// It says that nothing is to follow; it has no records.
   void make_closing() noexcept { closing_ = true; }
   void clear() noexcept;
