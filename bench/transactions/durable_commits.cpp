@@ -42,7 +42,7 @@ std::vector<Figure> commits_beside_writes(rtstdb::DurabilityMode mode, int count
 }  // namespace
 
 std::vector<Figure> measure_durable_commits(const SuiteOptions& options) {
-  const int count = options.tiny ? 20 : 5000;
+  const int count = options.tiny ? 20 : 2000;
   std::vector<Figure> figures = commits_beside_writes(rtstdb::DurabilityMode::group, count);
   for (Figure& figure : commits_beside_writes(rtstdb::DurabilityMode::sync, count))
     figures.push_back(std::move(figure));
