@@ -14,7 +14,8 @@ namespace hil::bench {
 class OurWorld {
  public:
   explicit OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries = 16,
-                    rtstdb::Nanoseconds spin = rtstdb::DatabaseOptions{}.spin);
+                    rtstdb::Nanoseconds spin = rtstdb::DatabaseOptions{}.spin,
+                    const rtstdb::DurabilityOptions& durability = {});
 
   rtstdb::Database& database() { return *database_; }
   rtstdb::GeometryId add(const rtstdb::TriangleMesh& mesh);

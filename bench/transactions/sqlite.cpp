@@ -1,12 +1,12 @@
 #include "bench/transactions/sqlite.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <memory>
 
 #include "bench/spatial/our_world.hpp"
 #include "bench/spatial/scene.hpp"
 #include "bench/spatial/side_by_side.hpp"
+#include "bench/transactions/folder.hpp"
 #include "bench/transactions/sqlite_world.hpp"
 
 namespace hil::bench {
@@ -15,23 +15,6 @@ namespace {
 constexpr std::uint32_t ids_per_region = 256;
 /// Two boxes this near to touching may be told apart by rounding alone: single precision at 50 m, which SQLite rounds outwards.
 constexpr double touching_m = 4e-5;
-
-/// A folder that is gone afterwards.
-class Folder {
- public:
-  Folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "hil-bench-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no folder can be made: " + pattern);
-    path_ = pattern;
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 rtstdb::Bounds bounds_of(const rtstdb::EntityRow& row) {
   const glm::dvec3 half_m = 0.5 * row.scale;

@@ -61,12 +61,16 @@ class [[nodiscard]] DiskResult {
 /// Nothing, or what went wrong.
 using DiskFault = std::optional<DiskError>;
 
+/// Memory that begins at a multiple of this is fit for every disk.
+inline constexpr std::size_t disk_page_bytes = 4096;
+
 /// Closed when it is destroyed.
 class DiskFile {
  public:
   virtual ~DiskFile() = default;
 
-  /// All of the bytes, or a fault; after a fault any of them may be there. Beyond the end the file grows.
+  /// All of the bytes, or a fault; after a fault any of them may be there. Beyond the end the file grows. Whole sectors at a
+  /// multiple of a sector may be taken from where they lie, where that is fit for it, without a copy in the machine's cache.
   virtual DiskFault write(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
   /// The file is at least that long afterwards, zeros where nothing was, and has its blocks where the file system gives
   /// them beforehand.

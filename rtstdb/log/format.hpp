@@ -74,7 +74,7 @@ static_assert(sizeof(GroupHeader) == 72 && offsetof(GroupHeader, checksum) == 64
 // ---- records
 
 enum class RecordKind : std::uint32_t {
-  padding = 0,  ///< to the end of the ring; never on disk
+  none = 0,
   commit = 1,
   geometry = 2,
   taken_back = 3,
@@ -82,7 +82,7 @@ enum class RecordKind : std::uint32_t {
 };
 
 struct RecordHeader {
-  RecordKind kind = RecordKind::padding;
+  RecordKind kind = RecordKind::none;
   std::uint32_t bytes = 0;  ///< with this header; a multiple of 8
 };
 static_assert(sizeof(RecordHeader) == 8);

@@ -10,7 +10,8 @@
 
 namespace rtstdb::log {
 
-Group::Group(std::size_t payload_room) : bytes_(round_up(sizeof(GroupHeader) + payload_room, sector_bytes)) {
+Group::Group(std::size_t payload_room)
+    : pages_(round_up(sizeof(GroupHeader) + payload_room, sector_bytes)), bytes_(pages_.bytes()) {
   RTSTDB_ASSERT(payload_room <= max_payload_bytes);
 }
 
@@ -18,17 +19,24 @@ std::size_t Group::room() const noexcept {
   return bytes_.size() - sizeof(GroupHeader) - payload_bytes_;
 }
 
-void Group::append(std::span<const std::byte> records) noexcept {
-  RTSTDB_ASSERT(records.size() <= room() && !closing_);
-  std::memcpy(bytes_.data() + sizeof(GroupHeader) + payload_bytes_, records.data(), records.size());
-  payload_bytes_ += records.size();
-  for (std::size_t place = 0; place < records.size();) {
+std::size_t Group::take(std::span<const std::byte> records) noexcept {
+  RTSTDB_ASSERT(!closing_);
+  // Copied first, in one go, and looked at here: from record to record each would be waited for.
+  const auto copied = bytes_.subspan(sizeof(GroupHeader) + payload_bytes_, std::min(records.size(), room()));
+  if (copied.empty()) return 0;
+  std::memcpy(copied.data(), records.data(), copied.size());
+  std::size_t taken = 0;
+  while (copied.size() - taken >= sizeof(RecordHeader)) {
     RecordHeader record;
-    std::memcpy(&record, records.data() + place, sizeof record);
-    RTSTDB_ASSERT(record.bytes >= sizeof record && record.bytes <= records.size() - place);
-    note(record.kind, records.subspan(place + sizeof record, record.bytes - sizeof record));
-    place += record.bytes;
+    std::memcpy(&record, copied.data() + taken, sizeof record);
+    RTSTDB_ASSERT(record.bytes >= sizeof record && record.bytes <= records.size() - taken);
+    if (record.bytes > copied.size() - taken) break;
+    if (record.kind == RecordKind::gap && header_.records != 0) break;
+    note(record.kind, copied.subspan(taken + sizeof record, record.bytes - sizeof record));
+    taken += record.bytes;
   }
+  payload_bytes_ += taken;
+  return taken;
 }
 
 void Group::note(RecordKind kind, std::span<const std::byte> body) noexcept {
@@ -60,7 +68,7 @@ void Group::clear() noexcept {
 }
 
 std::span<const std::byte> Group::seal(const Place& place, std::int64_t real_time_ns) noexcept {
-  const auto payload = std::span(bytes_).subspan(sizeof(GroupHeader), payload_bytes_);
+  const auto payload = bytes_.subspan(sizeof(GroupHeader), payload_bytes_);
   header_.flags = closing_ ? closing_flag : 0;
   header_.number = place.number;
   header_.payload_bytes = static_cast<std::uint32_t>(payload_bytes_);
@@ -72,7 +80,7 @@ std::span<const std::byte> Group::seal(const Place& place, std::int64_t real_tim
   const std::size_t end = sizeof header_ + payload_bytes_;
   const std::size_t padded = round_up(end, sector_bytes);
   std::memset(bytes_.data() + end, 0, padded - end);
-  return std::span(bytes_).first(padded);
+  return bytes_.first(padded);
 }
 
 }  // namespace rtstdb::log

@@ -6,11 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include <rtstdb/transaction.hpp>
 
 #include "rtstdb/log/format.hpp"
+#include "rtstdb/log/whole_pages.hpp"
 
 namespace rtstdb::log {
 
@@ -20,8 +20,9 @@ class Group {
 
   bool empty() const noexcept { return payload_bytes_ == 0 && !closing_; }
   std::size_t room() const noexcept;
-  /// Whole records, that have room.
-  void append(std::span<const std::byte> records) noexcept;
+  /// The longest run of whole records, from the first one on, that has room; so many bytes. A gap is the first record of its group, so
+  /// that all before it are in groups that lead up to it.
+  std::size_t take(std::span<const std::byte> records) noexcept;
   /// It says that nothing is to follow; it has no records.
   void make_closing() noexcept { closing_ = true; }
   void clear() noexcept;
@@ -48,7 +49,8 @@ class Group {
  private:
   void note(RecordKind kind, std::span<const std::byte> body) noexcept;
 
-  std::vector<std::byte> bytes_;  // room for the header first
+  WholePages pages_;
+  std::span<std::byte> bytes_;  // room for the header first
   std::size_t payload_bytes_ = 0;
   GroupHeader header_;
   bool closing_ = false;

@@ -28,7 +28,10 @@ class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}
   Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&&) = delete;
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
   ~Descriptor() {
     if (number_ >= 0) ::close(number_);
   }
@@ -40,16 +43,52 @@ class Descriptor {
   int number_;
 };
 
+/// A second way into a file, past the page cache: what a log writes nobody reads soon, and a copy of it there costs as much as the
+/// disk itself. Closed where the file system has no such way.
+class DirectWay {
+ public:
+  DirectWay() = default;
+  explicit DirectWay(Descriptor descriptor) : descriptor_(std::move(descriptor)) {
+    struct statx told {};
+    if (!is_open() || ::statx(descriptor_.get(), "", AT_EMPTY_PATH, STATX_DIOALIGN, &told) != 0) return;
+    if ((told.stx_mask & STATX_DIOALIGN) == 0) return;  // an older kernel: it refuses what it does not take
+    sector_bytes_ = told.stx_dio_offset_align;
+    memory_alignment_ = told.stx_dio_mem_align;
+    if (sector_bytes_ == 0) close();
+  }
+
+  bool takes(std::uint64_t offset, std::span<const std::byte> bytes) const {
+    return is_open() && offset % sector_bytes_ == 0 && bytes.size() % sector_bytes_ == 0 &&
+           reinterpret_cast<std::uintptr_t>(bytes.data()) % memory_alignment_ == 0;
+  }
+  int get() const { return descriptor_.get(); }
+  void close() { descriptor_ = Descriptor(-1); }
+
+ private:
+  bool is_open() const { return descriptor_.valid(); }
+
+  Descriptor descriptor_{-1};
+  std::uint64_t sector_bytes_ = 512;
+  std::uint64_t memory_alignment_ = disk_page_bytes;
+};
+
 class PosixFile final : public DiskFile {
  public:
-  PosixFile(Descriptor descriptor, std::string name)
-      : descriptor_(std::move(descriptor)), name_(std::move(name)) {}
+  PosixFile(Descriptor descriptor, DirectWay direct, std::string name)
+      : descriptor_(std::move(descriptor)), direct_(std::move(direct)), name_(std::move(name)) {}
 
   DiskFault write(std::uint64_t offset, std::span<const std::byte> bytes) override {
     while (!bytes.empty()) {
-      const std::size_t wanted = std::min(bytes.size(), most_bytes_per_call);
-      const auto written = unless_interrupted(
-          [&] { return ::pwrite(descriptor_.get(), bytes.data(), wanted, static_cast<off_t>(offset)); });
+      const auto piece = bytes.first(std::min(bytes.size(), most_bytes_per_call));
+      const bool directly = direct_.takes(offset, piece);
+      const auto written = unless_interrupted([&] {
+        return ::pwrite(directly ? direct_.get() : descriptor_.get(), piece.data(), piece.size(),
+                        static_cast<off_t>(offset));
+      });
+      if (written < 0 && errno == EINVAL && directly) {
+        direct_.close();
+        continue;
+      }
       if (written < 0) return fault(DiskCall::write, errno);
       if (written == 0) return fault(DiskCall::write, EIO);
       bytes = bytes.subspan(static_cast<std::size_t>(written));
@@ -100,6 +139,7 @@ class PosixFile final : public DiskFile {
   DiskError fault(DiskCall call, int number) const { return {call, number, name_}; }
 
   Descriptor descriptor_;
+  DirectWay direct_;
   std::string name_;
 };
 
@@ -116,10 +156,18 @@ class PosixDisk final : public Disk {
   explicit PosixDisk(Descriptor directory) : directory_(std::move(directory)) {}
 
   DiskResult<std::unique_ptr<DiskFile>> create(std::string_view name) override {
-    return file(DiskCall::create, name, O_RDWR | O_CREAT | O_EXCL);
+    auto created = descriptor(DiskCall::create, name, O_RDWR | O_CREAT | O_EXCL);
+    if (!created) return created.error();
+    auto direct = descriptor(DiskCall::open, name, O_WRONLY | O_DIRECT);
+    return std::unique_ptr<DiskFile>(std::make_unique<PosixFile>(
+        std::move(created.value()), direct ? DirectWay(std::move(direct.value())) : DirectWay(),
+        std::string(name)));
   }
   DiskResult<std::unique_ptr<DiskFile>> open(std::string_view name) override {
-    return file(DiskCall::open, name, O_RDONLY);
+    auto opened = descriptor(DiskCall::open, name, O_RDONLY);
+    if (!opened) return opened.error();
+    return std::unique_ptr<DiskFile>(
+        std::make_unique<PosixFile>(std::move(opened.value()), DirectWay(), std::string(name)));
   }
 
   DiskResult<std::vector<std::string>> list() override {
@@ -172,12 +220,12 @@ class PosixDisk final : public Disk {
  private:
   static DiskError fault(DiskCall call, std::string_view name) { return {call, errno, std::string(name)}; }
 
-  DiskResult<std::unique_ptr<DiskFile>> file(DiskCall call, std::string_view name, int flags) {
-    std::string path(name);
-    Descriptor descriptor(unless_interrupted(
+  DiskResult<Descriptor> descriptor(DiskCall call, std::string_view name, int flags) {
+    const std::string path(name);
+    Descriptor opened(unless_interrupted(
         [&] { return ::openat(directory_.get(), path.c_str(), flags | O_CLOEXEC, 0644); }));
-    if (!descriptor.valid()) return fault(call, name);
-    return std::unique_ptr<DiskFile>(std::make_unique<PosixFile>(std::move(descriptor), std::move(path)));
+    if (!opened.valid()) return fault(call, name);
+    return opened;
   }
 
   Descriptor directory_;

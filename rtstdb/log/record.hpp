@@ -43,7 +43,7 @@ void encode_gap(Version from, Version to, std::span<std::byte> room) noexcept;
 
 /// One record. By kind, the rest is as it was.
 struct Record {
-  RecordKind kind = RecordKind::padding;
+  RecordKind kind = RecordKind::none;
   /// Commit. Writes have what the record has: whole rows (create, update), `row.motion` (update_motion), the id (remove).
   store::WriteSet commit;
   LoggedGeometry geometry;

@@ -35,7 +35,7 @@ class Replay final : public RecordVisitor {
         return taken_back(record.version);
       case RecordKind::gap:
         return gap(record);
-      case RecordKind::padding:
+      case RecordKind::none:
         break;
     }
     return "a record is of no known kind";

@@ -1,6 +1,6 @@
 #include "rtstdb/log/ring.hpp"
 
-#include <cstring>
+#include <algorithm>
 
 #include <rtstdb/result.hpp>
 
@@ -8,7 +8,7 @@
 
 namespace rtstdb::log {
 
-Ring::Ring(std::size_t bytes) : bytes_(round_up(bytes, 8)) {
+Ring::Ring(std::size_t bytes) : pages_(round_up(bytes, 8)), bytes_(pages_.bytes()) {
   RTSTDB_ASSERT(bytes >= 64);
 }
 
@@ -29,17 +29,15 @@ std::span<std::byte> Ring::reserve(std::size_t bytes) noexcept {
   if (!room_for(bytes)) return {};
   const std::uint64_t head = head_.load(std::memory_order_relaxed);
   const std::size_t all = needed(head, bytes);
-  if (all != bytes) {
-    // The size is not told: the end of the ring is where padding ends.
-    const RecordHeader padding{RecordKind::padding, 0};
-    std::memcpy(bytes_.data() + place_of(head), &padding, sizeof padding);
-  }
+  reserved_from_ = head + all - bytes;
   reserved_ = head + all;
-  return std::span(bytes_).subspan(place_of(head + all - bytes), bytes);
+  return bytes_.subspan(place_of(reserved_from_), bytes);
 }
 
 void Ring::commit() noexcept {
-  RTSTDB_ASSERT(reserved_ > head_.load(std::memory_order_relaxed));
+  const std::uint64_t head = head_.load(std::memory_order_relaxed);
+  RTSTDB_ASSERT(reserved_ > head);
+  if (reserved_from_ != head) left_out_from_.store(head, std::memory_order_relaxed);
   head_.store(reserved_, std::memory_order_release);
   const auto in_use = static_cast<std::size_t>(reserved_ - tail_.load(std::memory_order_relaxed));
   if (in_use > high_water_.load(std::memory_order_relaxed))
@@ -49,21 +47,17 @@ void Ring::commit() noexcept {
 std::span<const std::byte> Ring::view() noexcept {
   const std::uint64_t head = head_.load(std::memory_order_acquire);
   std::uint64_t tail = tail_.load(std::memory_order_relaxed);
-  std::size_t length = 0;
-  while (tail + length != head) {
-    const std::size_t place = place_of(tail) + length;
-    if (place == bytes_.size()) break;
-    RecordHeader header;
-    std::memcpy(&header, bytes_.data() + place, sizeof header);
-    if (header.kind != RecordKind::padding) {
-      length += header.bytes;
-      continue;
-    }
-    if (length != 0) break;
-    tail += bytes_.size() - place;
+  std::uint64_t lap_end = tail - place_of(tail) + bytes_.size();
+  // Told before the head that is past it; an older one is before the tail.
+  const std::uint64_t left_out_from = left_out_from_.load(std::memory_order_relaxed);
+  if (head > lap_end && left_out_from == tail) {
+    tail = lap_end;
+    lap_end += bytes_.size();
     tail_.store(tail, std::memory_order_release);
+  } else if (head > lap_end && left_out_from > tail) {
+    lap_end = left_out_from;
   }
-  return std::span(bytes_).subspan(place_of(tail), length);
+  return bytes_.subspan(place_of(tail), static_cast<std::size_t>(std::min(head, lap_end) - tail));
 }
 
 void Ring::release(std::size_t bytes) noexcept {

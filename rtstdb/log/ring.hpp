@@ -9,7 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
+
+#include "rtstdb/log/whole_pages.hpp"
 
 namespace rtstdb::log {
 
@@ -34,7 +35,8 @@ class Ring {
 
   // ---- the thread that takes
 
-  /// Whole records, oldest first, in one piece: not all of them where they go around the end. They stay until release.
+  /// Whole records, oldest first, in one piece: not all of them where they go around the end. They stay until release. None of them is
+  /// looked at: they are in the other thread's cache.
   std::span<const std::byte> view() noexcept;
   /// The first `bytes` of what view gave: whole records.
   void release(std::size_t bytes) noexcept;
@@ -54,9 +56,12 @@ class Ring {
 
   // Positions only grow. What each thread changes lies in cache lines of its own.
   alignas(64) std::atomic<std::uint64_t> head_{0};
-  std::uint64_t reserved_ = 0;  // the head after commit
+  std::uint64_t reserved_from_ = 0, reserved_ = 0;  // where the reserved record begins; the head after commit
+  /// The head from which the end was left out last. The next time is not before those behind it were taken.
+  std::atomic<std::uint64_t> left_out_from_{0};
   std::atomic<std::size_t> high_water_{0};
-  std::vector<std::byte> bytes_;
+  WholePages pages_;
+  std::span<std::byte> bytes_;
   alignas(64) std::atomic<std::uint64_t> tail_{0};
 };
 

@@ -70,7 +70,7 @@ class Collecting final : public RecordVisitor {
         return taken_back(record.version);
       case RecordKind::gap:
         return met(Gap{record.version, record.to});
-      case RecordKind::padding:
+      case RecordKind::none:
         break;
     }
     return "a record is of no known kind";

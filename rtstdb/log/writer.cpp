@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -13,20 +12,6 @@ namespace {
 
 Error in_words(const DiskError& fault) {
   return {ErrorCode::file, fault.in_words()};
-}
-
-/// The longest run of whole records that has room. A gap is the first record of its group, so that all before it are in groups
-/// that lead up to it.
-std::size_t whole_records(std::span<const std::byte> records, std::size_t room, bool first) {
-  std::size_t count = 0;
-  while (count < records.size()) {
-    RecordHeader header;
-    std::memcpy(&header, records.data() + count, sizeof header);
-    if (count + header.bytes > room) break;
-    if (header.kind == RecordKind::gap && !(first && count == 0)) break;
-    count += header.bytes;
-  }
-  return count;
 }
 
 }  // namespace
@@ -100,7 +85,7 @@ DiskFault Writer::begin(const LogStart& start) {
   if (has_gap) {
     std::array<std::byte, gap_bytes> record;
     encode_gap(start.version_of_groups + 1, start.version, record);
-    group_.append(record);
+    group_.take(record);
     gap_group = group_.seal({.database_id = database_id_, .number = group_number_, .link = link_}, 0);
     first_groups.insert(first_groups.end(), gap_group.begin(), gap_group.end());
   }
@@ -115,13 +100,8 @@ DiskFault Writer::begin(const LogStart& start) {
 }
 
 void Writer::gather() noexcept {
-  for (;;) {
-    const auto records = ring_.view();
-    const std::size_t count = whole_records(records, group_.room(), group_.empty());
-    if (count == 0) return;
-    group_.append(records.first(count));
-    ring_.release(count);
-  }
+  while (const std::size_t taken = group_.take(ring_.view()))
+    ring_.release(taken);
 }
 
 bool Writer::group_is_due(ClockTime now) noexcept {

@@ -4,14 +4,6 @@
 
 namespace hil::modules {
 namespace {
-  glm::dvec3 list_origin_m{0.0};
-  PatternOptions pattern;
-  double range_m = 0.0;
-  std::vector<std::string> layers, object_layers, compare;
-  std::uint32_t max_objects = 0;
-  std::int64_t keep_ns = 0;
-  bool ignore_motion = false;
-};
 
 std::vector<std::string> texts(const config::Value& list) {
   std::vector<std::string> result;

@@ -12,10 +12,18 @@
 
 namespace hil::modules {
 
-/// Lengths in the carrier's frame.
+/// Places in the carrier's frame.
 struct ScannerOptions {
   std::string carrier;
   glm::dvec3 mount_m{0.0};
+  glm::dvec3 list_origin_m{0.0};
+  PatternOptions pattern;
+  double range_m = 0.0;
+  std::vector<std::string> layers, object_layers, compare;
+  std::uint32_t max_objects = 0;
+  std::int64_t keep_ns = 0;
+  bool ignore_motion = false;
+};
 
 config::Schema scanner_schema();
 /// Of parameters that passed the schema.

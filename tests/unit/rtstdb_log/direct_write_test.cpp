@@ -1,0 +1,144 @@
+// Which writes go past the page cache, and that all of them arrive. The program's own pwrite, here, sees each and can refuse those that
+// do, as file systems may.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "rtstdb/log/posix_disk.hpp"
+#include "rtstdb/log/whole_pages.hpp"
+
+namespace {
+
+struct Seen {
+  int direct = 0, cached = 0;
+};
+thread_local Seen seen;
+thread_local bool refuse_direct = false;
+
+}  // namespace
+
+extern "C" ssize_t pwrite(int descriptor, const void* bytes, std::size_t count, off_t offset) {
+  const bool direct = (::fcntl(descriptor, F_GETFL) & O_DIRECT) != 0;
+  if (direct && refuse_direct) {
+    errno = EINVAL;
+    return -1;
+  }
+  ++(direct ? seen.direct : seen.cached);
+  return ::syscall(SYS_pwrite64, descriptor, bytes, count, offset);
+}
+
+namespace rtstdb::log::test {
+namespace {
+
+constexpr std::size_t sector = 512;
+
+class DirectWrite : public testing::Test {
+ protected:
+  DirectWrite() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "direct_write.XXXXXX").string();
+    path_ = ::mkdtemp(pattern.data());
+    disk_ = std::move(open_directory(path_).value());
+    file_ = std::move(disk_->create("a").value());
+    std::mt19937_64 random(1);
+    for (std::byte& byte : memory_.bytes())
+      byte = static_cast<std::byte>(random());
+    seen = {};
+    refuse_direct = false;
+  }
+  ~DirectWrite() override {
+    refuse_direct = false;
+    std::filesystem::remove_all(path_);
+  }
+
+  /// Found out by trying: 1 where whole sectors, not of a whole page, may go past the cache.
+  int possible() const {
+    const int probe = ::open((path_ / "probe").c_str(), O_WRONLY | O_CREAT | O_DIRECT | O_CLOEXEC, 0600);
+    if (probe < 0) return 0;
+    const auto written = ::syscall(SYS_pwrite64, probe, memory_.bytes().data(), sector, sector);
+    ::close(probe);
+    return written == static_cast<long>(sector) ? 1 : 0;
+  }
+  void write(std::uint64_t offset, std::size_t from, std::size_t count) {
+    const auto bytes = memory_.bytes().subspan(from, count);
+    ASSERT_FALSE(file_->write(offset, bytes));
+    if (expected_.size() < offset + count) expected_.resize(offset + count);
+    std::memcpy(expected_.data() + offset, bytes.data(), count);
+  }
+  void expect_all_there() {
+    ASSERT_FALSE(file_->sync());
+    std::ifstream stream(path_ / "a", std::ios::binary);
+    const std::string there{std::istreambuf_iterator<char>(stream), {}};
+    ASSERT_EQ(there.size(), expected_.size());
+    EXPECT_EQ(std::memcmp(there.data(), expected_.data(), there.size()), 0);
+  }
+
+  std::filesystem::path path_;
+  std::unique_ptr<Disk> disk_;
+  std::unique_ptr<DiskFile> file_;
+  WholePages memory_{1 << 20};
+  std::vector<std::byte> expected_;
+};
+
+TEST_F(DirectWrite, WholeSectorsGoPastTheCacheWhereThatIsPossible) {
+  write(sector, 0, 8 * sector);
+  write(9 * sector, 0, sector);
+  write(10 * sector, 0, memory_.bytes().size());
+  EXPECT_EQ(seen.direct, 3 * possible());
+  EXPECT_EQ(seen.cached, 3 - 3 * possible());
+  expect_all_there();
+}
+
+TEST_F(DirectWrite, AllElseGoesThroughTheCache) {
+  write(0, 0, 100);               // no whole sector
+  write(2 * sector, 0, 700);      // a tail
+  write(8 * sector + 8, 0, 512);  // not at a sector
+  write(16 * sector, 1, sector);  // not where memory is fit
+  EXPECT_EQ(seen.direct, 0);
+  EXPECT_EQ(seen.cached, 4);
+  expect_all_there();
+}
+
+TEST_F(DirectWrite, BothWaysMixAsTheyCome) {
+  std::mt19937_64 random(2);
+  for (int k = 0; k < 300; ++k) {
+    const bool whole = random() % 2 == 0;
+    const std::uint64_t offset = random() % 64 * sector + (whole ? 0 : random() % sector);
+    const std::size_t count = whole ? (1 + random() % 16) * sector : 1 + random() % 5000;
+    write(offset, random() % 128 * 4096, count);
+  }
+  EXPECT_GT(seen.cached, 100);
+  EXPECT_GE(seen.direct, 100 * possible());
+  expect_all_there();
+}
+
+TEST_F(DirectWrite, AFileSystemThatRefusesIsNotAskedAgain) {
+  refuse_direct = true;
+  write(0, 0, 4 * sector);
+  refuse_direct = false;
+  write(4 * sector, 0, 4 * sector);
+  EXPECT_EQ(seen.direct, 0);
+  EXPECT_EQ(seen.cached, 2);
+  expect_all_there();
+}
+
+TEST(WholePages, BeginAtAPageAndAreZero) {
+  for (const std::size_t bytes : {std::size_t{1}, std::size_t{4096}, std::size_t{5 << 20}}) {
+    const WholePages pages(bytes);
+    ASSERT_EQ(pages.bytes().size(), bytes);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(pages.bytes().data()) % disk_page_bytes, 0u);
+    for (const std::byte byte : pages.bytes())
+      ASSERT_EQ(byte, std::byte{0});
+  }
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test
