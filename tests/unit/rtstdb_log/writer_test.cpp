@@ -162,6 +162,27 @@ TEST_F(WriterTest, ACheckpointDoesNotWaitForAVersionThatWasTakenBack) {
 
 // ---- faults
 
+/// Else an older checkpoint and the log would not lead to what the newest has.
+TEST_F(WriterTest, ACheckpointWaitsForTheRecordsOfItsGeometries) {
+  start({.segment_bytes = 8192, .checkpoint_every_bytes = 0, .flush_interval = Nanoseconds(3'000'000)});
+  commit(2);
+  settle();
+  ASSERT_EQ(writer->durable(), 2u);
+  ASSERT_TRUE(world.add_geometry(disk, database_id, 1));
+  writer->checkpoint_soon();
+  settle();
+  EXPECT_EQ(writer->records_on_disk(), 2u);
+  EXPECT_EQ(writer->statistics().checkpoints, 0u);
+  clock.advance(Nanoseconds(3'000'000));
+  settle();
+  EXPECT_EQ(writer->records_on_disk(), 3u);
+  EXPECT_EQ(writer->statistics().checkpoints, 1u);
+  start();  // on a log that has it
+  writer->checkpoint_soon();
+  settle();
+  EXPECT_EQ(writer->statistics().checkpoints, 1u);
+}
+
 TEST_F(WriterTest, AFailedSyncHoldsTheWatermarkUntilACheckpointIsThere) {
   start();
   commit(2);
