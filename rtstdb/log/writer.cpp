@@ -193,6 +193,8 @@ void Writer::move_watermark() noexcept {
 
 bool Writer::checkpoint_is_due(ClockTime now) const noexcept {
   if (segment_ == nullptr || !checkpointer_.may_begin(now)) return false;
+  // What the next group takes back may have been committed before the place that would be noted, where nobody looks.
+  if (group_.newest_version() > group_.newest_standing()) return false;
   const bool many_bytes =
       options_.checkpoint_every_bytes != 0 && bytes_since_checkpoint_ >= options_.checkpoint_every_bytes;
   return waits_for_checkpoint_ || many_bytes || checkpoint_soon_.load(std::memory_order_relaxed);

@@ -162,6 +162,24 @@ TEST_F(WriterTest, ACheckpointDoesNotWaitForAVersionThatWasTakenBack) {
 
 // ---- faults
 
+/// The place of a checkpoint lies between what is taken back and what takes it back.
+TEST_F(WriterTest, ACheckpointIsNotBegunBeforeWhatTakesAVersionBack) {
+  start({.segment_bytes = 8192, .checkpoint_every_bytes = 0, .flush_interval = Nanoseconds(3'000'000)});
+  commit(1);
+  settle();
+  clock.advance(Nanoseconds(3'000'000));
+  world.commit_and_take_back([this] { writer->step(0); });
+  ASSERT_EQ(writer->records_on_disk(), 2u) << "the commit alone";
+  writer->checkpoint_soon();
+  settle();
+  clock.advance(Nanoseconds(3'000'000));
+  settle();
+  EXPECT_EQ(writer->records_on_disk(), 3u);
+  settle();
+  EXPECT_EQ(writer->statistics().checkpoints, 1u);
+  EXPECT_EQ(version_after_crash(), 1u);
+}
+
 /// Else an older checkpoint and the log would not lead to what the newest has.
 TEST_F(WriterTest, ACheckpointWaitsForTheRecordsOfItsGeometries) {
   start({.segment_bytes = 8192, .checkpoint_every_bytes = 0, .flush_interval = Nanoseconds(3'000'000)});
