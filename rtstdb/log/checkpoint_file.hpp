@@ -27,6 +27,7 @@ class CheckpointFile {
   ~CheckpointFile();
 
   Version version() const noexcept { return head_.version.version; }
+  std::size_t geometries() const noexcept { return head_.geometries.size(); }
   std::uint64_t bytes() const noexcept { return offset_; }
 
   enum class Progress : std::uint8_t { more, written, not_kept };

@@ -33,7 +33,7 @@ Checkpointer::Step Checkpointer::begin(const Position& position, Version not_bef
   return {Did::something, 0, std::nullopt};
 }
 
-Checkpointer::Step Checkpointer::go_on(Version synced_version, ClockTime now) {
+Checkpointer::Step Checkpointer::go_on(const Synced& synced, ClockTime now) {
   RTSTDB_ASSERT(under_way());
   if (!written_) {
     auto progress = file_->write_slice(source_);
@@ -45,7 +45,7 @@ Checkpointer::Step Checkpointer::go_on(Version synced_version, ClockTime now) {
     written_ = progress.value() == CheckpointFile::Progress::written;
     return {Did::something, 0, std::nullopt};
   }
-  if (synced_version < file_->version()) return {};
+  if (synced.version < file_->version() || synced.geometries < file_->geometries()) return {};
   if (auto fault = file_->publish()) return failed(*fault, now);
   const Version version = file_->version();
   give_up();

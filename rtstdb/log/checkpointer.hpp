@@ -42,8 +42,13 @@ class Checkpointer {
   /// The group that comes next lies at `position`; `not_before` is the newest version that stands of all that were taken from
   /// the ring. Where the source takes its time, both are those of the first call. Given up: what it has is older.
   Step begin(const Position& position, Version not_before, ClockTime now, std::int64_t real_time_ns);
-  /// Publishes once the log has all versions up to its own on disk.
-  Step go_on(Version synced_version, ClockTime now);
+  /// What the log has on disk.
+  struct Synced {
+    Version version = 0;
+    std::size_t geometries = 0;
+  };
+  /// Publishes once that is all versions up to its own, and its geometries.
+  Step go_on(const Synced& synced, ClockTime now);
   void give_up() noexcept;
 
  private:

@@ -57,6 +57,10 @@ void Group::note(RecordKind kind, std::span<const std::byte> body) noexcept {
     GapBody gap;
     RTSTDB_ASSERT(reader.get(gap));
     newest_version_ = gap_to_ = standing_ = standing_before_ = gap.to;
+  } else if (kind == RecordKind::geometry) {
+    StoredGeometry geometry;
+    RTSTDB_ASSERT(reader.get(geometry));
+    geometries_ = std::max<std::size_t>(geometries_, std::size_t{geometry.index} + 1);
   }
 }
 

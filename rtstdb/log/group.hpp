@@ -44,7 +44,12 @@ class Group {
   Version gap_to() const noexcept { return gap_to_; }
   /// The newest version that was appended and not taken back, in groups that were cleared too; `begin_at` before any.
   Version newest_standing() const noexcept { return standing_; }
-  void begin_at(Version version) noexcept { standing_ = standing_before_ = version; }
+  /// So many geometries have been added, by groups that were cleared too.
+  std::size_t geometries() const noexcept { return geometries_; }
+  void begin_at(Version version, std::size_t geometries) noexcept {
+    standing_ = standing_before_ = version;
+    geometries_ = geometries;
+  }
 
  private:
   void note(RecordKind kind, std::span<const std::byte> body) noexcept;
@@ -56,6 +61,7 @@ class Group {
   bool closing_ = false;
   Version newest_version_ = 0, gap_to_ = 0;
   Version standing_ = 0, standing_before_ = 0;
+  std::size_t geometries_ = 0;
 };
 
 }  // namespace rtstdb::log

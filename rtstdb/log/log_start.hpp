@@ -20,6 +20,7 @@ struct LogStart {
   Version newest_version = 0;  ///< that was ever told of
   /// That the groups before `next` lead to. Where it is not the world's, the world is safe when a checkpoint has it.
   Version version_of_groups = 0;
+  std::size_t geometries = 0;        ///< the world's
   std::uint64_t replayed_bytes = 0;  ///< since the last checkpoint
 };
 

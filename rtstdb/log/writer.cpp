@@ -30,10 +30,10 @@ Writer::Writer(Disk& disk, const Clock& clock, Ring& ring, WorldSource& source, 
       retry_(options.first_retry, options.longest_retry),
       checkpointer_(disk, source, start.database_id, start.next_checkpoint, options.rows_per_slice, retry_),
       bytes_since_checkpoint_(start.replayed_bytes),
-      synced_version_(start.newest_version),
+      synced_{start.newest_version, start.geometries},
       waits_for_checkpoint_(start.version_of_groups < start.version),
       needed_version_(start.version) {
-  group_.begin_at(start.version);
+  group_.begin_at(start.version, start.geometries);
 }
 
 Result<std::unique_ptr<Writer>> Writer::start(Disk& disk, const Clock& clock, Ring& ring, WorldSource& source,
@@ -61,7 +61,7 @@ DiskFault Writer::open_segment(std::span<const std::byte> first_groups) {
                                       .number = next_segment_++,
                                       .first_group = group_number_,
                                       .link = link_,
-                                      .version_before = synced_version_},
+                                      .version_before = synced_.version},
                                      first_groups, options_.segment_bytes);
   if (!segment) return segment.error();
   segment_ = std::move(segment.value());
@@ -130,7 +130,7 @@ DiskFault Writer::write_group(std::int64_t real_time_ns) {
 void Writer::group_is_on_disk(std::size_t bytes, Nanoseconds took) {
   ++group_number_;
   link_ = group_.next_link();
-  synced_version_ = std::max(synced_version_, group_.newest_version());
+  synced_ = {std::max(synced_.version, group_.newest_version()), group_.geometries()};
   bytes_since_checkpoint_ += bytes;
   records_on_disk_.fetch_add(group_.records(), std::memory_order_release);
   refused_by_disk_ = false;
@@ -166,13 +166,15 @@ void Writer::note_fault(const DiskError& fault) {
 }
 
 void Writer::move_watermark() noexcept {
-  if (!waits_for_checkpoint_) durable_.store(synced_version_, std::memory_order_release);
+  if (!waits_for_checkpoint_) durable_.store(synced_.version, std::memory_order_release);
 }
 
 // ---- checkpoints
 
 bool Writer::checkpoint_is_due(ClockTime now) const noexcept {
   if (segment_ == nullptr || !checkpointer_.may_begin(now)) return false;
+  // What the next group takes back may have been committed before the place that would be noted, where nobody looks.
+  if (group_.newest_version() > group_.newest_standing()) return false;
   const bool many_bytes =
       options_.checkpoint_every_bytes != 0 && bytes_since_checkpoint_ >= options_.checkpoint_every_bytes;
   return waits_for_checkpoint_ || many_bytes || checkpoint_soon_.load(std::memory_order_relaxed);
@@ -181,7 +183,7 @@ bool Writer::checkpoint_is_due(ClockTime now) const noexcept {
 bool Writer::step_checkpoint(ClockTime now, std::int64_t real_time_ns) {
   Checkpointer::Step step;
   if (checkpointer_.under_way()) {
-    step = checkpointer_.go_on(synced_version_, now);
+    step = checkpointer_.go_on(synced_, now);
   } else if (checkpoint_is_due(now)) {
     step = checkpointer_.begin({segment_->number(), segment_->offset(), group_number_, link_},
                                group_.newest_standing(), now, real_time_ns);

@@ -117,7 +117,7 @@ class Writer {
   Checkpointer checkpointer_;
   std::uint64_t bytes_since_checkpoint_;
 
-  Version synced_version_;
+  Checkpointer::Synced synced_;
   std::atomic<bool> waits_for_checkpoint_;
   Version needed_version_;  // that the checkpoint has at least
   std::atomic<Version> durable_{0};

@@ -153,10 +153,11 @@ class CommitLog {
   LogBell bell_;
   std::atomic<bool> closing_{false};
   std::atomic<bool> in_gap_{false};
-  HandOver held_given_;
-  std::atomic<std::uint32_t> held_count_{0};
+  bool is_driven_ = false;                  ///< from outside: started, and not closed
   std::atomic<std::uint32_t> progress_{0};  ///< grows when the disk has more, or refuses
   std::atomic<std::uint32_t> waiters_{0};
+  std::atomic<std::uint32_t> held_count_{0};
+  HandOver held_given_;
 
   // The log's thread alone, or the driver's.
   HandOverLink* held_ = nullptr;  ///< oldest first
@@ -170,7 +171,6 @@ class CommitLog {
   Told told_;
   Result<void> closed_;
 
-  bool is_driven_ = false;  ///< from outside: started, and not closed
   std::thread thread_;
 };
 

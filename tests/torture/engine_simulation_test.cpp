@@ -33,13 +33,16 @@ constexpr unsigned longest_course_s = 300;
 /// So many meet everything that can happen.
 constexpr std::uint64_t seeds_that_meet_all = 100;
 
+std::atomic<std::uint64_t> watched_seed{0};
+
 /// A course that stands still says which it was, and ends the program.
 class Watch {
  public:
   explicit Watch(std::uint64_t seed) {
-    seed_ = seed;
+    watched_seed = seed;
     std::signal(SIGALRM, [](int) {
-      std::fprintf(stderr, "HIL_SIM_SEED=%llu stands still\n", static_cast<unsigned long long>(seed_.load()));
+      std::fprintf(stderr, "HIL_SIM_SEED=%llu stands still\n",
+                   static_cast<unsigned long long>(watched_seed.load()));
       std::abort();
     });
     alarm(longest_course_s);
@@ -47,9 +50,6 @@ class Watch {
   ~Watch() { alarm(0); }
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
-
- private:
-  inline static std::atomic<std::uint64_t> seed_{0};
 };
 
 void expect_all_of_the_disk(const SimulationCounts& counts) {

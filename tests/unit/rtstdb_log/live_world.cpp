@@ -217,7 +217,7 @@ void LiveWorld::commit() {
   recorder_.record(set);
 }
 
-void LiveWorld::commit_and_take_back() {
+void LiveWorld::commit_and_take_back(const std::function<void()>& between) {
   store::WriteSet set = random_set();
   const auto fault = store_.stage(set);
   RTSTDB_ASSERT(!fault);
@@ -237,6 +237,7 @@ void LiveWorld::commit_and_take_back() {
   store_.discard();
   generations_ = generations;
   next_version_ = set.version + 1;
+  between();
   recorder_.take_back(set.version);
 }
 

@@ -5,6 +5,7 @@
 #include <glm/ext/vector_float3.hpp>
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <random>
@@ -56,8 +57,8 @@ class LiveWorld final : public WorldSource {
 
   /// A random commit, recorded when it is published.
   void commit();
-  /// As a firm transaction in sync mode that is late: recorded, then taken back.
-  void commit_and_take_back();
+  /// As a firm transaction in sync mode that is late: recorded, then taken back; `between` the two.
+  void commit_and_take_back(const std::function<void()>& between = [] {});
   /// A geometry with a file of its own; false: the disk or the ring refuses.
   bool add_geometry(Disk& disk, std::uint64_t database_id, std::uint64_t file);
 

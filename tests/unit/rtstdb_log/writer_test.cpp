@@ -162,6 +162,45 @@ TEST_F(WriterTest, ACheckpointDoesNotWaitForAVersionThatWasTakenBack) {
 
 // ---- faults
 
+/// The place of a checkpoint lies between what is taken back and what takes it back.
+TEST_F(WriterTest, ACheckpointIsNotBegunBeforeWhatTakesAVersionBack) {
+  start({.segment_bytes = 8192, .checkpoint_every_bytes = 0, .flush_interval = Nanoseconds(3'000'000)});
+  commit(1);
+  settle();
+  clock.advance(Nanoseconds(3'000'000));
+  world.commit_and_take_back([this] { writer->step(0); });
+  ASSERT_EQ(writer->records_on_disk(), 2u) << "the commit alone";
+  writer->checkpoint_soon();
+  settle();
+  clock.advance(Nanoseconds(3'000'000));
+  settle();
+  EXPECT_EQ(writer->records_on_disk(), 3u);
+  settle();
+  EXPECT_EQ(writer->statistics().checkpoints, 1u);
+  EXPECT_EQ(version_after_crash(), 1u);
+}
+
+/// Else an older checkpoint and the log would not lead to what the newest has.
+TEST_F(WriterTest, ACheckpointWaitsForTheRecordsOfItsGeometries) {
+  start({.segment_bytes = 8192, .checkpoint_every_bytes = 0, .flush_interval = Nanoseconds(3'000'000)});
+  commit(2);
+  settle();
+  ASSERT_EQ(writer->durable(), 2u);
+  ASSERT_TRUE(world.add_geometry(disk, database_id, 1));
+  writer->checkpoint_soon();
+  settle();
+  EXPECT_EQ(writer->records_on_disk(), 2u);
+  EXPECT_EQ(writer->statistics().checkpoints, 0u);
+  clock.advance(Nanoseconds(3'000'000));
+  settle();
+  EXPECT_EQ(writer->records_on_disk(), 3u);
+  EXPECT_EQ(writer->statistics().checkpoints, 1u);
+  start();  // on a log that has it
+  writer->checkpoint_soon();
+  settle();
+  EXPECT_EQ(writer->statistics().checkpoints, 1u);
+}
+
 TEST_F(WriterTest, AFailedSyncHoldsTheWatermarkUntilACheckpointIsThere) {
   start();
   commit(2);
