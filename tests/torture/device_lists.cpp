@@ -111,9 +111,10 @@ class DeviceLists::Client {
     for (Key key = 0; key < lists; ++key)
       keys.push_back(key);
     Attempt last;
-    transaction_->begin({});
-    ask(keys);
-    execute(last);
+    do {
+      transaction_->begin({});
+      ask(keys);
+    } while (!execute(last));  // it may be cancelled, as any
     take_reads(last);
     attempts_.push_back(std::move(last));
   }
