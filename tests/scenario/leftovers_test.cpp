@@ -90,8 +90,9 @@ TEST(Leftovers, WithoutAVulkanDeviceTheReportSaysSo) {
 /// As on a full disk: the trace is too large for what a file may hold here, the report is not.
 TEST(Leftovers, ATraceThatCanNotBeWrittenIsAFailureThatTheReportAgreesWith) {
   const Folder folder;
-  std::vector<std::string> words =
-      hil(joined({{"run", crossing(), "--clock", "virtual", "--out", folder / "out"}, few_beams()}));
+  std::vector<std::string> words = hil(joined({{"run", crossing(), "--clock", "virtual", "--out",
+                                                folder / "out", "--set", "world.durability=volatile"},
+                                               few_beams()}));
   std::string command = "ulimit -f 1000; exec";
   for (const std::string& word : words)
     command += " '" + word + "'";
