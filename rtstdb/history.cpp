@@ -59,7 +59,8 @@ Result<HistoryExtent> history_extent(const std::filesystem::path& directory, boo
   if (!extent) return with_place(directory, extent.error());
   const log::Extent& found = extent.value();
   if (found.database_id == 0) return no_database(directory);
-  HistoryExtent told{.first = found.first,
+  HistoryExtent told{.database_id = found.database_id,
+                     .first = found.first,
                      .last = found.last,
                      .commits = found.commits,
                      .gaps = {},

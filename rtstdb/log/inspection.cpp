@@ -138,6 +138,7 @@ class Inspection {
     look_at_checkpoints(inspecting);
     auto report = read_chronicle(disk_, true, inspecting);
     if (report) {
+      contents_.extent.database_id = report.value().database_id;
       take(report.value());
     } else if (contents_.database_id == 0 && listing_.segments.empty()) {
       return report.error();
@@ -183,6 +184,7 @@ class Inspection {
   void look_at_checkpoints(Inspecting& inspecting) {
     auto database_id = database_id_of_all();
     contents_.database_id = database_id;
+    if (database_id != 0) contents_.format = format_version;
     for_each(LogFileKind::checkpoint, listing_.checkpoints, [&](std::size_t place, std::uint64_t number) {
       LogFile& file = contents_.files[place];
       if (!file.damage.empty()) return;
@@ -204,7 +206,6 @@ class Inspection {
   }
 
   void take(const ReadReport& report) {
-    contents_.format = format_version;
     contents_.groups = report.groups;
     contents_.bytes = report.bytes;
     contents_.extent.closed = report.end == LogEnd::closed;

@@ -164,7 +164,7 @@ class PosixDisk final : public Disk {
         std::string(name)));
   }
   DiskResult<std::unique_ptr<DiskFile>> open(std::string_view name) override {
-    auto opened = descriptor(DiskCall::open, name, O_RDONLY);
+    auto opened = descriptor(DiskCall::open, name, O_RDONLY | O_NONBLOCK);  // a pipe of that name has no end
     if (!opened) return opened.error();
     return std::unique_ptr<DiskFile>(
         std::make_unique<PosixFile>(std::move(opened.value()), DirectWay(), std::string(name)));

@@ -214,9 +214,14 @@ Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, b
   const ReadAt& begin = from.kind == ReadAt::Kind::latest ? to : from;
   auto recovered = recover(disk, up_to(begin, salvage));
   if (!recovered) {
+    // A world before the oldest checkpoint can not be had; anything else is what recovery says.
     auto extent = read_extent(disk, salvage);
-    if (!extent) return recovered.error();
-    return not_there(in_words(begin), disk, salvage);
+    if (!extent || extent.value().first.version == 0) return recovered.error();
+    const VersionInfo& first = extent.value().first;
+    const bool before = begin.kind == ReadAt::Kind::version
+                            ? begin.version < first.version
+                            : begin.kind == ReadAt::Kind::time && begin.time < first.time;
+    return before ? not_there(in_words(begin), disk, salvage) : recovered.error();
   }
   const RecoveryReport& report = recovered.value().report;
   if (report.database_id == 0) return Error{ErrorCode::bad_input, "there is no database"};

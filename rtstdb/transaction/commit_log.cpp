@@ -242,6 +242,7 @@ Durability CommitLog::state() const {
   const log::WriterStatistics statistics = writer_->statistics();
   Durability state;
   state.mode = mode();
+  state.database_id = database_id_;
   state.durable = durable();
   state.refused_by_disk = writer_->refused_by_disk();
   state.waits_for_checkpoint = statistics.waits_for_checkpoint;

@@ -7,6 +7,8 @@ void Tally::ended(Status status, const Outcome& outcome, const Terms& terms) noe
   if (status == Status::late && terms.deadline_class == DeadlineClass::hard) {
     hard_misses_.fetch_add(1, std::memory_order_relaxed);
   }
+  if (outcome.refused_by == RefusedBy::log_full || outcome.refused_by == RefusedBy::log_fault)
+    refused_by_log_.fetch_add(1, std::memory_order_relaxed);
   // Looked at here, where every outcome passes, and not where lateness is decided.
   const bool took_effect =
       status == Status::committed || status == Status::truncated || status == Status::late;
@@ -28,6 +30,7 @@ TransactionCounts Tally::read() const noexcept {
   counts.device_lost = ended_as(Status::device_lost);
   counts.firm_late_commits = firm_late_commits_.load(std::memory_order_relaxed);
   counts.firm_handed_over_late = firm_handed_over_late_.load(std::memory_order_relaxed);
+  counts.refused_by_log = refused_by_log_.load(std::memory_order_relaxed);
   counts.hard_misses = hard_misses_.load(std::memory_order_relaxed);
   counts.submitted = submitted_.load(std::memory_order_relaxed);
   return counts;

@@ -29,6 +29,7 @@ class Tally {
   Counter firm_late_commits_{0};
   Counter firm_handed_over_late_{0};
   Counter hard_misses_{0};
+  Counter refused_by_log_{0};
 };
 
 }  // namespace rtstdb::transaction

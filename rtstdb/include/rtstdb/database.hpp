@@ -93,6 +93,8 @@ struct TransactionCounts {
   /// operating system took the processor away.
   std::uint64_t firm_handed_over_late = 0;
   std::uint64_t hard_misses = 0;  ///< of those late: of class hard
+  /// Of those refused: writes that the log had no room for, or whose disk refuses. Group and sync alone.
+  std::uint64_t refused_by_log = 0;
 };
 
 /// Predicted over actual cost of the transactions that asked queries of one kind and were done.

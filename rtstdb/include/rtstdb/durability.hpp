@@ -75,6 +75,7 @@ struct Recovery {
 /// How the log is, now.
 struct Durability {
   DurabilityMode mode = DurabilityMode::volatile_only;
+  std::uint64_t database_id = 0;  ///< drawn when the directory was new, and in each of its files
   /// Every version up to this one is on disk, or came to nothing.
   Version durable = 0;
   /// The disk refused what was written last; it is tried again.

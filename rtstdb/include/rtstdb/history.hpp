@@ -38,6 +38,7 @@ struct HistoryOptions {
 
 /// What a log tells of.
 struct HistoryExtent {
+  std::uint64_t database_id = 0;  ///< see Durability
   /// The first version that can be had: 0, the empty world, or that of the oldest checkpoint where older segments were taken away.
   VersionInfo first;
   VersionInfo last;
