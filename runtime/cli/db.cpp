@@ -12,6 +12,7 @@
 #include "runtime/history/run_history.hpp"
 #include "runtime/report/json_layout.hpp"
 #include "runtime/report/quantities.hpp"
+#include "runtime/report/report_files.hpp"
 #include "runtime/report/text_safety.hpp"
 #include "runtime/run/session.hpp"
 
@@ -19,12 +20,6 @@ namespace hil::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string id_text(std::uint64_t id) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(id));
-  return text;
-}
 
 std::string seconds(rtstdb::WorldTime time) {
   return report::to_ascii(report::instant(time.time_since_epoch().count()));
@@ -50,7 +45,7 @@ Json point_json(const rtstdb::VersionInfo& version) {
 std::string json_of(const std::string& directory, const rtstdb::LogContents& contents) {
   Json json;
   json["directory"] = report::valid_utf8(directory);
-  json["database_id"] = id_text(contents.database_id);
+  json["database_id"] = report::id_text(contents.database_id);
   json["format"] = contents.format;
   json["whole"] = contents.damage.empty();
   json["damage"] = contents.damage;
@@ -85,8 +80,8 @@ std::string json_of(const std::string& directory, const rtstdb::LogContents& con
 }
 
 void print_facts(const std::string& directory, const rtstdb::LogContents& contents) {
-  std::printf("%s: database %s, format %u\n", directory.c_str(), id_text(contents.database_id).c_str(),
-              contents.format);
+  std::printf("%s: database %s, format %u\n", directory.c_str(),
+              report::id_text(contents.database_id).c_str(), contents.format);
   std::printf("  from %s to %s: %s, %s\n", point_text(contents.extent.first).c_str(),
               point_text(contents.extent.last).c_str(),
               report::to_ascii(report::counted(contents.extent.commits, "commit", "commits")).c_str(),
@@ -124,15 +119,34 @@ void print_damage(const rtstdb::LogContents& contents) {
 
 enum class Depth { info, verify };
 
+/// What the run's own report says was on disk, and is not there; empty: nothing, or there is no report.
+std::string missing_versions(const std::filesystem::path& run_folder, const rtstdb::LogContents& contents) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(run_folder / "report.json", error)) return {};
+  try {
+    const auto durable = report::load_report(run_folder).database_log.durable_version;
+    if (durable <= contents.extent.last.version) return {};
+    return "it ends with version " + std::to_string(contents.extent.last.version) +
+           ", and by the run's report version " + std::to_string(durable) + " was on disk";
+  } catch (const report::ReportError& fault) {
+    std::fprintf(stderr, "hil db: %s\n", fault.what());
+    return {};
+  }
+}
+
 int look(const std::string& directory, Depth depth, bool json) {
   const std::string log = history::find_log(directory).string();
-  const auto inspected = rtstdb::inspect_log(log);
+  auto inspected = rtstdb::inspect_log(log);
   const char* const command = depth == Depth::info ? "db info" : "db verify";
   if (!inspected) {
     std::fprintf(stderr, "hil %s: %s\n", command, inspected.error().message.c_str());
     return run::exit_io_failed;
   }
-  const rtstdb::LogContents& contents = inspected.value();
+  rtstdb::LogContents& contents = inspected.value();
+  if (log != directory) {
+    if (const std::string missing = missing_versions(directory, contents); !missing.empty())
+      contents.damage.push_back(missing);
+  }
   if (json) {
     std::fputs(json_of(log, contents).c_str(), stdout);
   } else {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -5,11 +6,14 @@
 #include <fstream>
 #include <functional>
 
+#include <rtstdb/limits.hpp>
+
 #include "runtime/cli/history_answers.hpp"
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/cli/told.hpp"
 #include "runtime/config/units.hpp"
 #include "runtime/report/json_layout.hpp"
+#include "runtime/report/quantities.hpp"
 #include "runtime/run/session.hpp"
 
 namespace hil::cli {
@@ -50,16 +54,34 @@ std::int64_t time_ns(const char* option, const std::string& text) {
   return quantity(option, text, config::Quantity::duration_s).nanoseconds;
 }
 
+/// A length that something can be away, in metres.
+double distance_m(const char* option, const std::string& text) {
+  const double value_m = quantity(option, text, config::Quantity::length_m).value_si;
+  if (value_m < 0.0) refuse(std::string(option) + " " + text + " is negative");
+  if (value_m > rtstdb::max_coordinate_m)
+    refuse(std::string(option) + " " + text + ": no world is larger than " +
+           report::shortest(rtstdb::max_coordinate_m) + " m to each side");
+  return value_m;
+}
+
+/// Those of an option that was given.
+void check_numbers(const char* option, const std::vector<double>& numbers) {
+  for (const double number : numbers)
+    if (!std::isfinite(number)) refuse(std::string(option) + ": not every number is finite");
+}
+
 glm::vec3 vector(const std::vector<double>& numbers, std::size_t first = 0) {
   return {static_cast<float>(numbers[first]), static_cast<float>(numbers[first + 1]),
           static_cast<float>(numbers[first + 2])};
 }
 
 /// One, or every so often up to another one.
-std::vector<Instant> instants(const Arguments& arguments) {
+std::vector<Instant> instants(const Arguments& arguments, const RunHistory& history) {
   Instant instant{.time_ns = time_ns("--at", arguments.at)};
+  history.check_time(instant.time_ns);
   if (!arguments.known_at.empty()) {
     instant.known_at_ns = time_ns("--known-at", arguments.known_at);
+    history.check_time(*instant.known_at_ns);
     if (*instant.known_at_ns > instant.time_ns)
       refuse("--known-at " + arguments.known_at + " is after --at " + arguments.at);
   }
@@ -67,6 +89,7 @@ std::vector<Instant> instants(const Arguments& arguments) {
   std::vector<Instant> all{instant};
   if (arguments.until.empty()) return all;
   const std::int64_t until_ns = time_ns("--until", arguments.until);
+  history.check_time(until_ns);
   const std::int64_t every_ns = time_ns("--every", arguments.every);
   if (every_ns <= 0) refuse("--every " + arguments.every + " is no step");
   if (until_ns < instant.time_ns) refuse("--until " + arguments.until + " is before --at " + arguments.at);
@@ -79,46 +102,54 @@ std::vector<Instant> instants(const Arguments& arguments) {
   return all;
 }
 
-/// Everything that is printed, in the end.
+/// Told one by one: a long series is never held as a whole. As JSON: one document, an answer a line.
 class Answers {
  public:
-  Answers(const Arguments& arguments, const char* query) : as_json_(arguments.json) {
-    json_["query"] = query;
+  Answers(const Arguments& arguments, const char* query, const rtstdb::DeviceInfo& device,
+          const std::string& doubt, const std::string& damage)
+      : as_json_(arguments.json) {
+    for (const std::string* sentence : {&doubt, &damage})
+      if (!sentence->empty()) std::fprintf(stderr, "hil history: %s\n", sentence->c_str());
+    if (!as_json_) return;
+    Json head{{"query", query}, {"device", device.name}, {"doubt", doubt}, {"damage", damage}};
+    std::string text = head.dump();
+    text.back() = ',';
+    std::printf("%s\"answers\":[", text.c_str());
   }
 
-  void add(Told told) {
-    text_ += told.text;
-    list_.push_back(std::move(told.json));
+  void add(const Told& told) {
+    if (as_json_) {
+      std::printf("%s\n%s", first_ ? "" : ",", told.json.dump().c_str());
+    } else {
+      std::fputs(told.text.c_str(), stdout);
+    }
+    first_ = false;
   }
-  void note(const std::string& sentence) {
-    if (!sentence.empty()) std::fprintf(stderr, "hil history: %s\n", sentence.c_str());
-  }
-  int print(const rtstdb::DeviceInfo& device) {
-    json_["device"] = device.name;
-    json_["answers"] = std::move(list_);
-    std::fputs(as_json_ ? report::readable_json(json_).c_str() : text_.c_str(), stdout);
+  int end() {
+    if (as_json_) std::fputs("\n]}\n", stdout);
     return told("history", run::exit_passed);
   }
 
  private:
   bool as_json_;
-  std::string text_;
-  Json json_, list_ = Json::array();
+  bool first_ = true;
 };
 
 /// A question that is asked about each instant.
 int each(const Arguments& arguments, const char* query,
          const std::function<Told(const RunHistory&, Past&, const Instant&)>& ask) {
   const RunHistory history(arguments.directory, arguments.salvage);
-  const std::vector<Instant> all = instants(arguments);
-  history.check_time(all.back().time_ns);
+  const std::vector<Instant> all = instants(arguments, history);
   // Known at an earlier time: nothing behind that is looked at.
   Past past(history, all.front().known_ns(), all.back().known_ns(), arguments.gpu);
-  Answers answers(arguments, query);
-  answers.note(history.doubt_about(all.back().time_ns));
-  for (const Instant& instant : all)
-    answers.add(ask(history, past, instant));
-  return answers.print(past.device());
+  // The first one may be refused: then nothing is told.
+  const Told first = ask(history, past, all.front());
+  Answers answers(arguments, query, past.device(), history.doubt_about(all.back().time_ns),
+                  history.extent().damage);
+  answers.add(first);
+  for (std::size_t k = 1; k < all.size(); ++k)
+    answers.add(ask(history, past, all[k]));
+  return answers.end();
 }
 
 int info(const Arguments& arguments) {
@@ -136,8 +167,8 @@ int entities(const Arguments& arguments) {
 }
 
 int near(const Arguments& arguments) {
-  const double radius_m = quantity("--within", arguments.within, config::Quantity::length_m).value_si;
-  if (radius_m < 0.0) refuse("--within " + arguments.within + " is negative");
+  const double radius_m = distance_m("--within", arguments.within);
+  check_numbers("--from", arguments.from);
   std::optional<glm::dvec3> from_m;
   if (!arguments.from.empty()) from_m = glm::dvec3(arguments.from[0], arguments.from[1], arguments.from[2]);
   return each(arguments, "near", [&](const RunHistory& history, Past& past, const Instant& instant) {
@@ -153,6 +184,8 @@ rtstdb::EntityId carrier_of(const Arguments& arguments, const RunHistory& histor
 
 int region(const Arguments& arguments) {
   if (arguments.sphere.empty() == arguments.box.empty()) refuse("a region is a --sphere or a --box");
+  check_numbers("--sphere", arguments.sphere);
+  check_numbers("--box", arguments.box);
   rtstdb::Region region;
   if (!arguments.sphere.empty()) {
     region.shape = rtstdb::RegionShape::sphere;
@@ -174,14 +207,14 @@ int region(const Arguments& arguments) {
 
 int ray(const Arguments& arguments) {
   rtstdb::Ray ray;
+  check_numbers("--origin", arguments.origin);
+  check_numbers("--direction", arguments.direction);
   ray.origin_m = vector(arguments.origin);
-  ray.direction = vector(arguments.direction);
-  const float length = glm::length(ray.direction);
-  if (!(length > 0.0f)) refuse("--direction has no length");
-  if (!arguments.range.empty()) {
-    const double range_m = quantity("--range", arguments.range, config::Quantity::length_m).value_si;
-    ray.lambda_max = static_cast<float>(range_m) / length;
-  }
+  const glm::dvec3 direction(arguments.direction[0], arguments.direction[1], arguments.direction[2]);
+  const double largest = std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
+  if (largest == 0.0) refuse("--direction has no length");
+  ray.direction = glm::vec3(glm::normalize(direction / largest));
+  if (!arguments.range.empty()) ray.lambda_max = static_cast<float>(distance_m("--range", arguments.range));
   return each(arguments, "ray", [&](const RunHistory& history, Past& past, const Instant& instant) {
     ray.mask = history.mask_of(arguments.layers);
     ray.carrier = carrier_of(arguments, history);
@@ -204,14 +237,17 @@ int scan(const Arguments& arguments) {
   const report::Scanner& scanner = history.scanner(arguments.scanner);
   const std::int64_t at_ns = time_ns("--at", arguments.at);
   history.check_time(at_ns);
+  if (at_ns < scanner.first_sweep_ns)
+    refuse("the scanner's first sweep begins at " +
+           report::to_ascii(report::instant(scanner.first_sweep_ns)));
   const auto [begin_ns, end_ns] = Past::sweep_at(scanner, at_ns);
+  if (begin_ns == history.end_ns()) refuse("the run was over when that sweep would have begun");
   Past past(history, begin_ns, std::min(end_ns, history.end_ns().value_or(end_ns)), arguments.gpu);
   const history::Sweep sweep = past.scan(scanner, at_ns);
   if (!arguments.points.empty()) write_points(arguments.points, points_csv(history, sweep));
-  Answers answers(arguments, "scan");
-  answers.note(history.doubt_about(end_ns));
+  Answers answers(arguments, "scan", past.device(), history.doubt_about(end_ns), history.extent().damage);
   answers.add(tell_sweep(history, arguments.scanner, sweep));
-  return answers.print(past.device());
+  return answers.end();
 }
 
 int exit_code_of(HistoryError::Kind kind) {

@@ -74,6 +74,7 @@ Told tell_extent(const RunHistory& history, const std::string& directory) {
                {"commits", extent.commits},
                {"closed", extent.closed},
                {"damage", extent.damage},
+               {"shortfall", history.shortfall()},
                {"gaps", Json::array()},
                {"layers", world.layers},
                {"entities", Json::array()},
@@ -89,6 +90,7 @@ Told tell_extent(const RunHistory& history, const std::string& directory) {
   text += '\n';
   if (extent.first.version > 0)
     text += "  what there is begins at " + exact_seconds(extent.first.time.time_since_epoch().count()) + '\n';
+  if (const std::string missing = history.shortfall(); !missing.empty()) text += "  " + missing + '\n';
   for (const auto& gap : extent.gaps) {
     told.json["gaps"].push_back({{"first_version", gap.first}, {"last_version", gap.last}});
     text += "  versions " + std::to_string(gap.first) + " to " + std::to_string(gap.last) +
@@ -253,6 +255,7 @@ Told tell_sweep(const RunHistory& history, const std::string& scanner, const his
   told.json = {{"scanner", report::valid_utf8(scanner)},
                {"begin_ns", sweep.begin_ns},
                {"end_ns", sweep.end_ns},
+               {"whole", sweep.whole},
                {"beams", sweep.beams.size()},
                {"hits", hits},
                {"incomplete", incomplete},
@@ -278,7 +281,8 @@ Told tell_sweep(const RunHistory& history, const std::string& scanner, const his
   }
   told.text = report::one_line(scanner) + ", sweep from " + exact_seconds(sweep.begin_ns) + " to " +
               exact_seconds(sweep.end_ns) + ": " + report::to_ascii(report::count_text(hits)) + " of " +
-              report::to_ascii(report::counted(sweep.beams.size(), "beam", "beams")) + " hit\n";
+              report::to_ascii(report::counted(sweep.beams.size(), "beam", "beams")) + " hit" +
+              (sweep.whole ? "\n" : "; the run ended in it\n");
   if (incomplete > 0)
     told.text +=
         std::to_string(incomplete) + " beams have no answer: the device's limits cut their search short\n";

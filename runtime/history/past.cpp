@@ -173,7 +173,8 @@ Sweep Past::scan(const report::Scanner& scanner, std::int64_t time_ns) {
                                                                 .ignore_motion = scanner.ignore_motion}));
   for (std::int64_t offset_ns = 0; offset_ns < scanner.sweep_ns; offset_ns += scanner.step_ns) {
     const std::int64_t step_ns = sweep.begin_ns + offset_ns;
-    if (step_ns >= to_ns_) break;
+    sweep.whole = step_ns < to_ns_;
+    if (!sweep.whole) break;
     const std::uint64_t first = pattern.first_beam_at(offset_ns);
     const std::uint64_t end = pattern.first_beam_at(std::min(offset_ns + scanner.step_ns, scanner.sweep_ns));
     if (first == end) continue;

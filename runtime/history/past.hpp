@@ -47,6 +47,7 @@ struct Beam {
 
 struct Sweep {
   std::int64_t begin_ns = 0, end_ns = 0;
+  bool whole = true;        ///< else the run ended in it
   std::vector<Beam> beams;  ///< in the order of time
 };
 

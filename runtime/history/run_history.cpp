@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include <rtstdb/limits.hpp>
+
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
@@ -34,22 +36,63 @@ std::optional<rtstdb::EntityId> parse_number(const std::string& text) {
 
 bool is_log(const fs::path& directory) {
   std::error_code error;
+  if (!fs::is_directory(directory, error)) return false;
   for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with("segment.") || name.starts_with("checkpoint.")) return true;
   }
+  if (error) throw HistoryError(Kind::file, directory.string() + " can not be read: " + error.message());
   return false;
 }
 
-/// Of a run that is over; a report that can not be read tells nothing.
-std::optional<std::int64_t> end_of_run(const fs::path& directory) {
+/// When the run of a report was over.
+std::int64_t end_of(const report::RunRecord& record) {
+  constexpr std::int64_t longest_ns = rtstdb::max_world_time_ns / 2;
+  if (record.period_ns <= 0 || record.ticks > static_cast<std::uint64_t>(longest_ns / record.period_ns))
+    throw HistoryError(Kind::file, "report.json: " + std::to_string(record.ticks) + " ticks of " +
+                                       std::to_string(record.period_ns) + " ns are no run");
+  const std::int64_t ticks_ns = static_cast<std::int64_t>(record.ticks) * record.period_ns;
+  // Ticks that were given up took their time too.
+  return record.top_view ? std::clamp(record.top_view->time_ns, ticks_ns, longest_ns) : ticks_ns;
+}
+
+/// Within what the module's schema allows; empty, or what is wrong.
+std::string fault_of(const report::Scanner& scanner) {
+  constexpr double turn_rad = 6.3;  // a whole one, and what rounding adds
+  constexpr std::int64_t longest_ns = 10'000'000'000;
+  const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
+  if (scanner.columns < 2 || scanner.columns > 16384 || scanner.rows < 1 || scanner.rows > 8192)
+    return std::to_string(scanner.columns) + " columns of " + std::to_string(scanner.rows) + " beams";
+  if (!within(scanner.horizontal_rad, 0.0, turn_rad) || !within(scanner.vertical_rad, 0.0, turn_rad) ||
+      !within(scanner.elevation_rad, -turn_rad, turn_rad))
+    return "its angles";
+  if (!within(scanner.range_m, 0.0, 1e4)) return "its range";
+  if (scanner.sweep_ns <= 0 || scanner.sweep_ns > longest_ns || scanner.step_ns <= 0 ||
+      scanner.sweep_ns % scanner.step_ns != 0)
+    return "a sweep of " + std::to_string(scanner.sweep_ns) + " ns in steps of " +
+           std::to_string(scanner.step_ns) + " ns";
+  if (scanner.first_sweep_ns < 0 || scanner.first_sweep_ns > rtstdb::max_world_time_ns / 2)
+    return "a first sweep at " + std::to_string(scanner.first_sweep_ns) + " ns";
+  for (const double mount_m : scanner.mount_m)
+    if (!within(mount_m, -rtstdb::max_coordinate_m, rtstdb::max_coordinate_m)) return "its place";
+  return {};
+}
+
+report::WorldRecord load_names(const fs::path& directory) {
   std::error_code error;
-  if (!fs::exists(directory / "report.json", error)) return std::nullopt;
+  if (!fs::exists(directory / "world.json", error))
+    throw HistoryError(Kind::file,
+                       directory.string() + " holds no world.json: the run was ended before its first tick");
   try {
-    const report::RunRecord record = report::load_report(directory);
-    const std::int64_t ticks_ns = static_cast<std::int64_t>(record.ticks) * record.period_ns;
-    // Ticks that were given up took their time too.
-    return record.top_view ? std::max(ticks_ns, record.top_view->time_ns) : ticks_ns;
+    report::WorldRecord world = report::load_world(directory);
+    if (world.layers.size() > 32)
+      throw HistoryError(Kind::file,
+                         "world.json: " + std::to_string(world.layers.size()) + " layers, and a mask has 32");
+    for (const report::Scanner& scanner : world.scanners)
+      if (const std::string fault = fault_of(scanner); !fault.empty())
+        throw HistoryError(Kind::file,
+                           "world.json: scanner '" + scanner.name + "': " + fault + " can not be");
+    return world;
   } catch (const report::ReportError& fault) {
     throw HistoryError(Kind::file, fault.what());
   }
@@ -79,22 +122,37 @@ fs::path find_log(const fs::path& directory) {
 
 RunHistory::RunHistory(const fs::path& directory, bool salvage)
     : log_(find_log(directory)), salvage_(salvage) {
-  std::error_code error;
   const bool is_run = log_ != directory;
-  if (is_run) {
-    try {
-      world_ = report::load_world(directory);
-    } catch (const report::ReportError& fault) {
-      throw HistoryError(Kind::file, fault.what());
-    }
-    end_ns_ = end_of_run(directory);
-  }
+  if (is_run) world_ = load_names(directory);
   auto extent = rtstdb::history_extent(log_, salvage);
   if (!extent) throw HistoryError(Kind::file, extent.error().message);
   extent_ = std::move(extent).value();
+  if (is_run && world_.database_id != report::id_text(extent_.database_id))
+    throw HistoryError(Kind::file, directory.string() + ": world.json has the names of database " +
+                                       world_.database_id + ", and the log is of " +
+                                       report::id_text(extent_.database_id));
+  std::error_code error;
+  if (!is_run || !fs::exists(directory / "report.json", error)) return;
+  try {
+    const report::RunRecord record = report::load_report(directory);
+    end_ns_ = end_of(record);
+    latest_of_run_ = record.database_log.latest_version;
+  } catch (const report::ReportError& fault) {
+    throw HistoryError(Kind::file, fault.what());
+  }
+}
+
+std::string RunHistory::shortfall() const {
+  if (latest_of_run_ <= extent_.last.version) return {};
+  return "the log ends with version " + std::to_string(extent_.last.version) +
+         (extent_.last.version == 0 ? std::string(", the empty world")
+                                    : " of " + seconds(extent_.last.time.time_since_epoch().count())) +
+         ", and the run went on to version " + std::to_string(latest_of_run_);
 }
 
 void RunHistory::check_time(std::int64_t time_ns) const {
+  if (time_ns > rtstdb::max_world_time_ns / 2)
+    throw HistoryError(Kind::question, "no run lasts as long as " + seconds(time_ns));
   if (time_ns < 0)
     throw HistoryError(Kind::question, "a run begins at 0 s, and asked is " + seconds(time_ns));
   if (end_ns_ && time_ns > *end_ns_)
@@ -104,6 +162,9 @@ void RunHistory::check_time(std::int64_t time_ns) const {
     throw HistoryError(Kind::question, "what there is of the log begins at " +
                                            seconds(extent_.first.time.time_since_epoch().count()) +
                                            ", and asked is " + seconds(time_ns));
+  if (const std::string missing = shortfall();
+      !missing.empty() && rtstdb::world_time_ns(time_ns) > extent_.last.time)
+    throw HistoryError(Kind::question, missing + "; asked is " + seconds(time_ns));
 }
 
 std::string RunHistory::doubt_about(std::int64_t time_ns) const {

@@ -35,7 +35,7 @@ std::filesystem::path find_log(const std::filesystem::path& directory);
 class RunHistory {
  public:
   /// A run's folder, or a database's directory by itself, where nothing has a name. `salvage`: of a damaged log what comes before the
-  /// damage. Throws HistoryError (file).
+  /// damage. Throws HistoryError (file), also for names that belong to another log or are none that a run writes.
   RunHistory(const std::filesystem::path& directory, bool salvage);
 
   const std::filesystem::path& log() const noexcept { return log_; }
@@ -44,8 +44,11 @@ class RunHistory {
   const rtstdb::HistoryExtent& extent() const noexcept { return extent_; }
   /// Run time at which the run was over; empty: it left no report, or is still running.
   const std::optional<std::int64_t>& end_ns() const noexcept { return end_ns_; }
+  /// Empty, or a sentence: the run went on to versions that the log has not.
+  std::string shortfall() const;
 
-  /// Refuses what is before run time 0, behind the run's end, or before what the log can tell of: HistoryError (question).
+  /// Refuses what is before run time 0, behind the run's end, before what the log can tell of, or behind it where the run went on:
+  /// HistoryError (question).
   void check_time(std::int64_t time_ns) const;
   /// Empty, or a sentence: at that time nothing tells whether the run was still going on.
   std::string doubt_about(std::int64_t time_ns) const;
@@ -68,6 +71,7 @@ class RunHistory {
   report::WorldRecord world_;
   rtstdb::HistoryExtent extent_;
   std::optional<std::int64_t> end_ns_;
+  rtstdb::Version latest_of_run_ = 0;  // by its report; 0: it left none
 };
 
 }  // namespace hil::history

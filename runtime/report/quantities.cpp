@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <string_view>
 #include <utility>
 
@@ -95,6 +96,12 @@ std::string count_text(std::uint64_t count) {
     digits.insert(at, thousands);
   }
   return digits;
+}
+
+std::string id_text(std::uint64_t id) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(id));
+  return text.data();
 }
 
 std::string bytes_text(std::uint64_t bytes) {

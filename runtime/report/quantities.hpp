@@ -23,6 +23,9 @@ std::string instant(std::int64_t ns);
 /// 12345678 -> "12 345 678".
 std::string count_text(std::uint64_t count);
 
+/// Sixteen hexadecimal digits.
+std::string id_text(std::uint64_t id);
+
 /// Three significant digits: 1536 -> "1.54 kB", 4096 -> "4.10 kB", 12 -> "12 B".
 std::string bytes_text(std::uint64_t bytes);
 

@@ -119,6 +119,7 @@ void each_field(T& event, Visit&& visit) {
 template <Is<DatabaseLog> T, class Visit>
 void each_field(T& log, Visit&& visit) {
   visit("durability", log.durability);
+  visit("refused_transactions", log.refused_transactions);
   visit("latest_version", log.latest_version);
   visit("durable_version", log.durable_version);
   visit("bytes", log.bytes);
@@ -361,6 +362,7 @@ void each_field(T& scanner, Visit&& visit) {
 template <Is<WorldRecord> T, class Visit>
 void each_field(T& world, Visit&& visit) {
   visit("scenario", world.scenario);
+  visit("database_id", world.database_id);
   visit("period_ns", world.period_ns);
   visit("layers", world.layers);
   visit("entities", world.entities);

@@ -67,6 +67,8 @@ void write_pictures(const RunRecord& record, const fs::path& directory) {
 template <class Record>
 Record load(const fs::path& directory, const char* name, Record (*parse)(std::string_view)) {
   const fs::path path = directory / name;
+  std::error_code ignored;
+  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) refuse(path, "read", "it is no file");
   errno = 0;
   std::ifstream in(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};

@@ -175,6 +175,8 @@ struct Scheduler {
 /// What the database wrote down of the run's world (folder `database`), and whether the disk kept up.
 struct DatabaseLog {
   std::string durability;  ///< "volatile", "async", "group", "sync"; volatile: there is no log
+  std::uint64_t refused_transactions =
+      0;  ///< group, sync: writes that came to nothing, since the disk did not take them
   std::uint64_t latest_version = 0;
   std::uint64_t durable_version = 0;  ///< every version up to this one is on disk
   std::uint64_t bytes = 0;

@@ -44,7 +44,8 @@ struct Scanner {
 
 struct WorldRecord {
   std::string scenario;
-  std::int64_t period_ns = 0;       ///< of the base rate
+  std::string database_id;     ///< of the log that the names go with, in hexadecimal; empty: there is none
+  std::int64_t period_ns = 0;  ///< of the base rate
   std::vector<std::string> layers;  ///< by bit of the masks
   std::vector<NamedEntity> entities;
   std::vector<Scanner> scanners;

@@ -127,6 +127,8 @@ class LiveSession final : public executive::TickHooks {
   report::LiveStatus live_status(const executive::Executive& executive);
   /// A lost device that another one takes the place of is told; one that stays away ends the run.
   void look_at_gpu();
+  /// A world that can not be written any more is no world to test in: the run ends.
+  void look_at_log();
   /// From here on transactions come to nothing.
   void end_database(report::RunRecord& record);
   void fill_record(const executive::RunResult& result, bool interrupted, report::RunRecord& record);
@@ -176,6 +178,7 @@ class LiveSession final : public executive::TickHooks {
   std::atomic<bool> process_lost_{false};
   std::uint64_t gpu_losses_ = 0;  ///< told so far
   bool gpu_was_lost_ = false;     ///< at the last look
+  bool log_has_refused_ = false;
   std::uint64_t last_live_ticks_ = 0;
 };
 

@@ -59,6 +59,8 @@ rtstdb::DurabilityOptions LiveSession::durability() const {
 void LiveSession::write_world_record() const {
   report::WorldRecord record;
   record.scenario = scenario_.name;
+  if (const std::uint64_t id = database_->durability().database_id; id != 0)
+    record.database_id = report::id_text(id);
   record.period_ns = scenario_.base_period_ns;
   world_->describe(record);
   for (const WiredModule& wired : wiring_.modules)

@@ -28,6 +28,11 @@ void remove_log(const fs::path& directory) {
   for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
     if (is_of_a_log(entry.path().filename().string())) fs::remove(entry.path(), error);
   error.clear();
+  const auto left = fs::directory_iterator(directory, error);
+  if (!error && left != fs::directory_iterator())
+    throw io::DeviceError(
+        directory.string() +
+        " is where the database's log goes, and holds what is no run's: " + left->path().filename().string());
   fs::remove(directory, error);
   if (error)
     throw io::DeviceError(directory.string() + " of an earlier run can not be removed: " + error.message());

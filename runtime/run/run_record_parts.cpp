@@ -187,9 +187,11 @@ rtstdb::DurabilityMode durability_mode(config::Durability durability) {
   return rtstdb::DurabilityMode::volatile_only;
 }
 
-report::DatabaseLog database_log_of(const rtstdb::Durability& durability, rtstdb::Version latest) {
+report::DatabaseLog database_log_of(const rtstdb::Durability& durability, rtstdb::Version latest,
+                                    const rtstdb::TransactionCounts& counts) {
   report::DatabaseLog log;
   log.durability = rtstdb::to_string(durability.mode);
+  log.refused_transactions = counts.refused_by_log;
   log.latest_version = latest;
   log.durable_version = durability.durable;
   log.bytes = durability.bytes;

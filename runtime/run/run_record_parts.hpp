@@ -21,7 +21,8 @@ report::TraceRecord trace_of(const executive::RunResult& result, const std::vect
 report::Transactions transactions_of(const rtstdb::TransactionCounts& counts);
 report::Scheduler scheduler_of(const rtstdb::SchedulerCounts& counts);
 rtstdb::DurabilityMode durability_mode(config::Durability durability);
-report::DatabaseLog database_log_of(const rtstdb::Durability& durability, rtstdb::Version latest);
+report::DatabaseLog database_log_of(const rtstdb::Durability& durability, rtstdb::Version latest,
+                                    const rtstdb::TransactionCounts& counts);
 report::CanBus can_bus_of(const io::can::CanDevice& device);
 report::ModbusUnit modbus_unit_of(const io::modbus::ClientDevice& device);
 report::ModbusUnit modbus_unit_of(const io::modbus::ServerDevice& device);

@@ -41,6 +41,12 @@ executive::OverrunPolicy policy_of(config::Overrun overrun) {
   return executive::OverrunPolicy::skip;
 }
 
+std::string log_refusal(const report::DatabaseLog& log) {
+  return "the database's log refused " + std::to_string(log.refused_transactions) +
+         " transactions that write, under durability " + log.durability + ": " +
+         (log.last_fault.empty() ? "the disk was too slow" : log.last_fault);
+}
+
 /// What is known of a run before it begins.
 void describe(const config::Scenario& scenario, const SessionOptions& options, report::RunRecord& record) {
   record.scenario = {scenario.name, scenario.file, scenario.about};
@@ -119,6 +125,13 @@ void LiveSession::look_at_gpu() {
     run_log_.warn(health.device_loss);
 }
 
+void LiveSession::look_at_log() {
+  const std::uint64_t refused = database_->counts().refused_by_log;
+  if (refused == 0 || std::exchange(log_has_refused_, true)) return;
+  run_log_.warn("the database's log refuses what modules write: the run ends");
+  stop_.store(true);
+}
+
 void LiveSession::close_devices() noexcept {
   if (processes_) processes_->end_watch();
   // Safe values go out before anything closes.
@@ -164,6 +177,7 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
       },
       [this, &executive] {
         look_at_gpu();
+        look_at_log();
         device_watch_->look(device_clock_.now_ns(), [this](bool good, const std::string& sentence) {
           good ? run_log_.info(sentence) : run_log_.warn(sentence);
         });
@@ -196,8 +210,13 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
 void LiveSession::end_database(report::RunRecord& record) {
   const auto ended = database_->close();
   const rtstdb::Durability durability = database_->durability();
-  record.database_log = database_log_of(durability, database_->latest().version);
+  const report::DatabaseLog& log = record.database_log =
+      database_log_of(durability, database_->latest().version, database_->counts());
   if (!ended) degraded_.add("the database's log could not be ended: " + ended.error().message);
+  if (durability.mode != rtstdb::DurabilityMode::volatile_only && log.durable_version < log.latest_version)
+    degraded_.add("the world's history is on disk up to version " + std::to_string(log.durable_version) +
+                  " of " + std::to_string(log.latest_version) +
+                  (log.last_fault.empty() ? "" : ": " + log.last_fault));
 }
 
 std::string LiveSession::io_fault() const {
@@ -281,6 +300,10 @@ void LiveSession::decide(const executive::RunResult& result, bool interrupted,
                    " before the run was over; outputs were set to their safe values");
       return;
     }
+  }
+  if (record.database_log.refused_transactions > 0) {
+    conclude(report::Verdict::io_failed, exit_io_failed, log_refusal(record.database_log));
+    return;
   }
   if (!record.reason.empty()) {
     conclude(report::Verdict::io_failed, exit_io_failed, record.reason);

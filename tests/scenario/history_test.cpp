@@ -133,13 +133,100 @@ TEST_F(TwoBlocks, WhatCanNotBeAnsweredIsRefusedWithItsReason) {
        "more than 1000000 instants");
   says(refusal({"near", "post", "--at", "1s", "--layers", "movin"}), "did you mean 'moving'?");
   says(refusal({"near", "post", "--at", "1s", "--within", "-1m"}), "is negative");
+  says(refusal({"near", "post", "--at", "1s", "--within", "101km"}), "no world is larger");
+  says(refusal({"near", "post", "--at", "1s", "--from", "nan,0,0"}), "--from: not every number is finite");
+  says(refusal({"near", "post", "--at", "1s", "--until", "5s", "--every", "3s"}),
+       "the run was over after 4 s");
+  says(refusal({"near", "post", "--at", "9223372036.8s"}), "no run lasts as long");
   says(refusal({"region", "--at", "1s"}), "a region is a --sphere or a --box");
   says(refusal({"region", "--sphere", "0,0,0,-1", "--at", "1s"}), "region");
   says(refusal({"ray", "--origin", "0,0,0", "--direction", "0,0,0", "--at", "1s"}), "has no length");
+  says(refusal({"ray", "--origin", "0,0,0", "--direction", "1,nan,0", "--at", "1s"}),
+       "not every number is finite");
+  says(refusal({"ray", "--origin", "0,0,0", "--direction", "1,0,0", "--range", "-5m", "--at", "1s"}),
+       "is negative");
   says(refusal({"scan", "lidar", "--at", "1s"}), "no scanner 'lidar'");
   says(refusal({"near", "post", "--at", "1s", "--gpu", "no such device"}, 5), "no such device");
   EXPECT_EQ(run_hil({"history", folder_ / "nothing", "info"}).code, 4);
   EXPECT_EQ(run_hil({"history", out()}).code, 2) << "a question is missing";
+}
+
+/// Of any length, also one that single precision has not.
+TEST_F(TwoBlocks, ADirectionIsOfAnyLength) {
+  for (const char* direction : {"1e-40,0,0", "1e-25,0,0", "1e300,0,0"}) {
+    const Json ray =
+        ask({"ray", "--origin", "0,0.1,0.23", "--direction", direction, "--layers", "moving", "--at", "1s"});
+    EXPECT_NEAR(ray["answers"][0]["hits"][0]["distance_m"].get<double>(), 16.0, 1e-4) << direction;
+  }
+}
+
+TEST_F(TwoBlocks, WhatTheLogLacksIsNotMadeUp) {
+  Json report = read_report(out());
+  const auto write_report = [&] { write_text(out() + "/report.json", report.dump()); };
+  report["database_log"]["latest_version"] = 7;
+  write_report();
+  EXPECT_NE(refusal({"near", "post", "--at", "1s"}).find("the run went on to version 7"), std::string::npos);
+  EXPECT_EQ(run_hil({"history", out(), "near", "post", "--at", "0s"}).code, 0) << "of that time all is known";
+  report["database_log"]["durable_version"] = 7;
+  write_report();
+  const Ended verified = run_hil({"db", "verify", out()});
+  EXPECT_EQ(verified.code, 4);
+  EXPECT_NE(verified.output.find("by the run's report version 7 was on disk"), std::string::npos)
+      << verified.output;
+  report["ticks"] = 0xFFFF'FFFF'FFFF'FFFFull;
+  write_report();
+  EXPECT_NE(refusal({"near", "post", "--at", "1s"}, 4).find("report.json"), std::string::npos);
+  std::filesystem::remove(out() + "/report.json");
+  std::filesystem::create_directory(out() + "/report.json");
+  EXPECT_NE(refusal({"near", "post", "--at", "1s"}, 4).find("it is no file"), std::string::npos);
+}
+
+TEST_F(TwoBlocks, NamesThatNoRunWroteAreRefused) {
+  const Json whole = Json::parse(read_text(out() + "/world.json"));
+  const Json scanner = {{"name", "lidar"},        {"carrier_index", 0},  {"carrier_generation", 1},
+                        {"mount_m", {0, 0, 0}},   {"columns", 8},        {"rows", 2},
+                        {"horizontal_rad", 1},    {"vertical_rad", 1},   {"elevation_rad", 0},
+                        {"left_to_right", true},  {"range_m", 50},       {"mask", 3},
+                        {"ignore_motion", false}, {"first_sweep_ns", 0}, {"sweep_ns", 1'000'000'000},
+                        {"step_ns", 10'000'000}};
+  const auto with = [&](const std::string& key, const Json& value) {
+    Json world = whole;
+    world["scanners"] = Json::array({scanner});
+    if (!key.empty()) world["scanners"][0][key] = value;
+    write_text(out() + "/world.json", world.dump());
+  };
+  with("", {});
+  EXPECT_EQ(run_hil({"history", out(), "scan", "lidar", "--at", "1s"}).code, 0);
+  const std::vector<std::pair<std::string, Json>> absurd{{"columns", 0},
+                                                         {"columns", 4'000'000'000u},
+                                                         {"rows", 0},
+                                                         {"sweep_ns", 0},
+                                                         {"sweep_ns", -5},
+                                                         {"step_ns", 0},
+                                                         {"step_ns", -1},
+                                                         {"step_ns", 9'223'372'036'854'775'807},
+                                                         {"first_sweep_ns", -1},
+                                                         {"range_m", nullptr},
+                                                         {"horizontal_rad", 1e300},
+                                                         {"mount_m", {0, 0, nullptr}}};
+  for (const auto& [key, value] : absurd) {
+    with(key, value);
+    EXPECT_NE(refusal({"scan", "lidar", "--at", "1s"}, 4).find("world.json"), std::string::npos)
+        << key << value;
+  }
+  Json world = whole;
+  world["database_id"] = "0000000000000001";
+  write_text(out() + "/world.json", world.dump());
+  EXPECT_NE(refusal({"entities", "--at", "1s"}, 4).find("the names of database 0000000000000001"),
+            std::string::npos);
+  std::filesystem::remove(out() + "/world.json");
+  EXPECT_NE(refusal({"entities", "--at", "1s"}, 4).find("before its first tick"), std::string::npos);
+}
+
+TEST_F(TwoBlocks, AGeometryThatIsGoneIsNamed) {
+  std::filesystem::remove(out() + "/database/geometry.0000000001");
+  EXPECT_NE(refusal({"near", "post", "--at", "1s"}, 4).find("geometry.0000000001"), std::string::npos);
+  EXPECT_EQ(run_hil({"db", "verify", out()}).code, 4);
 }
 
 TEST_F(TwoBlocks, TheSameRunInTheSameFolderBeginsALogOfItsOwn) {
@@ -272,6 +359,36 @@ TEST(RunHistory, AVolatileRunKeepsNone) {
   const Ended asked = run_hil({"history", out, "info"});
   EXPECT_EQ(asked.code, 4);
   EXPECT_NE(asked.errors.find("world.durability: volatile"), std::string::npos) << asked.errors;
+}
+
+/// The log's folder is taken away: no file can be made there any more.
+TEST(RunHistory, ADiskThatRefusesEndsARunThatWaitsForItAndIsToldByOneThatDoesNot) {
+  for (const std::string mode : {"async", "group", "sync"}) {
+    const Folder folder;
+    const std::string out = folder / "out";
+    Program run(hil(
+        joined({{"run", crossing(), "--clock", "virtual", "--out", out, "--set", "world.durability=" + mode},
+                few_beams()})));
+    ASSERT_TRUE(eventually([&] { return std::filesystem::exists(out + "/world.json"); }));
+    std::filesystem::rename(out + "/database", folder / "taken");
+    std::filesystem::remove_all(folder / "taken");
+    const Ended ended = run.wait();
+    const Json report = read_report(out);
+    const Json& log = report["database_log"];
+    EXPECT_GT(log["faults"], 0) << mode;
+    EXPECT_LT(log["durable_version"], log["latest_version"].get<std::uint64_t>() + (mode == "sync" ? 1 : 0))
+        << mode;
+    if (mode == "async") {
+      EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
+      EXPECT_NE(ended.output.find("the world's history is on disk up to version"), std::string::npos)
+          << ended.output;
+    } else {
+      EXPECT_EQ(ended.code, 4) << mode << ended.output << ended.errors;
+      EXPECT_NE(report["reason"].get<std::string>().find("the database's log refused"), std::string::npos)
+          << report["reason"];
+      EXPECT_GT(log["refused_transactions"], 0) << mode;
+    }
+  }
 }
 
 TEST(RunHistory, EveryModeLeavesTheSameHistory) {

@@ -155,11 +155,13 @@ void database_log_section(Markup& out, const RunRecord& record) {
                     {"Longest write", true},
                     {"Ring at most", true},
                     {"Not recorded", true},
+                    {"Refused", true},
                     {"Disk faults", true}});
   table.row({log.durability, count_text(log.latest_version), count_text(log.durable_version),
              bytes_text(log.bytes), count_text(log.groups), measured_time(log.longest_write_ns),
              bytes_text(log.ring_high_water_bytes) + " of " + bytes_text(log.ring_bytes),
-             count_cell(log.commits_in_gaps, true), count_cell(log.faults, true)});
+             count_cell(log.commits_in_gaps, true), count_cell(log.refused_transactions, true),
+             count_cell(log.faults, true)});
   table.end();
   if (!log.last_fault.empty()) out.element("p", "The last fault: " + log.last_fault);
   out.close();

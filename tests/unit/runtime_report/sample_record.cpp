@@ -266,9 +266,10 @@ RunRecord full_record() {
       {{"traffic", millisecond, millisecond, 108'000, 10'000, 9'998, 1, 1, 0, 61'000, 402'000}},
       {"reservation 'scan' can not be kept"}};
   record.database_log = {
-      "async", 10'015, 10'010,    4'158'976,   221,
-      2,       1,      3'993'027, 123'931'859, 16'777'216,
-      28'288,  1,      5,         3,           "write of segment.0000000002: Input/output error"};
+      "async",   17,          10'015,     10'010,
+      4'158'976, 221,         2,          1,
+      3'993'027, 123'931'859, 16'777'216, 28'288,
+      1,         5,           3,          "write of segment.0000000002: Input/output error"};
   record.can = {
       {"car", "virtual", 1'000, 3'021, 0, 0, 0, 2, 1, 0, 0.124, 1, 3, 5, 7, 11, 13, 17, 19, 23, 29, 1'031}};
   record.modbus = {{"plc at 127.0.0.1:40213", 400, 398, 2, 0, 1}};
