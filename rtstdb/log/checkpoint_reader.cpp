@@ -161,6 +161,16 @@ Result<Checkpoint> read_checkpoint(Disk& disk, std::uint64_t number, std::uint64
   return checkpoint;
 }
 
+std::optional<Checkpoint> oldest_checkpoint(Disk& disk, const Listing& listing, Version not_before) {
+  for (const std::uint64_t number : listing.checkpoints) {
+    auto header = read_checkpoint_header(disk, number);
+    if (!header || header.value().version < not_before) continue;
+    auto checkpoint = read_checkpoint(disk, number, header.value().database_id);
+    if (checkpoint) return std::move(checkpoint).value();
+  }
+  return std::nullopt;
+}
+
 Result<void> read_meshes(Disk& disk, std::uint64_t database_id, World& world) {
   for (WorldGeometry& geometry : world.geometries) {
     auto mesh = read_geometry_file(disk, database_id, geometry.logged.file, geometry.logged.file_checksum);

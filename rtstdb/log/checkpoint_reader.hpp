@@ -2,10 +2,12 @@
 // A checkpoint read back, whole or not at all.
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <rtstdb/result.hpp>
 
+#include "rtstdb/log/directory.hpp"
 #include "rtstdb/log/disk.hpp"
 #include "rtstdb/log/format.hpp"
 #include "rtstdb/log/position.hpp"
@@ -24,6 +26,9 @@ Result<CheckpointHeader> read_checkpoint_header(Disk& disk, std::uint64_t number
 
 /// Refused, with the file, the offset and what was found: anything that is not as it was written.
 Result<Checkpoint> read_checkpoint(Disk& disk, std::uint64_t number, std::uint64_t database_id);
+
+/// That is whole, of a version from `not_before` on; none: there is none.
+std::optional<Checkpoint> oldest_checkpoint(Disk& disk, const Listing& listing, Version not_before);
 
 /// Gives the geometries of a checkpoint's world their meshes, and holds its shapes to them.
 Result<void> read_meshes(Disk& disk, std::uint64_t database_id, World& world);

@@ -14,16 +14,11 @@ namespace {
 
 /// The oldest whole checkpoint of a version from `not_before` on, with its meshes.
 Result<std::optional<Checkpoint>> checkpoint_from(Disk& disk, const Listing& listing, Version not_before) {
-  for (const std::uint64_t number : listing.checkpoints) {
-    auto header = read_checkpoint_header(disk, number);
-    if (!header || header.value().version < not_before) continue;
-    auto checkpoint = read_checkpoint(disk, number, header.value().database_id);
-    if (!checkpoint) continue;
-    if (auto read = read_meshes(disk, header.value().database_id, checkpoint.value().world); !read)
-      return read.error();
-    return std::optional(std::move(checkpoint).value());
-  }
-  return std::optional<Checkpoint>();
+  auto checkpoint = oldest_checkpoint(disk, listing, not_before);
+  if (!checkpoint) return checkpoint;
+  if (auto read = read_meshes(disk, checkpoint->header.database_id, checkpoint->world); !read)
+    return read.error();
+  return checkpoint;
 }
 
 class Following final : public RecordVisitor {

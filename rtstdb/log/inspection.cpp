@@ -30,7 +30,8 @@ bool same_state(const EntityState& a, const EntityState& b) {
                            bytes_of(a.row) == bytes_of(b.row));
 }
 
-/// How two worlds of one version differ, in words; empty: not at all. Indices that never lived count as not there.
+/// How two worlds of one version differ, in words; empty: not at all. Indices that never lived count as not there. Geometries that the
+/// checkpoint alone has may have been added behind the commit.
 std::string difference(const World& commits, const World& checkpoint) {
   const std::size_t indices = std::max(commits.rows.size(), checkpoint.rows.size());
   const auto generation = [](const World& world, std::size_t index) {
@@ -44,9 +45,8 @@ std::string difference(const World& commits, const World& checkpoint) {
         !same_state(row(commits, index), row(checkpoint, index)))
       return "entity " + std::to_string(index) + " is not as the commits left it";
   }
-  if (commits.geometries.size() < checkpoint.geometries.size())
-    return "it has geometries that no record adds";
-  for (std::size_t index = 0; index < checkpoint.geometries.size(); ++index) {
+  const std::size_t geometries = std::min(commits.geometries.size(), checkpoint.geometries.size());
+  for (std::size_t index = 0; index < geometries; ++index) {
     const WorldGeometry& a = commits.geometries[index];
     const WorldGeometry& b = checkpoint.geometries[index];
     if (a.logged.name != b.logged.name || a.logged.file != b.logged.file ||
@@ -67,7 +67,9 @@ class Inspecting final : public ChronicleListener {
   void world(const World& world) override {
     if (!begun_) contents_.extent.first = world.latest;
     begun_ = true;
-    take(world);
+    contents_.extent.last = world.latest;
+    contents_.entities = static_cast<std::uint64_t>(
+        std::ranges::count_if(world.rows, [](const EntityState& state) { return state.id.valid(); }));
     for (const WorldGeometry& geometry : world.geometries)
       this->geometry(geometry);
   }
@@ -81,9 +83,22 @@ class Inspecting final : public ChronicleListener {
     auto& versions = versions_of_[segment];
     if (versions.first == 0) versions.first = set.version;
     versions.second = set.version;
-    take(now);
+    contents_.extent.last = now.latest;
+    for (const store::Write& write : set.writes) {
+      if (write.kind == store::WriteKind::create) ++contents_.entities;
+      if (write.kind == store::WriteKind::remove) --contents_.entities;
+    }
+    compare_checkpoints(now);
   }
   void gap(const Gap& gap) override { contents_.extent.gaps.push_back({gap.first, gap.last}); }
+
+  /// All has been told.
+  void end() {
+    for (const auto& [place, geometry] : added_later_)
+      if (name_of(geometry.file) != geometry.name)
+        contents_.files[place].damage =
+            "it has geometry " + std::to_string(geometry.id.index) + ", which no record adds";
+  }
 
   /// None: no record that was read names that file.
   std::optional<std::string> name_of(std::uint64_t geometry_file) const {
@@ -96,17 +111,17 @@ class Inspecting final : public ChronicleListener {
   }
 
  private:
-  void take(const World& now) {
-    contents_.extent.last = now.latest;
-    contents_.entities = static_cast<std::uint64_t>(
-        std::ranges::count_if(now.rows, [](const EntityState& state) { return state.id.valid(); }));
+  void compare_checkpoints(const World& now) {
     const auto found = checkpoints_of_.find(now.latest.version);
     if (found == checkpoints_of_.end()) return;
     for (const auto& [number, place] : found->second) {
       auto checkpoint = read_checkpoint(disk_, number, contents_.database_id);
       if (!checkpoint) continue;  // taken away meanwhile
       ++contents_.compared_checkpoints;
-      contents_.files[place].damage = difference(now, checkpoint.value().world);
+      const World& world = checkpoint.value().world;
+      contents_.files[place].damage = difference(now, world);
+      for (std::size_t k = now.geometries.size(); k < world.geometries.size(); ++k)
+        added_later_.emplace_back(place, world.geometries[k].logged);
     }
   }
 
@@ -117,6 +132,8 @@ class Inspecting final : public ChronicleListener {
       checkpoints_of_;                          // number, place in files
   std::map<std::uint64_t, std::string> names_;  // by geometry file
   std::map<std::uint64_t, std::pair<Version, Version>> versions_of_;
+  std::vector<std::pair<std::size_t, LoggedGeometry>>
+      added_later_;  // of checkpoints, by their place in files
 };
 
 /// Without its name, which a message that was made for it alone begins with.
@@ -137,6 +154,7 @@ class Inspection {
     Inspecting inspecting(disk_, contents_);
     look_at_checkpoints(inspecting);
     auto report = read_chronicle(disk_, true, inspecting);
+    inspecting.end();
     if (report) {
       contents_.extent.database_id = report.value().database_id;
       take(report.value());

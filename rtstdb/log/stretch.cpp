@@ -138,16 +138,6 @@ class Collecting final : public RecordVisitor {
   std::string fault_;
 };
 
-/// The oldest checkpoint that is whole.
-Result<std::optional<CheckpointHeader>> oldest_checkpoint(Disk& disk, const Listing& listing) {
-  for (const std::uint64_t number : listing.checkpoints) {
-    auto header = read_checkpoint_header(disk, number);
-    if (!header) continue;
-    if (read_checkpoint(disk, number, header.value().database_id)) return std::optional(header.value());
-  }
-  return std::optional<CheckpointHeader>();
-}
-
 Error not_there(const std::string& what, Disk& disk, bool salvage) {
   const auto extent = read_extent(disk, salvage);
   std::string has;
@@ -194,12 +184,10 @@ Result<Extent> read_extent(Disk& disk, bool salvage) {
   auto chain = find_chain(disk, segments, extent.database_id, options.from);
   if (!chain) return chain.error();
   if (chain.value().links.empty() || !chain.value().damage_before.empty()) {
-    auto oldest = oldest_checkpoint(disk, listing.value());
-    if (!oldest) return oldest.error();
-    if (const auto& header = oldest.value()) {
-      extent.database_id = options.database_id = header->database_id;
-      extent.first = extent.last = {header->version, world_time_ns(header->world_time_ns)};
-      options.from = {header->segment, header->offset, header->group, header->link};
+    if (const auto oldest = oldest_checkpoint(disk, listing.value(), 0)) {
+      extent.database_id = options.database_id = oldest->header.database_id;
+      extent.first = extent.last = oldest->world.latest;
+      options.from = oldest->position();
     }
   }
   Survey survey(extent);

@@ -6,6 +6,7 @@
 #include <rtstdb/log.hpp>
 
 #include "runtime/cli/db_export.hpp"
+#include "runtime/cli/history_answers.hpp"
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/cli/text_table.hpp"
 #include "runtime/cli/told.hpp"
@@ -18,8 +19,6 @@
 
 namespace hil::cli {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string seconds(rtstdb::WorldTime time) {
   return report::to_ascii(report::instant(time.time_since_epoch().count()));
@@ -34,12 +33,6 @@ std::string versions_text(const rtstdb::LogFile& file) {
 std::string point_text(const rtstdb::VersionInfo& version) {
   return version.version == 0 ? "version 0, the empty world"
                               : "version " + std::to_string(version.version) + " of " + seconds(version.time);
-}
-
-Json point_json(const rtstdb::VersionInfo& version) {
-  Json json{{"version", version.version}, {"time_ns", nullptr}};
-  if (version.version > 0) json["time_ns"] = version.time.time_since_epoch().count();
-  return json;
 }
 
 std::string json_of(const std::string& directory, const rtstdb::LogContents& contents) {

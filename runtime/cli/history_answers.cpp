@@ -48,12 +48,6 @@ Json entity_json(const RunHistory& history, rtstdb::EntityId entity) {
           {"generation", entity.generation}};
 }
 
-Json point_json(const rtstdb::VersionInfo& version) {
-  Json json{{"version", version.version}, {"time_ns", nullptr}};
-  if (version.version > 0) json["time_ns"] = version.time.time_since_epoch().count();
-  return json;
-}
-
 /// Where the row turns the body's x axis, counted from x to y.
 double heading_deg(const glm::dquat& q) {
   const glm::dvec3 ahead = q * glm::dvec3(1.0, 0.0, 0.0);
@@ -61,6 +55,12 @@ double heading_deg(const glm::dquat& q) {
 }
 
 }  // namespace
+
+Json point_json(const rtstdb::VersionInfo& version) {
+  Json json{{"version", version.version}, {"time_ns", nullptr}};
+  if (version.version > 0) json["time_ns"] = version.time.time_since_epoch().count();
+  return json;
+}
 
 Told tell_extent(const RunHistory& history, const std::string& directory) {
   const rtstdb::HistoryExtent& extent = history.extent();

@@ -11,6 +11,9 @@ namespace hil::cli {
 
 using Json = nlohmann::ordered_json;
 
+/// The empty world holds from no time.
+Json point_json(const rtstdb::VersionInfo& version);
+
 /// Both forms of one answer.
 struct Told {
   std::string text;

@@ -126,6 +126,37 @@ TEST(LogInspection, HoldsCheckpointsToTheCommits) {
   EXPECT_GT(found, 0u);
 }
 
+/// A checkpoint of a version may have a geometry that was added behind that version's commit.
+TEST(LogInspection, AGeometryAddedBehindTheLastCommitIsNoDamage) {
+  SimulatedDisk disk(1);
+  ManualClock clock;
+  History history;
+  LiveWorld world(9, history, 1 << 16);
+  WriterOptions options;
+  options.checkpoint_every_bytes = 0;
+  auto writer =
+      Writer::start(disk, clock, world.ring(), world, options, start_after(recover(disk).value(), 99));
+  ASSERT_TRUE(writer.ok());
+  const auto write_all = [&] {
+    while (writer.value()->step(0).worked) {
+    }
+  };
+  world.commit();
+  write_all();
+  ASSERT_TRUE(world.add_geometry(disk, 99, 1));
+  writer.value()->checkpoint_soon();
+  write_all();
+  for (int k = 0; k < 5; ++k)
+    world.commit();
+  write_all();
+  ASSERT_TRUE(writer.value()->close(0).ok());
+  const auto contents = inspect(disk);
+  ASSERT_TRUE(contents.ok());
+  EXPECT_EQ(all_of(contents.value().damage), "");
+  EXPECT_EQ(contents.value().compared_checkpoints, 1u);
+  EXPECT_EQ(contents.value().entities, history.images.at(world.latest()).rows.size());
+}
+
 TEST(LogInspection, WhatWasCutOffIsNoDamage) {
   SampleLog sample = make_sample({.seed = 6, .commits = 30, .closed = false, .checkpoints = false});
   const GroupPlace last = groups_of(sample.contents).back();
