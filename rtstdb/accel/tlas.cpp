@@ -11,6 +11,7 @@ namespace rtstdb::accel {
 namespace {
 
 constexpr std::uint32_t instances_per_leaf = 1;
+constexpr std::uint32_t fewest_patched = 8;  // as the limit of small worlds
 constexpr std::size_t instance_bytes = 16 * shared::instance_texels;
 static_assert(instance_bytes * 16 % 256 == 0);
 // Read by shaders as a texel.
@@ -113,6 +114,10 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
         .size_bytes = sizeof(shared::EntityRecord) * n,
         .memory = gpu::Memory::upload}},
       {&tlas.bounds_, {.name = "TLAS bounds", .size_bytes = 24 * n}},
+      {&tlas.renewed_places_,
+       {.name = "renewed places",
+        .size_bytes = 4 * std::max<std::size_t>(n / renewed_share, fewest_patched),
+        .memory = gpu::Memory::upload}},
   };
   for (const auto& [buffer, wanted] : buffers) {
     auto made = device.create_buffer(wanted);
@@ -181,7 +186,7 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
                                          {&bounds_},
                                          {&slot.motion_boxes},
                                          {&slot.centers},
-                                         {&patch_.places_buffer()}};
+                                         {&renewed_places_}};
     auto instances_bindings = device.create_bindings(instances_pass_, instances);
     if (!instances_bindings) return instances_bindings.error();
     slot.instances_pass = std::move(instances_bindings).value();
@@ -199,7 +204,9 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
       if (!made) return made.error();
       *bindings = std::move(made).value();
     }
-    if (auto bound = patch_.bind(device, slot.nodes, slot.motion_boxes, slot.node_boxes, slot.patch); !bound)
+    if (auto bound =
+            patch_.bind(device, slot.nodes, slot.motion_boxes, slot.node_boxes, renewed_places_, slot.patch);
+        !bound)
       return bound.error();
     if (!large_build_) continue;
     auto large = large_build_->bind(device, bounds_, slot.nodes);
@@ -232,7 +239,7 @@ Tlas::Slot* Tlas::find(const query::RowSource& rows, const Wanted& wanted) noexc
   return nullptr;
 }
 
-Tlas::Slot* Tlas::find_patchable(const query::RowSource& rows, const Wanted& wanted) noexcept {
+Tlas::Slot* Tlas::find_near(const query::RowSource& rows, const Wanted& wanted) noexcept {
   if (!patches_) return nullptr;
   // The nearest version before: those that read an older one leave each other's slots alone.
   Slot* nearest = nullptr;
@@ -240,38 +247,53 @@ Tlas::Slot* Tlas::find_patchable(const query::RowSource& rows, const Wanted& wan
     const bool before = slot.version < rows.version() && slot.holds(wanted) && slot.tree != Tree::none;
     if (before && (nearest == nullptr || slot.version > nearest->version)) nearest = &slot;
   }
-  return nearest != nullptr && list_patch(*nearest, rows) ? nearest : nullptr;
+  return nearest != nullptr && list_renewed(*nearest, rows) ? nearest : nullptr;
 }
 
 std::uint32_t Tlas::most_patched(const Slot& slot) noexcept {
-  return std::max(slot.visible_count / patched_share, 8u);
+  return std::max(slot.visible_count / patched_share, fewest_patched);
 }
 
-/// False: too much changed, or the tree itself has to.
-bool Tlas::list_patch(Slot& slot, const query::RowSource& rows) noexcept {
+bool Tlas::is_patch(const Slot& slot) const noexcept {
+  return changed_.size() <= shared::max_patched && slot.patched + changed_.size() <= most_patched(slot);
+}
+
+std::uint32_t Tlas::most_renewed(const Slot& slot) noexcept {
+  return std::max(slot.visible_count / renewed_share, most_patched(slot));
+}
+
+bool Tlas::list_renewed(Slot& slot, const query::RowSource& rows) noexcept {
   changed_.clear();
-  if (!rows.changed_between(slot.version, changed_) || changed_.size() > shared::max_patched) return false;
-  if (slot.patched + changed_.size() > most_patched(slot)) return false;
-  const auto places = patch_.places();
+  if (!rows.changed_between(slot.version, changed_) || changed_.size() > most_renewed(slot)) return false;
+  const auto places = renewed_places_.host_as<std::uint32_t>();
   for (std::size_t k = 0; k < changed_.size(); ++k) {
     const std::uint32_t entity = changed_[k];
     const EntityState* state = entity < rows.index_limit() ? rows.row(entity) : nullptr;
     if (presence_of(state) != slot.presence[entity] || state == nullptr) return false;
     places[k] = slot.place[entity];
   }
-  return true;
+  return is_patch(slot) || may_refit(slot);
 }
 
-void Tlas::patch(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
+void Tlas::renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
   learn_levels(slot);
-  slot.patched += static_cast<std::uint32_t>(changed_.size());
-  slot.version = rows.version();
-  ++counts_.patches;
-  if (changed_.empty()) return;
   const auto listed = static_cast<std::uint32_t>(changed_.size());
+  const bool few = is_patch(slot);
+  slot.version = rows.version();
+  slot.patched = few ? slot.patched + listed : 0;
+  counts_.patches += few ? 1 : 0;
+  counts_.refits += few ? 0 : 1;
+  counts_.renewals += few ? 0 : 1;
+  if (listed == 0) return;
   upload_changes(slot, rows, recorder);
   make_instances(slot, listed, recorder);
-  if (slot.visible_count > 0) patch_.record(listed, slot.visible_count, slot.levels, slot.patch, recorder);
+  if (slot.visible_count == 0) return;
+  if (few) {
+    patch_.record(listed, slot.visible_count, slot.levels, slot.patch, recorder);
+  } else {
+    refit(slot, recorder);
+    find_cost(slot, recorder);
+  }
 }
 
 void Tlas::list_live(Slot& slot, std::uint32_t index_limit) {
@@ -429,7 +451,7 @@ bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, 
   bool few_changed = true;
   if (!slot.filled || slot.version != rows.version()) {
     list_changes(slot, rows);
-    few_changed = !slot.filled || changed_.size() <= most_patched(slot);
+    few_changed = !slot.filled || changed_.size() <= most_renewed(slot);
     upload_changes(slot, rows, submit.recorder());
   }
   slot.filled = true;
@@ -450,9 +472,9 @@ bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, 
 std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit) {
   Slot* slot = find(rows, wanted);
   if (slot == nullptr) {
-    slot = find_patchable(rows, wanted);
+    slot = find_near(rows, wanted);
     if (slot != nullptr) {
-      patch(*slot, rows, submit.recorder());
+      renew(*slot, rows, submit.recorder());
     } else {
       slot = &*std::min_element(slots_.begin(), slots_.end(),
                                 [](const Slot& a, const Slot& b) { return a.last_used < b.last_used; });

@@ -3,6 +3,8 @@
 // made from them, and a wide BVH over what every instance covers at the begin and at the end of the slot's
 // window. A slot stands for one version and one window of time. A later version is reached
 //   by a patch   few rows changed, and the window holds the new times: only their boxes and those above are made
+//   by a renewal more changed than a patch is good for, and the window holds the new times: only the instances that
+//                changed are made, then all boxes above
 //   by a refit   the tree stays and all its boxes are made anew, for a new window
 //   by a build   entities came, went, got or lost their geometry, or the tree's cost by the surface area
 //                heuristic has grown by rebuild_growth since it was built
@@ -47,8 +49,11 @@ inline constexpr Nanoseconds window_ahead{250'000'000};
 static_assert(window_ahead.count() <= max_query_window_ns);
 /// A batch is small when the world has so many entities for each of its elements.
 inline constexpr std::uint32_t entities_per_small_element = 4;
-/// A slot is refitted when this share of its entities has been patched, for its tree knows nothing of where they went.
+/// A slot's nodes are all made anew when this share of its entities has been patched, for its tree knows nothing of where they went.
 inline constexpr std::uint32_t patched_share = 8;
+/// Where more than this share changes from version to version, all instances are made anew: a window that reaches ahead would
+/// spare little.
+inline constexpr std::uint32_t renewed_share = 4;
 
 /// An instant as the device is told of it.
 struct Moment {
@@ -118,7 +123,8 @@ class Tlas {
   /// How slots came to their versions so far.
   struct Counts {
     std::uint64_t builds = 0, refits = 0, patches = 0;
-    std::uint64_t rows = 0;  ///< written to the device
+    std::uint64_t rows = 0;      ///< written to the device
+    std::uint64_t renewals = 0;  ///< of the refits
   };
   Counts counts() const noexcept { return counts_; }
 
@@ -156,17 +162,22 @@ class Tlas {
   };
 
   Slot* find(const query::RowSource& rows, const Wanted& wanted) noexcept;
-  /// The slot that a patch brings there, whose changes are listed then; or none.
-  Slot* find_patchable(const query::RowSource& rows, const Wanted& wanted) noexcept;
+  /// The slot that a patch or a renewal brings there, whose changes are listed then; or none.
+  Slot* find_near(const query::RowSource& rows, const Wanted& wanted) noexcept;
   static std::uint32_t most_patched(const Slot& slot) noexcept;
-  bool list_patch(Slot& slot, const query::RowSource& rows) noexcept;
-  void patch(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
+  static std::uint32_t most_renewed(const Slot& slot) noexcept;
+  /// Of what changed.
+  bool is_patch(const Slot& slot) const noexcept;
+  /// False: too much changed, or the tree itself has to.
+  bool list_renewed(Slot& slot, const query::RowSource& rows) noexcept;
+  /// With what list_renewed has listed.
+  void renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
   bool fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit);
   static Presence presence_of(const EntityState* state) noexcept;
   void list_changes(Slot& slot, const query::RowSource& rows);
   void upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
   void list_live(Slot& slot, std::uint32_t index_limit);
-  /// Of the first `listed` places of the patch, or of all.
+  /// Of the first `listed` places, or of all.
   void make_instances(const Slot& slot, std::uint32_t listed, gpu::Recorder& recorder) const;
   static void learn_levels(Slot& slot);
   bool may_refit(Slot& slot);
@@ -184,6 +195,7 @@ class Tlas {
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> changed_;
   gpu::Buffer changed_rows_;
+  gpu::Buffer renewed_places_;
   BuildScratch small_scratch_;
   std::optional<TlasBuilder> large_build_;  // none where no world is large
   TlasPatch patch_;

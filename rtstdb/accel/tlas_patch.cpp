@@ -26,8 +26,6 @@ Result<TlasPatch> TlasPatch::create(gpu::Device& device, std::uint32_t instances
     *pipeline = std::move(made).value();
   }
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
-      {&patch.places_,
-       {.name = "patched places", .size_bytes = 4 * shared::max_patched, .memory = gpu::Memory::upload}},
       {&patch.levels_,
        {.name = "patched levels", .size_bytes = 4 * most_levels, .memory = gpu::Memory::upload}},
       {&patch.climbers_, {.name = "patch climbers", .size_bytes = 4 * shared::max_patched}}};
@@ -40,7 +38,7 @@ Result<TlasPatch> TlasPatch::create(gpu::Device& device, std::uint32_t instances
 }
 
 Result<void> TlasPatch::bind(gpu::Device& device, const gpu::Buffer& nodes, const gpu::Buffer& motion_boxes,
-                             const gpu::Buffer& node_boxes, Bound& bound) const {
+                             const gpu::Buffer& node_boxes, const gpu::Buffer& places, Bound& bound) const {
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
       {&bound.parents, {.name = "TLAS parents", .size_bytes = 4 * (std::size_t{nodes_} + instances_)}},
       {&bound.stamps, {.name = "TLAS stamps", .size_bytes = 4 * std::size_t{nodes_}}}};
@@ -51,8 +49,8 @@ Result<void> TlasPatch::bind(gpu::Device& device, const gpu::Buffer& nodes, cons
     *buffer = std::move(made).value();
   }
   const gpu::Buffer* up[] = {&nodes, &bound.parents};
-  const gpu::Buffer* patched[] = {&motion_boxes, &node_boxes, &nodes,   &bound.parents,
-                                  &bound.stamps, &climbers_,  &places_, &levels_};
+  const gpu::Buffer* patched[] = {&motion_boxes, &node_boxes, &nodes,  &bound.parents,
+                                  &bound.stamps, &climbers_,  &places, &levels_};
   auto parents_pass = device.create_bindings(parents_, up);
   if (!parents_pass) return parents_pass.error();
   bound.parents_pass = std::move(parents_pass).value();

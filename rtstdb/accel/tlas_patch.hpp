@@ -24,16 +24,14 @@ class TlasPatch {
     gpu::Bindings parents_pass, patch_pass;
     std::uint32_t stamp = 0;  ///< of the last patch; 0: parents are to be found first
   };
+  /// `places`: of instances, where those to be patched are listed.
   Result<void> bind(gpu::Device& device, const gpu::Buffer& nodes, const gpu::Buffer& motion_boxes,
-                    const gpu::Buffer& node_boxes, Bound& bound) const;
+                    const gpu::Buffer& node_boxes, const gpu::Buffer& places, Bound& bound) const;
 
   /// Dispatches of both passes that patch nothing.
   void record_warm_up(const Bound& bound, gpu::Recorder& recorder) const;
 
-  /// Where the caller lists places of instances, max_patched at the most, before it records.
-  std::span<std::uint32_t> places() const noexcept { return places_.host_as<std::uint32_t>(); }
-  const gpu::Buffer& places_buffer() const noexcept { return places_; }
-  /// Those listed have new boxes, made by what was recorded before. `levels`: the first node of each level, then the
+  /// The first `listed` of the places, max_patched at the most, have new boxes, made by what was recorded before. `levels`: the first node of each level, then the
   /// number of nodes. Places from `visible_count` on are in no tree.
   void record(std::uint32_t listed, std::uint32_t visible_count, std::span<const std::uint32_t> levels,
               Bound& bound, gpu::Recorder& recorder) const;
@@ -42,7 +40,7 @@ class TlasPatch {
   std::uint32_t instances_ = 0;
   std::uint32_t nodes_ = 0;
   gpu::Pipeline parents_, patch_;
-  gpu::Buffer places_, levels_, climbers_;
+  gpu::Buffer levels_, climbers_;
 };
 
 }  // namespace rtstdb::accel

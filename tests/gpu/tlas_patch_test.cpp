@@ -1,4 +1,5 @@
-// Few rows that change, small batches, ticks that follow one another: slots are patched, and nobody can tell.
+// Small batches, ticks that follow one another: where few rows change slots are patched, where more do they are renewed, and
+// nobody can tell.
 
 #include <algorithm>
 #include <bit>
@@ -29,14 +30,18 @@ class PatchedTrees : public gpu::test::GpuTest, public testing::WithParamInterfa
     ASSERT_EQ(tlas_.counts().builds, 1u);
   }
   EntityRow anywhere() { return row_of({0}, 100.0 * random_.vector()); }
-  /// The next version, a millisecond later, in which the first `changed` stand elsewhere.
-  void tick(std::uint32_t changed = 0) {
+  /// The next version, a millisecond later, in which the first `changed` stand elsewhere, or a centimetre away.
+  void tick(std::uint32_t changed = 0, bool a_little = false) {
     std::vector<std::uint32_t> indices(changed);
     for (std::uint32_t i = 0; i < changed; ++i)
       indices[i] = i;
     time_ += Nanoseconds(1'000'000);
-    rows_.change(
-        indices, [&](std::uint32_t) { return std::optional(anywhere()); }, time_);
+    const auto moved = [&](std::uint32_t i) {
+      EntityRow row = a_little ? rows_.row(i)->row : anywhere();
+      row.motion.p_world_m += glm::dvec3(0.01, 0.0, 0.0);
+      return std::optional(row);
+    };
+    rows_.change(indices, moved, time_);
   }
   void prepare(std::uint64_t elements) {
     submit_.begin();
@@ -45,7 +50,8 @@ class PatchedTrees : public gpu::test::GpuTest, public testing::WithParamInterfa
   }
   accel::Tlas::Counts since(const accel::Tlas::Counts& before) const {
     const accel::Tlas::Counts now = tlas_.counts();
-    return {now.builds - before.builds, now.refits - before.refits, now.patches - before.patches};
+    return {now.builds - before.builds, now.refits - before.refits, now.patches - before.patches,
+            now.rows - before.rows, now.renewals - before.renewals};
   }
 
   Random random_{4};
@@ -97,6 +103,41 @@ TEST_P(PatchedTrees, AreMadeAnewWhenManyHaveBeenPatched) {
   EXPECT_EQ(since(before).refits + since(before).builds, 1u);
 }
 
+TEST_P(PatchedTrees, AreRenewedWhereMoreChangeThanAPatchIsGoodFor) {
+  const auto before = tlas_.counts();
+  const std::uint32_t changed = GetParam() / accel::renewed_share;
+  for (int k = 0; k < 10; ++k) {
+    tick(changed, true);
+    prepare(1);
+  }
+  const auto counts = since(before);
+  EXPECT_EQ(counts.renewals, 10u);
+  EXPECT_EQ(counts.refits, 10u);
+  EXPECT_EQ(counts.builds + counts.patches, 0u);
+  EXPECT_EQ(counts.rows, 10u * changed);
+  // What is left of a patch's share is there again.
+  tick(8, true);
+  prepare(1);
+  EXPECT_EQ(since(before).patches, 1u);
+}
+
+TEST_P(PatchedTrees, AreNotRenewedWhereMoreThanTheShareChanges) {
+  const auto before = tlas_.counts();
+  tick(GetParam() / accel::renewed_share + 1, true);
+  prepare(1);
+  EXPECT_EQ(since(before).renewals + since(before).patches, 0u);
+}
+
+TEST_P(PatchedTrees, AreBuiltWhenRenewalsHaveMadeThemBad) {
+  const auto before = tlas_.counts();
+  for (int k = 0; k < 60 && since(before).builds == 0; ++k) {
+    tick(GetParam() / accel::renewed_share);
+    prepare(1);
+  }
+  EXPECT_GT(since(before).renewals, 0u);
+  EXPECT_GT(since(before).builds, 0u);
+}
+
 TEST_P(PatchedTrees, AreBuiltWhenSomebodyGoesOrIsSeenNoMore) {
   const auto before = tlas_.counts();
   time_ += Nanoseconds(1'000'000);
@@ -130,8 +171,12 @@ TEST_P(PatchedTrees, HaveWindowsNoLongerThanALargeBatchAsks) {
 
 INSTANTIATE_TEST_SUITE_P(Sizes, PatchedTrees, testing::Values(100u, 1500u, 9000u));
 
-/// Ticks in which a few bodies get other motions, looks or masks, and some rays are asked.
-class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<std::uint32_t> {
+struct Ticks {
+  std::uint32_t entities, most_changed;
+};
+
+/// Ticks in which bodies get other motions, looks or masks, and some rays are asked.
+class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<Ticks> {
  protected:
   void fill(std::uint32_t count) {
     options_.radius_m = 2.5 * std::cbrt(static_cast<double>(count));
@@ -147,7 +192,7 @@ class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<st
     options_.version_time += Nanoseconds(1'000'000 + static_cast<std::int64_t>(random_.below(20'000'000)));
     const Outcome outcome = execute(
         [&](Transaction& transaction) {
-          for (std::size_t k = random_.below(6); k > 0; --k) {
+          for (std::size_t k = random_.below(GetParam().most_changed + 1); k > 0; --k) {
             const std::size_t i = random_.below(rows_.size());
             EntityRow row = random_row(random_, geometries_, options_, rows_);
             row.motion.valid_from = options_.version_time;
@@ -177,7 +222,7 @@ class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<st
 };
 
 TEST_P(PatchedWorlds, AreSeenAsTheyAre) {
-  fill(GetParam());
+  fill(GetParam().entities);
   const auto query = prepare_rays(RayMode::closest, false, 32);
   Tally tally;
   std::optional<oracle::World> world;
@@ -198,7 +243,7 @@ std::uint32_t bits_of(float value) {
 
 /// A slot that was patched a hundred times answers with the bits of one that was made for its version.
 TEST_P(PatchedWorlds, AnswerBitForBitAsThoseMadeAnew) {
-  fill(GetParam());
+  fill(GetParam().entities);
   const auto query = prepare_rays(RayMode::closest, false, 64);
   for (int k = 0; k < 100; ++k) {
     tick();
@@ -228,7 +273,9 @@ TEST_P(PatchedWorlds, AnswerBitForBitAsThoseMadeAnew) {
   EXPECT_GT(hits, asked.size() / 5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, PatchedWorlds, testing::Values(400u, 3000u));
+// Patches; and with them renewals, between which trees are built.
+INSTANTIATE_TEST_SUITE_P(Sizes, PatchedWorlds,
+                         testing::Values(Ticks{400, 5}, Ticks{3000, 5}, Ticks{400, 95}, Ticks{3000, 700}));
 
 }  // namespace
 }  // namespace rtstdb::test
