@@ -47,7 +47,8 @@ Result<GeometryPool> GeometryPool::create_with_room(gpu::Device& device, std::ui
   pool.triangles_ = std::move(triangles).value();
   auto geometries = device.create_buffer({.name = "geometry table",
                                           .size_bytes = max_geometries * sizeof(shared::GeometryRecord),
-                                          .memory = gpu::Memory::upload});
+                                          .memory = gpu::Memory::upload,
+                                          .texel_uint4 = true});
   if (!geometries) return geometries.error();
   pool.geometries_ = std::move(geometries).value();
   return pool;

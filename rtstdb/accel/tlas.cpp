@@ -14,6 +14,7 @@ constexpr std::uint32_t instances_per_leaf = 1;
 constexpr std::uint32_t fewest_patched = 8;  // as the limit of small worlds
 constexpr std::size_t instance_bytes = 16 * shared::instance_texels;
 static_assert(instance_bytes * 16 % 256 == 0);
+static_assert(sizeof(shared::EntityRecord) == 16 * shared::row_texels);
 // Read by shaders as a texel.
 static_assert(sizeof(Identity) == 16 && offsetof(Identity, mask) == 8 && offsetof(Identity, material) == 12);
 
@@ -47,7 +48,8 @@ shared::EntityRecord record_of(const EntityState& state) noexcept {
           .valid_from = words_of(motion.valid_from),
           .p_low_m = low_part(motion.p_world_m),
           .v_low_mps = low_part(motion.v_world_mps),
-          .w_low_radps = low_part(motion.w_world_radps)};
+          .w_low_radps = low_part(motion.w_world_radps),
+          .unused = 0};
 }
 
 /// The end of a window that begins at `begin` and reaches ahead.
@@ -138,6 +140,8 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   slot.place.assign(n, shared::no_entity);
   slot.identities.resize(n);
   slot.levels.reserve(2 * shared::max_tlas_levels);  // large trees are rotated
+  gpu::BufferOptions rows{.name = name + " rows", .size_bytes = sizeof(shared::EntityRecord) * n};
+  rows.texel_uint4 = true;
   gpu::BufferOptions instances{.name = name + " instances", .size_bytes = 2 * instance_bytes * late_base_};
   instances.texel_float4 = true;
   gpu::BufferOptions centers{.name = name + " centers", .size_bytes = 16 * n};
@@ -149,8 +153,10 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   gpu::BufferOptions nodes{.name = name + " nodes",
                            .size_bytes = 16 * shared::tlas_node_texels * nodes_count};
   nodes.texel_uint4 = true;
+  gpu::BufferOptions motion_boxes{.name = name + " motion boxes", .size_bytes = 48 * (n + nodes_count)};
+  motion_boxes.texel_uint4 = true;
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
-      {&slot.rows, {.name = name + " rows", .size_bytes = sizeof(shared::EntityRecord) * n}},
+      {&slot.rows, rows},
       {&slot.instances, instances},
       {&slot.centers, centers},
       {&slot.live, {.name = name + " live", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
@@ -162,8 +168,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
         .size_bytes = 4 * (shared::max_tlas_levels + 2),
         .memory = gpu::Memory::readback}},
       {&slot.cost_readback, {.name = name + " cost", .size_bytes = 16, .memory = gpu::Memory::readback}},
-      {&slot.motion_boxes, {.name = name + " motion boxes", .size_bytes = 48 * n}},
-      {&slot.node_boxes, {.name = name + " node boxes", .size_bytes = 48 * nodes_count}},
+      {&slot.motion_boxes, motion_boxes},
   };
   for (const auto& [buffer, wanted] : buffers) {
     auto made = device.create_buffer(wanted);
@@ -191,9 +196,9 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
     if (!instances_bindings) return instances_bindings.error();
     slot.instances_pass = std::move(instances_bindings).value();
     std::vector<const gpu::Buffer*> small(common.begin(), common.end());
-    small.insert(small.end(), {&slot.motion_boxes, &slot.node_boxes, &slot.levels_readback});
-    const gpu::Buffer* refit[] = {&slot.motion_boxes, &slot.node_boxes, &slot.nodes};
-    const gpu::Buffer* cost[] = {&slot.node_boxes, &slot.cost_readback};
+    small.insert(small.end(), {&slot.motion_boxes, &slot.levels_readback});
+    const gpu::Buffer* refit[] = {&slot.motion_boxes, &slot.motion_boxes, &slot.nodes, &slot.nodes};
+    const gpu::Buffer* cost[] = {&slot.motion_boxes, &slot.cost_readback};
     const std::tuple<gpu::Bindings*, gpu::Pipeline*, std::span<const gpu::Buffer* const>> wanted[] = {
         {&slot.apply_rows, &apply_rows_, rows},
         {&slot.small_build, &small_build_, small},
@@ -204,9 +209,7 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
       if (!made) return made.error();
       *bindings = std::move(made).value();
     }
-    if (auto bound =
-            patch_.bind(device, slot.nodes, slot.motion_boxes, slot.node_boxes, renewed_places_, slot.patch);
-        !bound)
+    if (auto bound = patch_.bind(device, slot.nodes, slot.motion_boxes, renewed_places_, slot.patch); !bound)
       return bound.error();
     if (!large_build_) continue;
     auto large = large_build_->bind(device, bounds_, slot.nodes);
@@ -392,8 +395,10 @@ bool Tlas::may_refit(Slot& slot) {
 /// Boxes from the deepest level up.
 void Tlas::refit(const Slot& slot, gpu::Recorder& recorder) const {
   for (std::size_t level = slot.levels.size() - 1; level-- > 0;) {
-    const shared::RefitArgs args{
-        .first = slot.levels[level], .count = slot.levels[level + 1] - slot.levels[level], .still = 0};
+    const shared::RefitArgs args{.first = slot.levels[level],
+                                 .count = slot.levels[level + 1] - slot.levels[level],
+                                 .still = 0,
+                                 .node_boxes = max_entities_};
     recorder.dispatch(refit_, slot.refit, args, (args.count + 63) / 64);
     recorder.barrier();
   }
@@ -403,7 +408,8 @@ bool Tlas::build(Slot& slot, Submit& submit) {
   slot.built_cost = 0.0f;
   slot.patch.stamp = 0;
   if (slot.visible_count <= shared::small_build_max) {
-    const shared::SmallBuildArgs args{.count = slot.visible_count, .half_size = BuildScratch::half_size};
+    const shared::SmallBuildArgs args{
+        .count = slot.visible_count, .half_size = BuildScratch::half_size, .node_boxes = max_entities_};
     submit.recorder().dispatch(small_build_, slot.small_build, args, 1);
     submit.recorder().barrier();
     slot.tree = Tree::unknown;
@@ -422,7 +428,8 @@ void Tlas::find_cost(const Slot& slot, gpu::Recorder& recorder) const {
   const std::uint32_t nodes = 1 + slot.visible_count / shared::node_width;
   const shared::RefitArgs args{.first = 0,
                                .count = std::min(nodes, shared::max_cost_nodes),
-                               .still = slot.window_begin == slot.window_end ? 1u : 0u};
+                               .still = slot.window_begin == slot.window_end ? 1u : 0u,
+                               .node_boxes = max_entities_};
   recorder.dispatch(cost_, slot.cost, args, 1);
   recorder.barrier();
 }

@@ -139,7 +139,7 @@ class Tlas {
 
   struct Slot {
     gpu::Buffer rows, instances, centers, live, identity_texels, places, nodes, levels_readback,
-        cost_readback, motion_boxes, node_boxes;
+        cost_readback, motion_boxes;
     gpu::Bindings apply_rows, instances_pass, small_build, refit, cost;
     TlasBuilder::Bound large_build;
     TlasPatch::Bound patch;

@@ -38,7 +38,7 @@ Result<TlasPatch> TlasPatch::create(gpu::Device& device, std::uint32_t instances
 }
 
 Result<void> TlasPatch::bind(gpu::Device& device, const gpu::Buffer& nodes, const gpu::Buffer& motion_boxes,
-                             const gpu::Buffer& node_boxes, const gpu::Buffer& places, Bound& bound) const {
+                             const gpu::Buffer& places, Bound& bound) const {
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
       {&bound.parents, {.name = "TLAS parents", .size_bytes = 4 * (std::size_t{nodes_} + instances_)}},
       {&bound.stamps, {.name = "TLAS stamps", .size_bytes = 4 * std::size_t{nodes_}}}};
@@ -49,8 +49,8 @@ Result<void> TlasPatch::bind(gpu::Device& device, const gpu::Buffer& nodes, cons
     *buffer = std::move(made).value();
   }
   const gpu::Buffer* up[] = {&nodes, &bound.parents};
-  const gpu::Buffer* patched[] = {&motion_boxes, &node_boxes, &nodes,  &bound.parents,
-                                  &bound.stamps, &climbers_,  &places, &levels_};
+  const gpu::Buffer* patched[] = {&motion_boxes, &nodes,  &bound.parents, &bound.stamps,
+                                  &climbers_,    &places, &levels_};
   auto parents_pass = device.create_bindings(parents_, up);
   if (!parents_pass) return parents_pass.error();
   bound.parents_pass = std::move(parents_pass).value();
@@ -73,18 +73,22 @@ void TlasPatch::record(std::uint32_t listed, std::uint32_t visible_count,
   if (bound.stamp == std::numeric_limits<std::uint32_t>::max()) bound.stamp = 0;
   if (bound.stamp == 0) {
     recorder.fill(bound.stamps, 0, bound.stamps.size_bytes(), 0);
-    recorder.dispatch(
-        parents_, bound.parents_pass,
-        shared::PatchArgs{
-            .count = nodes, .visible_count = 0, .levels = 0, .leaf_parents = nodes_, .stamp = 0},
-        (nodes + 63) / 64);
+    recorder.dispatch(parents_, bound.parents_pass,
+                      shared::PatchArgs{.count = nodes,
+                                        .visible_count = 0,
+                                        .levels = 0,
+                                        .leaf_parents = nodes_,
+                                        .stamp = 0,
+                                        .node_boxes = instances_},
+                      (nodes + 63) / 64);
     recorder.barrier();
   }
   const shared::PatchArgs args{.count = listed,
                                .visible_count = visible_count,
                                .levels = static_cast<std::uint32_t>(levels.size()) - 1,
                                .leaf_parents = nodes_,
-                               .stamp = ++bound.stamp};
+                               .stamp = ++bound.stamp,
+                               .node_boxes = instances_};
   recorder.dispatch(patch_, bound.patch_pass, args, 1);
   recorder.barrier();
 }

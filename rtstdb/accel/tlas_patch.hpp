@@ -26,7 +26,7 @@ class TlasPatch {
   };
   /// `places`: of instances, where those to be patched are listed.
   Result<void> bind(gpu::Device& device, const gpu::Buffer& nodes, const gpu::Buffer& motion_boxes,
-                    const gpu::Buffer& node_boxes, const gpu::Buffer& places, Bound& bound) const;
+                    const gpu::Buffer& places, Bound& bound) const;
 
   /// Dispatches of both passes that patch nothing.
   void record_warm_up(const Bound& bound, gpu::Recorder& recorder) const;

@@ -7,8 +7,8 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { InstanceArgs args; };
-layout(set = 0, binding = 0, scalar) readonly buffer RowsBuffer { EntityRecord rows[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer GeometriesBuffer { GeometryRecord geometries[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer rows;
+layout(set = 0, binding = 1) uniform usamplerBuffer geometries;
 layout(set = 0, binding = 2, scalar) readonly buffer LiveBuffer { uint live[]; };
 // Of either epoch, each a part of one buffer: together they may be more than a binding holds.
 layout(set = 0, binding = 3, scalar) writeonly buffer InstancesBuffer { vec4 instances[]; };
@@ -20,6 +20,39 @@ layout(set = 0, binding = 7, scalar) writeonly buffer CentersBuffer { vec4 cente
 layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint listed_places[]; };
 
 const uint no_geometry = 0xFFFFFFFFu;
+
+EntityRecord fetch_row(uint index) {
+  const int base = int(index * row_texels);
+  const uvec4 t0 = texelFetch(rows, base);
+  const uvec4 t2 = texelFetch(rows, base + 2);
+  const uvec4 t3 = texelFetch(rows, base + 3);
+  const uvec4 t4 = texelFetch(rows, base + 4);
+  const uvec4 t5 = texelFetch(rows, base + 5);
+  const uvec4 t6 = texelFetch(rows, base + 6);
+  const uvec4 t7 = texelFetch(rows, base + 7);
+  EntityRecord row;
+  row.p_world_m = uintBitsToFloat(t0.xyz);
+  row.mask = t0.w;
+  row.q_world = uintBitsToFloat(texelFetch(rows, base + 1));
+  row.v_world_mps = uintBitsToFloat(t2.xyz);
+  row.geometry = t2.w;
+  row.w_world_radps = uintBitsToFloat(t3.xyz);
+  row.index = t3.w;
+  row.scale = uintBitsToFloat(t4.xyz);
+  row.material = t4.w;
+  row.valid_from = t5.xy;
+  row.p_low_m = uintBitsToFloat(uvec3(t5.zw, t6.x));
+  row.v_low_mps = uintBitsToFloat(t6.yzw);
+  row.w_low_radps = uintBitsToFloat(t7.xyz);
+  row.unused = t7.w;
+  return row;
+}
+
+GeometryRecord fetch_geometry(uint index) {
+  const uvec4 t0 = texelFetch(geometries, int(index * 2u));
+  const uvec4 t1 = texelFetch(geometries, int(index * 2u) + 1);
+  return GeometryRecord(uintBitsToFloat(t0.xyz), t0.w, uintBitsToFloat(t1.xyz), t1.w);
+}
 
 #define WRITE_INSTANCE(target, i)                                          \
   {                                                                        \
@@ -45,9 +78,9 @@ Instance written_down(EntityRecord row, GeometryRecord geometry, uvec2 epoch) {
 void main() {
   if (gl_GlobalInvocationID.x >= args.count) return;
   const uint place = args.listed != 0u ? listed_places[gl_GlobalInvocationID.x] : gl_GlobalInvocationID.x;
-  const EntityRecord row = rows[live[place]];
+  const EntityRecord row = fetch_row(live[place]);
   GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u);
-  if (row.geometry != no_geometry) geometry = geometries[row.geometry];
+  if (row.geometry != no_geometry) geometry = fetch_geometry(row.geometry);
   const Instance early = written_down(row, geometry, args.epoch);
   WRITE_INSTANCE(instances, early)
   if (args.meets_late != 0u) {

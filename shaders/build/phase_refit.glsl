@@ -1,19 +1,20 @@
 // The boxes of a TLAS's nodes at both ends of its window, from those of their children, in the slots that the build chose. Nodes
 // of a level follow those of the level above, so levels are taken from the deepest up.
 //
-// Before the include: buffers `wide` (the TLAS's nodes), `motion_boxes` (of the instances) and `node_boxes`.
+// Before the include: buffers `wide` (the TLAS's nodes) and `motion_boxes`: of the instances by their places, and from
+// args.node_boxes on of the nodes.
 #ifndef RTSTDB_BUILD_PHASE_REFIT_GLSL
 #define RTSTDB_BUILD_PHASE_REFIT_GLSL
 #include "build/quantum.glsl"
 
-MotionBox motion_box_of(uint reference) {
-  MotionBox box;
-  if ((reference & ref_leaf_bit) != 0u) {
-    box = motion_boxes[reference & ref_instance_mask];
-  } else {
-    box = node_boxes[reference];
-  }
-  return box;
+#ifndef BOX_AT
+#define BOX_AT(place) motion_boxes[place]
+#define NODE_TEXEL(place) wide[place]
+#endif
+
+// One array for both, since on lavapipe either branch of a choice between two would be read.
+uint box_place(uint reference) {
+  return (reference & ref_leaf_bit) != 0u ? reference & ref_instance_mask : args.node_boxes + reference;
 }
 
 struct Edges {
@@ -21,10 +22,10 @@ struct Edges {
   uvec3 high[2];
 };
 
-void set_edges(inout Edges edges, uint slot, Box box, Quanta quanta) {
+void set_edges(inout Edges edges, uint slot, bool used, Box box, Quanta quanta) {
   const uint bit = 8u * (slot & 3u);
-  edges.low[slot >> 2] ^= (low_edge(box.lo, quanta) ^ 0xFFu) << bit;
-  edges.high[slot >> 2] |= high_edge(box.hi, quanta) << bit;
+  edges.low[slot >> 2] ^= used ? (low_edge(box.lo, quanta) ^ 0xFFu) << bit : uvec3(0u);
+  edges.high[slot >> 2] |= used ? high_edge(box.hi, quanta) << bit : uvec3(0u);
 }
 
 void write_edges(uint base, Edges edges) {
@@ -33,26 +34,30 @@ void write_edges(uint base, Edges edges) {
   wide[base + 2u] = uvec4(edges.low[0].z, edges.low[1].z, edges.high[0].z, edges.high[1].z);
 }
 
+// Loops are of constant length, so that arrays become registers.
 void refit_node(uint node) {
   const uint base = node * tlas_node_texels;
-  const uint used = wide[base].w >> 24;
-  const uvec4 references[2] = uvec4[2](wide[base + 4u], wide[base + 5u]);
+  const uint used = NODE_TEXEL(base).w >> 24;
+  const uvec4 references[2] = uvec4[2](NODE_TEXEL(base + 4u), NODE_TEXEL(base + 5u));
+  // A slot without a child repeats one that is there, which changes no box. No reference is above none.
+  const uvec4 lower = min(references[0], references[1]);
+  const uint some = min(min(lower.x, lower.y), min(lower.z, lower.w));
   MotionBox children[8];
-  MotionBox all = MotionBox(Box(vec3(3e38), vec3(-3e38)), Box(vec3(3e38), vec3(-3e38)));
-  for (uint slot = 0u; slot < 8u; ++slot) {
-    if ((used >> slot & 1u) == 0u) continue;
-    children[slot] = motion_box_of(references[slot >> 2][slot & 3u]);
-    all = motion_union(all, children[slot]);
+  [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) {
+    const uint reference = references[slot >> 2][slot & 3u];
+    children[slot] = BOX_AT(box_place(reference != ref_none ? reference : some));
   }
-  node_boxes[node] = all;
+  MotionBox all = children[0];
+  [[unroll]] for (uint slot = 1u; slot < 8u; ++slot) all = motion_union(all, children[slot]);
+  motion_boxes[args.node_boxes + node] = all;
   const Quanta quanta = quanta_of(swept(all));
   // An unused slot is a box turned inside out: no ray enters it.
   Edges begin = Edges(uvec3[2](uvec3(0xFFFFFFFFu), uvec3(0xFFFFFFFFu)), uvec3[2](uvec3(0u), uvec3(0u)));
   Edges end = begin;
-  for (uint slot = 0u; slot < 8u; ++slot) {
-    if ((used >> slot & 1u) == 0u) continue;
-    set_edges(begin, slot, children[slot].begin, quanta);
-    set_edges(end, slot, children[slot].end, quanta);
+  [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) {
+    const bool is_used = (used >> slot & 1u) != 0u;
+    set_edges(begin, slot, is_used, children[slot].begin, quanta);
+    set_edges(end, slot, is_used, children[slot].end, quanta);
   }
   wide[base] = uvec4(floatBitsToUint(quanta.origin), quanta.exponents | used << 24);
   write_edges(base + 1u, begin);

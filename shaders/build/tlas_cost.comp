@@ -8,13 +8,13 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RefitArgs args; };
-layout(set = 0, binding = 0, scalar) readonly buffer NodeBoxesBuffer { MotionBox node_boxes[]; };
+layout(set = 0, binding = 0, scalar) readonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer CostBuffer { float cost; };
 
 shared float sums[64];
 
 float surface(uint node) {
-  const MotionBox box = node_boxes[node];
+  const MotionBox box = motion_boxes[args.node_boxes + node];
   return box_half_area(box.begin) + box_half_area(args.still != 0u ? box.begin : box.end);
 }
 

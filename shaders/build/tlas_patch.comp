@@ -9,17 +9,16 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { PatchArgs args; };
-layout(set = 0, binding = 0, scalar) readonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
-layout(set = 0, binding = 1, scalar) coherent buffer NodeBoxesBuffer { MotionBox node_boxes[]; };
-layout(set = 0, binding = 2, scalar) coherent buffer WideBuffer { uvec4 wide[]; };
-layout(set = 0, binding = 3, scalar) readonly buffer ParentsBuffer { uint parents[]; };
+layout(set = 0, binding = 0, scalar) coherent buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
+layout(set = 0, binding = 1, scalar) coherent buffer WideBuffer { uvec4 wide[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer ParentsBuffer { uint parents[]; };
 // The stamp of the last patch that came by, of each node.
-layout(set = 0, binding = 4, scalar) coherent buffer StampsBuffer { uint stamps[]; };
+layout(set = 0, binding = 3, scalar) coherent buffer StampsBuffer { uint stamps[]; };
 // The next node of each of the listed, on its way up.
-layout(set = 0, binding = 5, scalar) buffer ClimbersBuffer { uint climbers[]; };
-layout(set = 0, binding = 6, scalar) readonly buffer PlacesBuffer { uint listed_places[]; };
+layout(set = 0, binding = 4, scalar) buffer ClimbersBuffer { uint climbers[]; };
+layout(set = 0, binding = 5, scalar) readonly buffer PlacesBuffer { uint listed_places[]; };
 // The first node of each level.
-layout(set = 0, binding = 7, scalar) readonly buffer LevelsBuffer { uint levels[]; };
+layout(set = 0, binding = 6, scalar) readonly buffer LevelsBuffer { uint levels[]; };
 #include "build/phase_refit.glsl"
 
 const uint nobody = 0xFFFFFFFFu;

@@ -8,9 +8,23 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RefitArgs args; };
-layout(set = 0, binding = 0, scalar) readonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
-layout(set = 0, binding = 1, scalar) buffer NodeBoxesBuffer { MotionBox node_boxes[]; };
-layout(set = 0, binding = 2, scalar) buffer WideBuffer { uvec4 wide[]; };
+layout(set = 0, binding = 0, scalar) writeonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
+// The same: boxes of other levels than those written.
+layout(set = 0, binding = 1) uniform usamplerBuffer box_texels;
+layout(set = 0, binding = 2, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
+// The same: references, and which slots are used, which stay as they are.
+layout(set = 0, binding = 3) uniform usamplerBuffer tree_texels;
+
+MotionBox fetch_box(uint place) {
+  const int base = int(place * 3u);
+  const vec4 t0 = uintBitsToFloat(texelFetch(box_texels, base));
+  const vec4 t1 = uintBitsToFloat(texelFetch(box_texels, base + 1));
+  const vec4 t2 = uintBitsToFloat(texelFetch(box_texels, base + 2));
+  return MotionBox(Box(t0.xyz, vec3(t0.w, t1.xy)), Box(vec3(t1.zw, t2.x), t2.yzw));
+}
+
+#define BOX_AT(place) fetch_box(place)
+#define NODE_TEXEL(place) texelFetch(tree_texels, int(place))
 #include "build/phase_refit.glsl"
 
 void main() {

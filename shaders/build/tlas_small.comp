@@ -10,10 +10,9 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { SmallBuildArgs args; };
 
-layout(set = 0, binding = 10, scalar) readonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
-layout(set = 0, binding = 11, scalar) buffer NodeBoxesBuffer { MotionBox node_boxes[]; };
+layout(set = 0, binding = 10, scalar) buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
 // How many levels there are, then the first node of each, then the number of nodes.
-layout(set = 0, binding = 12, scalar) writeonly buffer LevelsBuffer { uint levels[]; };
+layout(set = 0, binding = 11, scalar) writeonly buffer LevelsBuffer { uint levels[]; };
 #include "build/phase_refit.glsl"
 
 const uint lanes = 64u;

@@ -25,14 +25,16 @@ RTSTDB_STRUCT(SortArgs)
 
 #define RTSTDB_FIELDS_SmallBuildArgs(F) \
   F(uint, count) /* instances with a geometry */ \
-  F(uint, half_size)
+  F(uint, half_size)                    \
+  F(uint, node_boxes) /* where those of the nodes begin, behind those of the instances */
 RTSTDB_STRUCT(SmallBuildArgs)
 
 // Of the nodes `first` to `first + count`. tlas_cost: of the first `count`.
 #define RTSTDB_FIELDS_RefitArgs(F) \
   F(uint, first)                   \
   F(uint, count)                   \
-  F(uint, still) /* tlas_cost: 1: the window is one instant */
+  F(uint, still) /* tlas_cost: 1: the window is one instant */ \
+  F(uint, node_boxes) /* as above */
 RTSTDB_STRUCT(RefitArgs)
 
 // Most rows that are brought into a tree by themselves.
@@ -43,7 +45,8 @@ RTSTDB_CONSTANT(max_patched, 512)
   F(uint, visible_count) /* places from here on are in no tree */               \
   F(uint, levels)        /* of the tree */                                      \
   F(uint, leaf_parents)  /* where the parents of instances begin */             \
-  F(uint, stamp)         /* of this patch: another one each time, never zero */
+  F(uint, stamp)         /* of this patch: another one each time, never zero */ \
+  F(uint, node_boxes)    /* as above */
 RTSTDB_STRUCT(PatchArgs)
 
 #endif

@@ -4,7 +4,7 @@
 #include "shared/interop.h"
 
 // One row as the host writes it. `valid_from` is the instant from which the motion holds, int64 nanoseconds, low word first.
-// The low parts are what single precision leaves over: a motion may have held for long.
+// The low parts are what single precision leaves over: a motion may have held for long. Shaders read a row as 8 texels.
 #define RTSTDB_FIELDS_EntityRecord(F) \
   F(vec3, p_world_m)                  \
   F(uint, mask)                       \
@@ -18,8 +18,10 @@
   F(uvec2, valid_from)                \
   F(vec3, p_low_m)                    \
   F(vec3, v_low_mps)                  \
-  F(vec3, w_low_radps)
+  F(vec3, w_low_radps)                \
+  F(uint, unused)
 RTSTDB_STRUCT(EntityRecord)
+RTSTDB_CONSTANT(row_texels, 8)
 
 // One geometry: root of its BLAS and its box in the entity frame, unscaled; `closed`: 1 when it bounds a body.
 #define RTSTDB_FIELDS_GeometryRecord(F) \
