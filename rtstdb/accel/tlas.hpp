@@ -51,6 +51,8 @@ static_assert(window_ahead.count() <= max_query_window_ns);
 inline constexpr std::uint32_t entities_per_small_element = 4;
 /// A slot's nodes are all made anew when this share of its entities has been patched, for its tree knows nothing of where they went.
 inline constexpr std::uint32_t patched_share = 8;
+/// As the share of a small world.
+inline constexpr std::uint32_t fewest_patched = 8;
 /// Where more than this share changes from version to version, all instances are made anew: a window that reaches ahead would
 /// spare little.
 inline constexpr std::uint32_t renewed_share = 4;
