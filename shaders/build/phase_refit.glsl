@@ -2,7 +2,8 @@
 // of a level follow those of the level above, so levels are taken from the deepest up.
 //
 // Before the include: buffers `wide` (the TLAS's nodes) and `motion_boxes`: of the instances by their places, and from
-// args.node_boxes on of the nodes.
+// args.node_boxes on of the nodes. Where nothing of what is read is written in the same dispatch, BOX_AT(place) and
+// NODE_TEXEL(place), which read it as texels.
 #ifndef RTSTDB_BUILD_PHASE_REFIT_GLSL
 #define RTSTDB_BUILD_PHASE_REFIT_GLSL
 #include "build/quantum.glsl"

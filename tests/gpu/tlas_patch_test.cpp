@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <optional>
+#include <ostream>
 
 #include "rtstdb/accel/tlas.hpp"
 #include "tests/gpu/database_test.hpp"
@@ -126,6 +127,7 @@ TEST_P(PatchedTrees, AreNotRenewedWhereMoreThanTheShareChanges) {
   tick(GetParam() / accel::renewed_share + 1, true);
   prepare(1);
   EXPECT_EQ(since(before).renewals + since(before).patches, 0u);
+  EXPECT_EQ(since(before).refits + since(before).builds, 1u);
 }
 
 TEST_P(PatchedTrees, AreBuiltWhenRenewalsHaveMadeThemBad) {
@@ -174,6 +176,10 @@ INSTANTIATE_TEST_SUITE_P(Sizes, PatchedTrees, testing::Values(100u, 1500u, 9000u
 struct Ticks {
   std::uint32_t entities, most_changed;
 };
+
+void PrintTo(const Ticks& ticks, std::ostream* out) {
+  *out << ticks.entities << " entities, of which up to " << ticks.most_changed << " change";
+}
 
 /// Ticks in which bodies get other motions, looks or masks, and some rays are asked.
 class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<Ticks> {
