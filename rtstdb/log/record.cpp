@@ -99,9 +99,11 @@ std::size_t commit_bytes(const store::WriteSet& set) noexcept {
 void encode_commit(const store::WriteSet& set, std::span<std::byte> room) noexcept {
   ByteWriter writer(room);
   put_header(writer, RecordKind::commit, room);
-  writer.put(CommitBody{set.version, set.time.time_since_epoch().count(),
-                        static_cast<std::uint32_t>(set.writes.size()),
-                        static_cast<std::uint32_t>(set.shapes.size())});
+  // A CommitBody, number by number (see put_motion).
+  writer.put(std::uint64_t{set.version});
+  writer.put(std::int64_t{set.time.time_since_epoch().count()});
+  writer.put(static_cast<std::uint32_t>(set.writes.size()));
+  writer.put(static_cast<std::uint32_t>(set.shapes.size()));
   for (const Write& write : set.writes)
     put_write(writer, write);
   for (const store::ShapeWrite& write : set.shapes)

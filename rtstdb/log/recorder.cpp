@@ -1,14 +1,51 @@
 #include "rtstdb/log/recorder.hpp"
 
+#include <algorithm>
+#include <cstring>
+
 #include <rtstdb/result.hpp>
 
 namespace rtstdb::log {
+namespace {
+
+/// A few commits of one row.
+constexpr std::size_t most_collected_bytes = 2048;
+
+}  // namespace
+
+Recorder::Recorder(Ring& ring)
+    : ring_(ring), collected_(std::min(most_collected_bytes, ring.capacity() / 16 / 8 * 8)) {}
 
 bool Recorder::room_for(const store::WriteSet& set) const noexcept {
-  return !in_gap() && ring_.room_for(commit_bytes(set), taken_back_bytes);
+  return !in_gap() && ring_.room_for(collected_bytes_ + commit_bytes(set), taken_back_bytes);
+}
+
+bool Recorder::room_for(const LoggedGeometry& geometry) const noexcept {
+  return !in_gap() && ring_.room_for(collected_bytes_ + geometry_bytes(geometry), taken_back_bytes);
+}
+
+bool Recorder::collect(const store::WriteSet& set) noexcept {
+  const std::size_t bytes = commit_bytes(set);
+  if (bytes > collected_.size() - collected_bytes_) return false;
+  if (in_gap() || !ring_.room_for(collected_bytes_ + bytes, taken_back_bytes)) return false;
+  encode_commit(set, std::span(collected_).subspan(collected_bytes_, bytes));
+  collected_bytes_ += bytes;
+  ++records_;
+  return true;
+}
+
+bool Recorder::hand_over() noexcept {
+  if (collected_bytes_ == 0) return false;
+  const auto room = ring_.reserve(collected_bytes_);
+  RTSTDB_ASSERT(!room.empty());  // there was some when they were collected
+  std::memcpy(room.data(), collected_.data(), collected_bytes_);
+  ring_.commit();
+  collected_bytes_ = 0;
+  return true;
 }
 
 bool Recorder::record(const store::WriteSet& set) noexcept {
+  hand_over();
   const std::size_t bytes = commit_bytes(set);
   if (end_gap() && ring_.room_for(bytes, taken_back_bytes)) {
     encode_commit(set, ring_.reserve(bytes));
@@ -23,6 +60,7 @@ bool Recorder::record(const store::WriteSet& set) noexcept {
 
 void Recorder::take_back(Version version) noexcept {
   if (in_gap()) return;  // the gap covers it
+  hand_over();
   const auto room = ring_.reserve(taken_back_bytes);
   RTSTDB_ASSERT(!room.empty());
   encode_taken_back(version, room);
@@ -30,6 +68,7 @@ void Recorder::take_back(Version version) noexcept {
 }
 
 bool Recorder::record(const LoggedGeometry& geometry) noexcept {
+  hand_over();
   const std::size_t bytes = geometry_bytes(geometry);
   if (!end_gap() || !ring_.room_for(bytes, taken_back_bytes)) return false;
   encode_geometry(geometry, ring_.reserve(bytes));
@@ -38,6 +77,7 @@ bool Recorder::record(const LoggedGeometry& geometry) noexcept {
 }
 
 void Recorder::tend() noexcept {
+  hand_over();
   end_gap();
 }
 

@@ -19,9 +19,12 @@ std::size_t Ring::needed(std::uint64_t position, std::size_t bytes) const noexce
 
 bool Ring::room_for(std::size_t bytes, std::size_t more) const noexcept {
   const std::uint64_t head = head_.load(std::memory_order_relaxed);
+  const std::size_t free =
+      bytes_.size() - static_cast<std::size_t>(head - tail_.load(std::memory_order_acquire));
+  if (2 * (bytes + more) <= free) return true;  // whatever end has to be left out; spares two divisions
   std::size_t all = needed(head, bytes);
   if (more != 0) all += needed(head + all, more);
-  return bytes <= bytes_.size() && head + all - tail_.load(std::memory_order_acquire) <= bytes_.size();
+  return all <= free;
 }
 
 std::span<std::byte> Ring::reserve(std::size_t bytes) noexcept {

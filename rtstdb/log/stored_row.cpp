@@ -21,12 +21,14 @@ glm::dvec3 vector(const double (&v)[3]) noexcept {
 }  // namespace
 
 void put_motion(ByteWriter& writer, const Motion& motion) noexcept {
+  // A StoredMotion, part by part: one made first would be copied by wide loads, which wait for the narrow stores that made it.
   const auto& [p, q, v, w, valid_from] = motion;
-  writer.put(StoredMotion{{p.x, p.y, p.z},
-                          {q.w, q.x, q.y, q.z},
-                          {v.x, v.y, v.z},
-                          {w.x, w.y, w.z},
-                          valid_from.time_since_epoch().count()});
+  writer.put(p);
+  for (const double number : {q.w, q.x, q.y, q.z})
+    writer.put(number);
+  writer.put(v);
+  writer.put(w);
+  writer.put(std::int64_t{valid_from.time_since_epoch().count()});
 }
 
 void put_row(ByteWriter& writer, const EntityRow& row) noexcept {

@@ -139,8 +139,16 @@ std::optional<RefusedBy> CommitLog::refuses(const store::WriteSet& set) const no
 }
 
 void CommitLog::record(const store::WriteSet& set) noexcept {
+  if (mode() == DurabilityMode::async && recorder_.collect(set)) return;
   if (!recorder_.record(set)) in_gap_.store(true, std::memory_order_release);
-  if (mode() != DurabilityMode::async) return;  // hold() rings
+  if (mode() == DurabilityMode::async) ring_bell();  // else hold() rings
+}
+
+void CommitLog::hand_over() noexcept {
+  if (recorder_.hand_over()) ring_bell();
+}
+
+void CommitLog::ring_bell() noexcept {
   if (ring_.used() > ring_.capacity() / 2) {
     bell_.ring_urgently();
   } else {
@@ -180,7 +188,7 @@ void CommitLog::tend() noexcept {
 }
 
 bool CommitLog::room_for(const log::LoggedGeometry& geometry) const noexcept {
-  return !recorder_.in_gap() && ring_.room_for(log::geometry_bytes(geometry), log::taken_back_bytes);
+  return recorder_.room_for(geometry);
 }
 
 void CommitLog::record_geometry(const log::LoggedGeometry& geometry, std::size_t positions) {

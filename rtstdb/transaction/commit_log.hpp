@@ -91,8 +91,10 @@ class CommitLog {
   // ---- the engine's thread
   /// Why writes can not be promised to be durable now, where that is promised.
   std::optional<RefusedBy> refuses(const store::WriteSet& set) const noexcept;
-  /// Async and group: the set has been published.
+  /// Async and group: the set has been published. Async: the log's thread may not see it before hand_over.
   void record(const store::WriteSet& set) noexcept;
+  /// To be called before the engine waits for anything.
+  void hand_over() noexcept;
   /// Group: gives the transaction back, which is done and has its status in its outcome, when it is on disk, or the disk refuses.
   void hold(TransactionImpl& transaction) noexcept;
   /// Sync: the set has been staged. Waits until it is on disk; false: the disk refuses.
@@ -129,6 +131,8 @@ class CommitLog {
   void give_back_rest() noexcept;
   void give_back(TransactionImpl& transaction, bool durable) noexcept;
   void nap(LogBell::Heard heard, ClockTime wake_at) noexcept;
+
+  void ring_bell() noexcept;
 
   /// Waits on `progress_` until the condition holds.
   template <class Condition>

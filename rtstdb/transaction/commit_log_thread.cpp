@@ -85,6 +85,7 @@ void CommitLog::give_back(TransactionImpl& transaction, bool durable) noexcept {
 
 void CommitLog::end_log() noexcept {
   // The engine's thread has ended, and its side of the ring is this thread's.
+  recorder_.hand_over();
   while (recorder_.in_gap() && !writer_->refused_by_disk()) {
     writer_->flush_soon();
     writer_->step(real_time_ns());

@@ -239,10 +239,15 @@ void Engine::run_thread() noexcept {
 
 bool Engine::work_once() noexcept {
   if (log_ != nullptr) log_->tend();
-  if (executor_.lost()) revive_device();
+  if (executor_.lost()) {
+    if (log_ != nullptr) log_->hand_over();
+    revive_device();
+  }
   receive();
   TransactionImpl* const most_urgent = queue_.pop();
   if (most_urgent != nullptr) carry_out(*most_urgent);
+  // Not after each: whoever waits for the next one's outcome would wait for this, too.
+  if (most_urgent == nullptr && log_ != nullptr) log_->hand_over();
   const bool stepped = step_errand();
   return most_urgent != nullptr || stepped;
 }

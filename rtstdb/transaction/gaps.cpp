@@ -15,6 +15,7 @@ bool stays_in_one_piece(const TransactionImpl& transaction) noexcept {
 }  // namespace
 
 void Engine::begin_wait() noexcept {
+  if (log_ != nullptr) log_->hand_over();
   // Pairs with ring: either the submitter sees the flag or its ring is heard here.
   waits_for_device_.store(true, std::memory_order_seq_cst);
   const bool work_there = bell_.load(std::memory_order_seq_cst) != received_at_ || !queue_.empty();
@@ -81,9 +82,10 @@ void Engine::carry_out_writes() noexcept {
   };
   while (!device_is_done_.load(std::memory_order_relaxed)) {
     TransactionImpl* const writer = queue_.pop_first(only_writes);
-    if (writer == nullptr) return;
+    if (writer == nullptr) break;
     carry_out(*writer);
   }
+  if (log_ != nullptr) log_->hand_over();
 }
 
 }  // namespace rtstdb::transaction

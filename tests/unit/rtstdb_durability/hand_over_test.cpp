@@ -1,0 +1,112 @@
+// In async mode a commit comes to the log's thread when the engine has nothing else to do, and before it waits for anything.
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "life.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+class HandingOver : public testing::Test {
+ protected:
+  void SetUp() override {
+    writer_->begin({});
+    writer_->create(body(1));
+    ASSERT_TRUE(life_.execute(*writer_).done());
+    id_ = writer_->created(0);
+  }
+  /// Another thread's write, while the engine waits.
+  Version write(std::uint32_t material) {
+    writer_->begin({});
+    writer_->update(id_, body(material));
+    const Outcome& outcome = life_.execute(*writer_);
+    EXPECT_TRUE(outcome.done());
+    return outcome.version;
+  }
+  bool becomes_durable(Version version) {
+    return life_.log().wait_until_durable(version, Nanoseconds(10'000'000'000));
+  }
+  void ask(const Terms& given) {
+    reader_->begin(given);
+    reader_->ask(query_, 1);
+  }
+
+  SimulatedDisk disk_{1};
+  Life life_{disk_, {}};
+  SimulatedQuery query_{1};
+  std::unique_ptr<Transaction> writer_ = life_.make();
+  std::unique_ptr<Transaction> reader_ = life_.make();
+  EntityId id_;
+};
+
+TEST_F(HandingOver, WhenTheEngineRests) {
+  EXPECT_TRUE(becomes_durable(write(2)));
+}
+
+TEST_F(HandingOver, BeforeAQueryWaitsForTheDevice) {
+  bool durable = false;
+  life_.executor.while_waiting = [&] { durable = becomes_durable(writer_->outcome().version); };
+  life_.executor.work = [](const auto&, const auto&, const auto&) { return query::RunReport{}; };
+  // Both are there before the engine looks, and it goes from one to the other without a rest.
+  writer_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
+  writer_->update(id_, body(2));
+  ask({});
+  life_.engine.call([&] {
+    life_.engine.submit(*writer_);
+    life_.engine.submit(*reader_);
+  });
+  EXPECT_EQ(life_.engine.wait(*reader_).status, Status::committed);
+  EXPECT_TRUE(durable) << "it waited for the query";
+}
+
+TEST_F(HandingOver, WhatPassesAQueryThatWaits) {
+  bool durable = false;
+  life_.executor.while_waiting = [&] { durable = becomes_durable(write(2)); };
+  life_.executor.work = [](const auto&, const auto&, const auto&) { return query::RunReport{}; };
+  ask({});
+  EXPECT_EQ(life_.execute(*reader_).status, Status::committed);
+  EXPECT_TRUE(durable) << "it waited for the query";
+}
+
+TEST_F(HandingOver, WhenMoreAreThereThanItTakes) {
+  // Never a rest in between.
+  std::vector<std::unique_ptr<Transaction>> many;
+  for (std::uint32_t k = 0; k < 60; ++k) {
+    many.push_back(life_.make());
+    many.back()->begin({});
+    many.back()->update(id_, body(k));
+  }
+  life_.engine.call([&] {
+    for (const auto& transaction : many)
+      life_.engine.submit(*transaction);
+  });
+  for (const auto& transaction : many)
+    ASSERT_TRUE(life_.engine.wait(*transaction).done());
+  EXPECT_TRUE(becomes_durable(many.back()->outcome().version));
+  EXPECT_EQ(life_.log().state().commits_in_gaps, 0u);
+}
+
+TEST_F(HandingOver, BeforeTheEnd) {
+  // The engine is told to end while it is at work, and does not rest any more.
+  std::atomic<bool> at_work{false};
+  life_.executor.work = [&](const auto&, const auto&, const auto&) {
+    at_work.store(true);
+    at_work.notify_all();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    return query::RunReport{};
+  };
+  writer_->begin({});
+  writer_->update(id_, body(2));
+  writer_->ask(query_, 1);
+  life_.engine.submit(*writer_);
+  at_work.wait(false);
+  life_.engine.close();
+  const Outcome& outcome = life_.engine.wait(*writer_);
+  ASSERT_TRUE(outcome.done()) << describe(outcome);
+  EXPECT_EQ(life_.log().durable(), outcome.version);
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test

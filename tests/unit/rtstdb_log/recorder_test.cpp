@@ -1,0 +1,151 @@
+// What is collected comes into the ring whole, in order with all else, and always finds its room.
+
+#include "rtstdb/log/recorder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <deque>
+
+#include "random_sets.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+/// One commit, of bodies that are somewhere.
+store::WriteSet moves(RandomSets& random, Version version, std::uint32_t writes) {
+  store::WriteSet set{version, world_time_ns(1), {}};
+  for (std::uint32_t k = 0; k < writes; ++k)
+    set.writes.push_back({store::WriteKind::update_motion, {{k, 1}, random.row(), version}});
+  return set;
+}
+
+/// Takes all that can be seen: the versions of commits and of gaps (their last), in order; nothing else is put.
+void take(Ring& ring, std::vector<Version>& taken) {
+  // Twice: not all of it lies in one piece.
+  for (int k = 0; k < 2; ++k) {
+    const auto records = ring.view();
+    RecordDecoder decoder;
+    for (std::size_t place = 0; place < records.size(); place += decoder.bytes()) {
+      ASSERT_EQ(decoder.decode(records.subspan(place)), nullptr);
+      const Record& record = decoder.record();
+      taken.push_back(record.kind == RecordKind::gap ? record.to : record.commit.version);
+    }
+    ring.release(records.size());
+  }
+}
+
+TEST(LogRecorder, KeepsWhatIsCollectedUntilItIsHandedOver) {
+  RandomSets random(1);
+  Ring ring(std::size_t{1} << 16);
+  Recorder recorder(ring);
+  EXPECT_FALSE(recorder.hand_over()) << "of nothing";
+  std::vector<Version> taken;
+  for (Version version = 1; version <= 3; ++version)
+    ASSERT_TRUE(recorder.collect(moves(random, version, 1)));
+  EXPECT_EQ(recorder.records(), 3u);
+  take(ring, taken);
+  EXPECT_TRUE(taken.empty());
+  EXPECT_TRUE(recorder.hand_over());
+  EXPECT_FALSE(recorder.hand_over());
+  take(ring, taken);
+  EXPECT_EQ(taken, (std::vector<Version>{1, 2, 3}));
+}
+
+TEST(LogRecorder, AnyOtherRecordGoesBehindWhatIsCollected) {
+  RandomSets random(2);
+  Ring ring(std::size_t{1} << 16);
+  Recorder recorder(ring);
+  ASSERT_TRUE(recorder.collect(moves(random, 1, 1)));
+  ASSERT_TRUE(recorder.record(moves(random, 2, 1)));
+  std::vector<Version> taken;
+  take(ring, taken);
+  EXPECT_EQ(taken, (std::vector<Version>{1, 2}));
+  const LoggedGeometry geometry{{0}, "box", {}, 1, 2};
+  ASSERT_TRUE(recorder.collect(moves(random, 3, 1)));
+  ASSERT_TRUE(recorder.record(geometry));
+  RecordDecoder decoder;
+  ASSERT_EQ(decoder.decode(ring.view()), nullptr);
+  EXPECT_EQ(decoder.record().kind, RecordKind::commit);
+  ASSERT_TRUE(recorder.collect(moves(random, 4, 1)));
+  recorder.take_back(4);
+  auto left = ring.view();
+  RecordKind kinds[4] = {};
+  for (RecordKind& kind : kinds) {
+    ASSERT_EQ(decoder.decode(left), nullptr);
+    kind = decoder.record().kind;
+    left = left.subspan(decoder.bytes());
+  }
+  EXPECT_EQ(kinds[1], RecordKind::geometry);
+  EXPECT_EQ(kinds[2], RecordKind::commit);
+  EXPECT_EQ(kinds[3], RecordKind::taken_back);
+  EXPECT_TRUE(left.empty());
+}
+
+TEST(LogRecorder, CollectsNothingThatIsLarge) {
+  RandomSets random(3);
+  Ring ring(std::size_t{1} << 16);
+  Recorder recorder(ring);
+  EXPECT_FALSE(recorder.collect(moves(random, 1, 100)));
+  EXPECT_EQ(recorder.records(), 0u);
+  Version version = 1;
+  while (recorder.collect(moves(random, version, 1)))
+    ++version;
+  EXPECT_GT(version, 4u) << "it is good for some";
+  EXPECT_LT(version, 100u) << "it has an end";
+}
+
+TEST(LogRecorder, CountsWhatIsCollectedAsTaken) {
+  RandomSets random(4);
+  const store::WriteSet set = moves(random, 1, 1);
+  // Room for a few sets, and for what is kept free to take one back.
+  Ring ring(std::size_t{4096});
+  Recorder recorder(ring);
+  Version version = 1;
+  while (recorder.record(moves(random, version, 1)))
+    ++version;
+  const std::uint64_t in_gap = recorder.gap_versions();
+  EXPECT_EQ(in_gap, 1u);
+  EXPECT_FALSE(recorder.collect(set)) << "its gap goes first";
+  EXPECT_FALSE(recorder.room_for(set));
+  std::vector<Version> taken;
+  take(ring, taken);
+  recorder.tend();
+  ASSERT_FALSE(recorder.in_gap());
+  ASSERT_TRUE(recorder.collect(moves(random, version + 1, 1)));
+  recorder.hand_over();
+  take(ring, taken);
+  ASSERT_EQ(taken.size(), version + 1);
+  EXPECT_EQ(taken[version - 1], version) << "the gap";
+  EXPECT_EQ(taken[version], version + 1);
+}
+
+TEST(LogRecorder, LosesNothingWhateverTheOrderAndTheRoom) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    RandomSets random(seed);
+    Ring ring(1024 + 8 * random.below(2000));
+    Recorder recorder(ring);
+    std::vector<Version> taken;
+    std::vector<Version> expected;
+    for (Version version = 1; version <= 2000; ++version) {
+      const store::WriteSet set = moves(random, version, 1 + random.below(3));
+      const bool collected = random.below(4) != 0 && recorder.collect(set);
+      if (collected || recorder.record(set)) expected.push_back(version);
+      if (random.below(5) == 0) recorder.hand_over();
+      if (random.below(7) == 0) take(ring, taken);
+      if (random.below(9) == 0) recorder.tend();
+    }
+    for (int k = 0; k < 3; ++k) {
+      recorder.tend();
+      take(ring, taken);
+    }
+    ASSERT_FALSE(recorder.in_gap());
+    ASSERT_TRUE(std::ranges::is_sorted(taken)) << "seed " << seed;
+    // What was not recorded is in gaps, each told by its last version.
+    ASSERT_TRUE(std::ranges::includes(taken, expected)) << "seed " << seed;
+    EXPECT_EQ(recorder.gap_versions(), 2000 - expected.size()) << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test

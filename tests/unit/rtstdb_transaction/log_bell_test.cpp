@@ -1,0 +1,96 @@
+// Whoever rings is heard: by who sleeps, by who is about to, and by who is being woken.
+
+#include "rtstdb/transaction/log_bell.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+#include <vector>
+
+namespace rtstdb::transaction {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr std::uint32_t rounds = 2'000;
+#else
+constexpr std::uint32_t rounds = 50'000;
+#endif
+
+TEST(LogBell, EveryRingIsHeard) {
+  LogBell bell;
+  std::atomic<std::uint32_t> put{0}, taken{0};
+  std::thread sleeper([&] {
+    while (taken.load() < rounds) {
+      const LogBell::Heard heard = bell.hear();
+      if (put.load() != taken.load()) {
+        taken.store(put.load());
+        continue;
+      }
+      // By turns, as the log's thread does; it would wake by itself after long enough for the test to fail.
+      if (taken.load() % 3 != 0) {
+        bell.sleep(heard);
+      } else {
+        bell.doze(heard, std::chrono::minutes(10));
+      }
+    }
+  });
+  for (std::uint32_t k = 1; k <= rounds; ++k) {
+    const bool dozes = taken.load() % 3 == 0;
+    put.store(k);
+    if (dozes) {
+      bell.ring_urgently();
+    } else {
+      bell.ring();
+    }
+    while (taken.load() != k) {
+    }
+  }
+  sleeper.join();
+  EXPECT_EQ(taken.load(), rounds);
+}
+
+TEST(LogBell, EveryRingOfManyIsHeard) {
+  LogBell bell;
+  constexpr std::uint32_t threads = 4;
+  std::atomic<std::uint32_t> put{0}, taken{0};
+  std::thread sleeper([&] {
+    while (taken.load() < threads * rounds) {
+      const LogBell::Heard heard = bell.hear();
+      if (put.load() == taken.load()) {
+        bell.sleep(heard);
+      } else {
+        taken.store(put.load());
+      }
+    }
+  });
+  std::vector<std::thread> ringers;
+  for (std::uint32_t t = 0; t < threads; ++t)
+    ringers.emplace_back([&] {
+      for (std::uint32_t k = 0; k < rounds; ++k) {
+        put.fetch_add(1);
+        bell.ring();
+        // Now and then all wait until the sleeper sleeps again.
+        if (k % 16 == 0) {
+          for (const std::uint32_t seen = put.load(); static_cast<std::int32_t>(taken.load() - seen) < 0;)
+            std::this_thread::yield();
+        }
+      }
+    });
+  for (std::thread& ringer : ringers)
+    ringer.join();
+  sleeper.join();
+  EXPECT_EQ(taken.load(), threads * rounds);
+}
+
+TEST(LogBell, APlainRingLetsDozeOn) {
+  LogBell bell;
+  const auto begun = std::chrono::steady_clock::now();
+  const LogBell::Heard heard = bell.hear();
+  bell.ring();
+  bell.doze(heard, std::chrono::milliseconds(20));
+  EXPECT_GE(std::chrono::steady_clock::now() - begun, std::chrono::milliseconds(19));
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction
