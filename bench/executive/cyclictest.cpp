@@ -31,16 +31,17 @@ Output run_program(const std::string& command) {
 struct Histogram {
   std::vector<std::pair<std::int64_t, std::uint64_t>> filled;  ///< latency in ns, how often
   std::uint64_t total = 0;                                     ///< with those past the last bucket
+  std::uint64_t overflows = 0;
   std::int64_t max_ns = 0;
 };
 
 Histogram read_histogram(const std::string& printed) {
   Histogram histogram;
-  std::uint64_t overflows = 0;
   std::istringstream lines(printed);
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("# Max Latencies:")) histogram.max_ns = std::strtoll(line.c_str() + 16, nullptr, 10);
-    if (line.starts_with("# Histogram Overflows:")) overflows = std::strtoull(line.c_str() + 22, nullptr, 10);
+    if (line.starts_with("# Histogram Overflows:"))
+      histogram.overflows = std::strtoull(line.c_str() + 22, nullptr, 10);
     if (line.empty() || line[0] < '0' || line[0] > '9') continue;
     char* rest = nullptr;
     const std::int64_t latency_ns = std::strtoll(line.c_str(), &rest, 10);
@@ -49,7 +50,7 @@ Histogram read_histogram(const std::string& printed) {
     histogram.filled.emplace_back(latency_ns, count);
     histogram.total += count;
   }
-  histogram.total += overflows;
+  histogram.total += histogram.overflows;
   return histogram;
 }
 
@@ -88,7 +89,13 @@ WakeupLatency parse_cyclictest(const std::string& printed) {
   const Histogram histogram = read_histogram(printed);
   if (histogram.total == 0)
     throw std::runtime_error("cyclictest printed no histogram: " + printed.substr(0, 400));
-  return {quantile_us(histogram, 0.5), quantile_us(histogram, 0.99), histogram.total};
+  WakeupLatency latency;
+  latency.p50_us = quantile_us(histogram, 0.5);
+  latency.p99_us = quantile_us(histogram, 0.99);
+  latency.max_us = static_cast<double>(histogram.max_ns) / 1e3;
+  latency.samples = histogram.total;
+  latency.beyond_1_ms = histogram.overflows;
+  return latency;
 }
 
 }  // namespace hil::bench

@@ -11,6 +11,9 @@ struct WakeupLatency {
   double p50_us = 0.0;
   double p99_us = 0.0;
   std::uint64_t samples = 0;
+  // Of cyclictest alone.
+  double max_us = 0.0;
+  std::uint64_t beyond_1_ms = 0;  ///< samples
 };
 
 struct CyclictestOptions {

@@ -44,6 +44,8 @@ TEST(Cyclictest, QuantilesOfAPrintedHistogram) {
   EXPECT_EQ(latency.samples, 100U);
   EXPECT_DOUBLE_EQ(latency.p50_us, 1.5);
   EXPECT_DOUBLE_EQ(latency.p99_us, 9.0);
+  EXPECT_DOUBLE_EQ(latency.max_us, 1371.384);
+  EXPECT_EQ(latency.beyond_1_ms, 1U);
 }
 
 TEST(Cyclictest, ARankPastTheHistogramAnswersWithTheMaximum) {
