@@ -62,8 +62,9 @@ void Accounting::serve() {
   std::unique_lock lock(mutex_);
   for (int look = 1;; ++look) {
     const std::int64_t wake_ns = probe_.host_now_ns() + look_period_ns;
+    const std::int64_t ran_before_ns = probe_.process_cpu_ns();
     if (wake_.wait_for(lock, std::chrono::nanoseconds(look_period_ns), [this] { return stopping_; })) return;
-    witness_.note_sleep(wake_ns, probe_.host_now_ns());
+    witness_.note_sleep(wake_ns, probe_.host_now_ns(), probe_.process_cpu_ns() - ran_before_ns);
     if (look % looks_per_steal == 0) look_at_steal();
     drain();
   }

@@ -4,14 +4,19 @@
 
 namespace hil::executive {
 
-void HostWitness::note_sleep(std::int64_t wake_ns, std::int64_t now_ns) noexcept {
-  if (now_ns - wake_ns >= smallest_pause_ns) keep({wake_ns, now_ns, now_ns - wake_ns, false});
+void HostWitness::note_sleep(std::int64_t wake_ns, std::int64_t now_ns,
+                             std::int64_t process_ran_ns) noexcept {
+  const std::int64_t overslept_ns = now_ns - wake_ns;
+  if (overslept_ns < smallest_pause_ns) return;
+  // Some of it ran while it slept as long as it wanted to, or at the same time as others.
+  const std::int64_t standstill_ns = std::max<std::int64_t>(overslept_ns - process_ran_ns, 0);
+  keep({.begin_ns = wake_ns, .end_ns = now_ns, .length_ns = overslept_ns, .standstill_ns = standstill_ns});
 }
 
 void HostWitness::note_steal(std::int64_t now_ns, std::int64_t steal_total_ns) noexcept {
   if (steal_known_ && steal_total_ns > steal_total_ns_) {
     const std::int64_t stolen_ns = std::min(steal_total_ns - steal_total_ns_, now_ns - steal_read_ns_);
-    keep({steal_read_ns_, now_ns, stolen_ns, true});
+    keep({.begin_ns = steal_read_ns_, .end_ns = now_ns, .length_ns = stolen_ns, .stolen = true});
   }
   steal_known_ = true;
   steal_total_ns_ = steal_total_ns;
@@ -37,6 +42,17 @@ std::int64_t HostWitness::pause_ns(std::int64_t begin_ns, std::int64_t end_ns,
     }
   }
   return std::min(std::max(longest_ns, stolen_ns), off_cpu_ns);
+}
+
+std::int64_t HostWitness::standstill_ns(std::int64_t begin_ns, std::int64_t end_ns) const noexcept {
+  std::int64_t sum_ns = 0;
+  for (const Pause& pause : pauses_) {
+    if (pause.stolen) continue;  // from another processor, perhaps
+    const std::int64_t overlap_ns = std::min(end_ns, pause.end_ns) - std::max(begin_ns, pause.begin_ns);
+    const std::int64_t ran_ns = pause.length_ns - pause.standstill_ns;
+    sum_ns += std::max<std::int64_t>(overlap_ns - ran_ns, 0);
+  }
+  return sum_ns;
 }
 
 }  // namespace hil::executive

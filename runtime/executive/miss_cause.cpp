@@ -46,9 +46,14 @@ void take_apart_step(const RunEvidence& run, DelayParts& parts) noexcept {
   std::int64_t cpu_ns = std::clamp<std::int64_t>(run.cpu_ns, 0, wall_ns - blocked_ns);
   std::int64_t off_cpu_ns = wall_ns - blocked_ns - cpu_ns;
 
-  parts[MissCause::database] += blocked_ns;
+  std::int64_t database_ns = blocked_ns;
   move_time(cpu_ns, parts[MissCause::page_fault], run.minor_faults * minor_fault_ns);
-  move_time(off_cpu_ns, parts[MissCause::host_pause], run.pause_in_step_ns);
+  std::int64_t paused_ns = 0;
+  move_time(off_cpu_ns, paused_ns, run.pause_in_step_ns);
+  // Who could not run could not be waited for either.
+  move_time(database_ns, paused_ns, run.standstill_in_step_ns - paused_ns);
+  parts[MissCause::host_pause] += paused_ns;
+  parts[MissCause::database] += database_ns;
   parts[run.major_faults > 0 ? MissCause::page_fault : MissCause::preempted] += off_cpu_ns;
   const std::int64_t allowed_ns = run.budget_ns > 0 ? run.budget_ns : run.deadline_ns;
   parts[MissCause::own_work] += span_ns(allowed_ns, cpu_ns);

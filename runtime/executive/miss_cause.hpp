@@ -62,6 +62,7 @@ struct RunEvidence {
   std::int64_t major_faults = 0;
   std::int64_t pause_before_start_ns = 0;  ///< how long the host stood still between release and start
   std::int64_t pause_in_step_ns = 0;       ///< and between start and finish
+  std::int64_t standstill_in_step_ns = 0;  ///< there, for how long no thread of the process ran, at least
   /// The run before it of the same task, if that one ran past this release: until when, and what delayed it.
   std::int64_t same_task_until_ns = 0;
   MissCause same_task_cause = MissCause::own_work;

@@ -12,8 +12,16 @@
 
 namespace hil::executive {
 namespace {
+
 constexpr std::int64_t ns_per_s = 1'000'000'000;
+
+std::int64_t used_ns(clockid_t clock) noexcept {
+  timespec used{};
+  clock_gettime(clock, &used);
+  return static_cast<std::int64_t>(used.tv_sec) * ns_per_s + used.tv_nsec;
 }
+
+}  // namespace
 
 SystemProbe::SystemProbe() noexcept
     : stat_file_(open("/proc/stat", O_RDONLY | O_CLOEXEC)), ns_per_jiffy_(ns_per_s / sysconf(_SC_CLK_TCK)) {}
@@ -23,9 +31,7 @@ SystemProbe::~SystemProbe() {
 }
 
 std::int64_t SystemProbe::thread_cpu_ns() const noexcept {
-  timespec used{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return static_cast<std::int64_t>(used.tv_sec) * ns_per_s + used.tv_nsec;
+  return used_ns(CLOCK_THREAD_CPUTIME_ID);
 }
 
 PageFaults SystemProbe::thread_faults() const noexcept {
@@ -36,6 +42,10 @@ PageFaults SystemProbe::thread_faults() const noexcept {
 
 std::int64_t SystemProbe::host_now_ns() const noexcept {
   return MonotonicClock().now_ns();
+}
+
+std::int64_t SystemProbe::process_cpu_ns() const noexcept {
+  return used_ns(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 std::int64_t SystemProbe::host_steal_ns() const noexcept {

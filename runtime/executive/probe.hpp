@@ -21,12 +21,14 @@ class Probe {
   /// The clock as an ordinary thread sees it: the accounting thread looks for gaps in it. Ordinary threads
   /// only.
   virtual std::int64_t host_now_ns() const noexcept = 0;
+  /// CPU time of all threads of this process. Ordinary threads only.
+  virtual std::int64_t process_cpu_ns() const noexcept = 0;
   /// Time that the host took away from this machine's CPUs so far, all of them together. Ordinary threads
   /// only.
   virtual std::int64_t host_steal_ns() const noexcept = 0;
 };
 
-/// CLOCK_THREAD_CPUTIME_ID, getrusage(RUSAGE_THREAD), CLOCK_MONOTONIC and /proc/stat.
+/// CLOCK_THREAD_CPUTIME_ID, getrusage(RUSAGE_THREAD), CLOCK_MONOTONIC, CLOCK_PROCESS_CPUTIME_ID and /proc/stat.
 class SystemProbe final : public Probe {
  public:
   SystemProbe() noexcept;
@@ -37,6 +39,7 @@ class SystemProbe final : public Probe {
   std::int64_t thread_cpu_ns() const noexcept override;
   PageFaults thread_faults() const noexcept override;
   std::int64_t host_now_ns() const noexcept override;
+  std::int64_t process_cpu_ns() const noexcept override;
   std::int64_t host_steal_ns() const noexcept override;
 
  private:

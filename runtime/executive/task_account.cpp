@@ -43,6 +43,7 @@ DelayParts TaskAccount::explain(const RunRecord& run, const HostWitness& witness
       witness.pause_ns(run.release_ns, run.start_ns, run.start_ns - run.release_ns);
   const std::int64_t off_cpu_ns = run.finish_ns - run.start_ns - run.cpu_ns - run.blocked_ns;
   evidence.pause_in_step_ns = witness.pause_ns(run.start_ns, run.finish_ns, off_cpu_ns);
+  evidence.standstill_in_step_ns = witness.standstill_ns(run.start_ns, run.finish_ns);
   evidence.same_task_until_ns = last_finish_ns_;
   evidence.same_task_cause = last_cause_;
   return take_apart(evidence);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
+#include <thread>
 
 #include "tests/scenario/hil.hpp"
 #include "tests/scenario/run_files.hpp"
@@ -210,6 +212,33 @@ TEST(Ending, AUnitThatStopsAnsweringAndComesBackIsInTheReportWithItsTimes) {
       told, [](const std::string& sentence) { return sentence.starts_with("device plc is lost: "); }));
   EXPECT_EQ(told.back(), "device plc works again");
   EXPECT_NE(read_text(log).find("exit code 130: interrupted"), std::string::npos) << read_text(log);
+}
+
+TEST(Ending, ARunThatWasStoppedAndWentOnNamesThePause) {
+  LongRun run("realtime");
+  run.program().signal(SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  run.program().signal(SIGCONT);
+  const auto frames = [&] { return std::filesystem::file_size(run.out() + "/can-car.log"); };
+  EXPECT_TRUE(eventually([&, before = frames()] { return frames() > before; })) << "it does not go on";
+  run.interrupt();
+  const Ended ended = run.wait();
+  EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
+  const auto report = read_report(run.out());
+  std::uint64_t longest = 0;
+  for (const auto& event : report["watchdog"]) {
+    const auto text = event["text"].get<std::string>();
+    if (text.find("(host pause)") != std::string::npos)
+      longest = std::max<std::uint64_t>(longest, std::stoull(text));
+  }
+  EXPECT_GE(longest, 450U) << report["watchdog"];
+  // What ran just then is late, and not by anything that it or the database did.
+  for (const auto& task : report["tasks"]) {
+    for (const auto& miss : task["misses"]) {
+      if (miss["lateness_ns"].get<std::int64_t>() <= 300'000'000) continue;
+      EXPECT_EQ(miss["cause"], "host pause") << task["name"] << ": " << miss;
+    }
+  }
 }
 
 TEST(Ending, AKilledControllerUnderTheVirtualClock) {

@@ -137,6 +137,26 @@ TEST(MissCause, HostPauseInTheStepAndBeforeIt) {
   EXPECT_EQ(parts[MissCause::late_wakeup], 1'000 * us);
 }
 
+TEST(MissCause, AWaitForTheDatabaseInWhichNobodyRanIsAPause) {
+  RunEvidence run = quiet_run();
+  run.finish_ns = run.start_ns + 50'100 * us;
+  run.blocked_ns = 49'800 * us;
+  EXPECT_EQ(take_apart(run).largest(), MissCause::database);
+  run.standstill_in_step_ns = 48'000 * us;
+  DelayParts parts = take_apart(run);
+  EXPECT_EQ(parts[MissCause::host_pause], 48'000 * us);
+  EXPECT_EQ(parts[MissCause::database], 1'800 * us);
+  run.standstill_in_step_ns = 60'000 * us;
+  EXPECT_EQ(take_apart(run)[MissCause::host_pause], 49'800 * us) << "no more than it waited";
+  // What was found already is not counted twice.
+  run.blocked_ns = 20'000 * us;
+  run.pause_in_step_ns = 29'000 * us;
+  run.standstill_in_step_ns = 30'000 * us;
+  parts = take_apart(run);
+  EXPECT_EQ(parts[MissCause::host_pause], 30'000 * us);
+  EXPECT_EQ(parts[MissCause::database], 19'000 * us);
+}
+
 TEST(MissCause, WaitingForItsOwnRunBeforeInheritsThatRunsCause) {
   RunEvidence run = quiet_run();
   delay_start(run, 950 * us);
@@ -167,6 +187,7 @@ TEST(MissCause, PartsNeverExceedTheResponseTime) {
     run.major_faults = up_to(1);
     run.pause_before_start_ns = up_to(3'000);
     run.pause_in_step_ns = up_to(3'000);
+    run.standstill_in_step_ns = up_to(4'000);
     run.same_task_until_ns = run.release_ns + up_to(4'000) - 1'000;
     run.same_task_cause = static_cast<MissCause>(up_to(miss_cause_count - 1));
     const DelayParts parts = take_apart(run);
