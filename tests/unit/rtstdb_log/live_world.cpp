@@ -214,7 +214,8 @@ void LiveWorld::commit() {
   next_version_ = set.version + 1;
   history_.images[set.version] = image();
   history_.standing.insert(set.version);
-  recorder_.record(set);
+  const bool collected = collects_some_ && below(2) == 0 && recorder_.collect(set);
+  if (!collected) recorder_.record(set);
 }
 
 void LiveWorld::commit_and_take_back(const std::function<void()>& between) {

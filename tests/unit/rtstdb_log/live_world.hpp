@@ -62,6 +62,8 @@ class LiveWorld final : public WorldSource {
   /// A geometry with a file of its own; false: the disk or the ring refuses.
   bool add_geometry(Disk& disk, std::uint64_t database_id, std::uint64_t file);
 
+  /// From now on every other commit waits for the recorder's hand_over.
+  void collect_some() { collects_some_ = true; }
   /// From now on checkpoints are told that their version is gone, so often in a thousand slices.
   void lose_slices_per_mille(std::uint32_t chance) { lost_slices_ = chance; }
 
@@ -89,6 +91,7 @@ class LiveWorld final : public WorldSource {
   Ring ring_;
   Recorder recorder_;
   std::uint32_t lost_slices_ = 0;
+  bool collects_some_ = false;
 
   Image checkpoint_;
 };

@@ -40,6 +40,7 @@ class Simulation {
     check(recovered.value());
     if (testing::Test::HasFatalFailure()) return;
     LiveWorld world(random_(), history_, std::size_t{1} << (10 + below(4)), recovered.value());
+    world.collect_some();
     world.lose_slices_per_mille(below(2) == 0 ? 0 : 50);
     WriterOptions options;
     options.segment_bytes = 512u << below(5);
@@ -87,7 +88,9 @@ class Simulation {
       if (what == 56) set_no_faults();
       if (what >= 57 && what < 62) world.recorder().tend();
       if (what >= 62 && what < 70) clock_.advance(Nanoseconds(1'000'000 << below(12)));
-      if (what >= 70) writer.step(0);
+      if (what >= 70 && below(4) != 0) world.recorder().hand_over();
+      // The machine's real time is for people alone: it may go backwards.
+      if (what >= 70) writer.step(real_time_ns_ -= 1'000'000'000);
       ASSERT_GE(writer.durable(), told_in_life_);
       told_in_life_ = writer.durable();
       told_ = std::max(told_, writer.durable());
@@ -156,6 +159,7 @@ class Simulation {
   History history_{{{0, image_of(World{})}}, {0}};
   Version told_ = 0, told_in_life_ = 0;
   std::optional<Version> must_be_;
+  std::int64_t real_time_ns_ = 0;
   std::uint64_t steps_ = 0;
 };
 
