@@ -30,6 +30,14 @@ class CallErrand final : public Errand {
   const std::function<void()>& work_;
 };
 
+/// Carried out in less time than a group waits for the disk, by far.
+bool is_brief(const TransactionImpl& transaction) noexcept {
+  constexpr std::size_t few = 8;
+  const store::WriteSet& set = transaction.write_set();
+  return transaction.requests().empty() && set.shapes.empty() && set.writes.size() <= few &&
+         transaction.preconditions().size() <= few && transaction.read_count() <= few;
+}
+
 }  // namespace
 
 Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& clock,
@@ -245,11 +253,20 @@ bool Engine::work_once() noexcept {
   }
   receive();
   TransactionImpl* const most_urgent = queue_.pop();
-  if (most_urgent != nullptr) carry_out(*most_urgent);
-  // Not after each: whoever waits for the next one's outcome would wait for this, too.
+  if (most_urgent != nullptr) carry_out_and_log(*most_urgent);
   if (most_urgent == nullptr && log_ != nullptr) log_->hand_over();
   const bool stepped = step_errand();
   return most_urgent != nullptr || stepped;
+}
+
+void Engine::carry_out_and_log(TransactionImpl& transaction) noexcept {
+  if (log_ == nullptr) return carry_out(transaction);
+  // Not behind each commit: whoever waits for the next one's outcome would wait for this, too.
+  if (!is_brief(transaction)) log_->hand_over();
+  const Version before = store_.latest().version;
+  carry_out(transaction);
+  // Commits fill what is collected, so they are few; of others there may be any number.
+  if (store_.latest().version == before) log_->hand_over();
 }
 
 void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
@@ -289,6 +306,7 @@ bool Engine::step_errand() noexcept {
   if (errands_ == nullptr) errands_ = errands_given_.take_all();
   if (errands_ == nullptr) return false;
   auto& errand = static_cast<Errand&>(*errands_);
+  if (log_ != nullptr) log_->hand_over();  // it may take long
   if (errand.step(store_)) {
     errands_ = errand.next;
     errand.mark_done();  // from here on it may be gone

@@ -176,6 +176,8 @@ class Engine final : private query::Meanwhile, private LogOwner {
   ClockTime behind_reserved(ClockTime now, ClockTime end) const noexcept;
   /// With others that it can share a run with; in a gap, those that go before the interrupted one.
   void carry_out(TransactionImpl& transaction, const TransactionImpl* interrupted = nullptr) noexcept;
+  /// And hands over what the log has collected, where that would wait for long.
+  void carry_out_and_log(TransactionImpl& transaction) noexcept;
   void carry_out_alone(TransactionImpl& transaction) noexcept;
   void end(TransactionImpl& transaction, Status status) noexcept;
   // sharing.cpp

@@ -83,7 +83,7 @@ void Engine::carry_out_writes() noexcept {
   while (!device_is_done_.load(std::memory_order_relaxed)) {
     TransactionImpl* const writer = queue_.pop_first(only_writes);
     if (writer == nullptr) break;
-    carry_out(*writer);
+    carry_out_and_log(*writer);
   }
   if (log_ != nullptr) log_->hand_over();
 }

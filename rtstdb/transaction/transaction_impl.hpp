@@ -64,6 +64,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   std::span<const Precondition> preconditions() const noexcept { return preconditions_; }
   store::WriteSet& write_set() noexcept { return write_set_; }
   const store::WriteSet& write_set() const noexcept { return write_set_; }
+  std::size_t read_count() const noexcept { return reads_.size(); }
   std::span<const query::Request> requests() const noexcept { return requests_; }
   std::span<query::Request> requests() noexcept { return requests_; }
   std::span<const std::uint32_t> asked_counts() const noexcept { return asked_; }

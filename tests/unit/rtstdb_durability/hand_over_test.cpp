@@ -9,6 +9,24 @@
 namespace rtstdb::transaction::test {
 namespace {
 
+/// Holds the engine's thread.
+class Gate {
+ public:
+  void pass() {
+    stands_.store(true);
+    stands_.notify_all();
+    open_.wait(false);
+  }
+  void wait_until_somebody_stands_there() { stands_.wait(false); }
+  void open() {
+    open_.store(true);
+    open_.notify_all();
+  }
+
+ private:
+  std::atomic<bool> stands_{false}, open_{false};
+};
+
 class HandingOver : public testing::Test {
  protected:
   void SetUp() override {
@@ -59,6 +77,76 @@ TEST_F(HandingOver, BeforeAQueryWaitsForTheDevice) {
   });
   EXPECT_EQ(life_.engine.wait(*reader_).status, Status::committed);
   EXPECT_TRUE(durable) << "it waited for the query";
+}
+
+TEST_F(HandingOver, BeforeAQueryThatTakesLong) {
+  Gate gate;
+  life_.executor.work = [&](const auto&, const auto&, const auto&) {
+    gate.pass();
+    return query::RunReport{};
+  };
+  writer_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
+  writer_->update(id_, body(2));
+  ask({});
+  life_.engine.call([&] {
+    life_.engine.submit(*writer_);
+    life_.engine.submit(*reader_);
+  });
+  gate.wait_until_somebody_stands_there();
+  EXPECT_TRUE(becomes_durable(life_.engine.wait(*writer_).version));
+  gate.open();
+  EXPECT_EQ(life_.engine.wait(*reader_).status, Status::committed);
+}
+
+TEST_F(HandingOver, BeforeAnErrand) {
+  // Both are given while the engine can not look: a commit, and what takes long.
+  Gate before;
+  Gate errand;
+  std::thread first([&] { life_.engine.call([&] { before.pass(); }); });
+  before.wait_until_somebody_stands_there();
+  writer_->begin({});
+  writer_->update(id_, body(2));
+  life_.engine.submit(*writer_);
+  std::thread second([&] { life_.engine.call([&] { errand.pass(); }); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  before.open();
+  errand.wait_until_somebody_stands_there();
+  EXPECT_TRUE(becomes_durable(life_.engine.wait(*writer_).version));
+  errand.open();
+  first.join();
+  second.join();
+}
+
+TEST_F(HandingOver, BehindATransactionThatRecordsNothing) {
+  // There may be any number of such. The next commit stands at the gate, so the engine does not rest.
+  class Listener final : public CommitListener {
+   public:
+    void committed(const store::WriteSet& set) noexcept override {
+      if (!set.writes.empty() && set.writes.front().state.row.material == 4) gate.pass();
+    }
+    Gate gate;
+  };
+  Listener listener;
+  life_.engine.listen(&listener);
+  const auto conflict = life_.make();
+  const auto next = life_.make();
+  writer_->begin({});
+  writer_->update(id_, body(2));
+  conflict->begin({});
+  conflict->expect_written_by(id_, 1'000'000);
+  conflict->update(id_, body(3));
+  next->begin({});
+  next->update(id_, body(4));
+  life_.engine.call([&] {
+    for (Transaction* transaction : {writer_.get(), conflict.get(), next.get()})
+      life_.engine.submit(*transaction);
+  });
+  listener.gate.wait_until_somebody_stands_there();
+  EXPECT_EQ(life_.engine.wait(*conflict).status, Status::conflict);
+  EXPECT_TRUE(becomes_durable(life_.engine.wait(*writer_).version));
+  listener.gate.open();
+  EXPECT_TRUE(life_.engine.wait(*next).done());
+  life_.engine.listen(nullptr);
 }
 
 TEST_F(HandingOver, WhatPassesAQueryThatWaits) {
