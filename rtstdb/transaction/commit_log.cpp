@@ -46,10 +46,10 @@ Recovery in_public(const log::Recovered& recovered) {
 }  // namespace
 
 CommitLog::CommitLog(std::shared_ptr<log::Disk> disk, const CommitLogOptions& options)
-    : options_(options),
+    : ring_(options.durability.ring_bytes),
+      options_(options),
       clock_(options.clock != nullptr ? *options.clock : monotonic_clock_),
       disk_(std::move(disk)),
-      ring_(options.durability.ring_bytes),
       recorder_(ring_),
       world_copy_(options.max_entities) {}
 

@@ -138,6 +138,7 @@ class CommitLog {
   template <class Condition>
   void wait_until(Condition holds) noexcept;
 
+  log::Ring ring_;  // first: it begins at a cache line
   const CommitLogOptions options_;
   MonotonicClock monotonic_clock_;
   const Clock& clock_;
@@ -147,7 +148,6 @@ class CommitLog {
   Recovery recovery_;
   std::uint64_t database_id_ = 0, next_geometry_file_ = 1;
 
-  log::Ring ring_;
   log::Recorder recorder_;  // the engine's thread; the log's, once that has ended
   WorldCopy world_copy_;
   std::unique_ptr<log::Writer> writer_;
