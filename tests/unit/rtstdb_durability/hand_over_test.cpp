@@ -51,6 +51,17 @@ class HandingOver : public testing::Test {
     reader_->ask(query_, 1);
   }
 
+  /// Both are there before the engine looks, and it goes from one to the other without a rest.
+  void submit_write_and_query() {
+    writer_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
+    writer_->update(id_, body(2));
+    ask({});
+    life_.engine.call([&] {
+      life_.engine.submit(*writer_);
+      life_.engine.submit(*reader_);
+    });
+  }
+
   SimulatedDisk disk_{1};
   Life life_{disk_, {}};
   SimulatedQuery query_{1};
@@ -67,14 +78,7 @@ TEST_F(HandingOver, BeforeAQueryWaitsForTheDevice) {
   bool durable = false;
   life_.executor.while_waiting = [&] { durable = becomes_durable(writer_->outcome().version); };
   life_.executor.work = [](const auto&, const auto&, const auto&) { return query::RunReport{}; };
-  // Both are there before the engine looks, and it goes from one to the other without a rest.
-  writer_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
-  writer_->update(id_, body(2));
-  ask({});
-  life_.engine.call([&] {
-    life_.engine.submit(*writer_);
-    life_.engine.submit(*reader_);
-  });
+  submit_write_and_query();
   EXPECT_EQ(life_.engine.wait(*reader_).status, Status::committed);
   EXPECT_TRUE(durable) << "it waited for the query";
 }
@@ -85,13 +89,7 @@ TEST_F(HandingOver, BeforeAQueryThatTakesLong) {
     gate.pass();
     return query::RunReport{};
   };
-  writer_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
-  writer_->update(id_, body(2));
-  ask({});
-  life_.engine.call([&] {
-    life_.engine.submit(*writer_);
-    life_.engine.submit(*reader_);
-  });
+  submit_write_and_query();
   gate.wait_until_somebody_stands_there();
   EXPECT_TRUE(becomes_durable(life_.engine.wait(*writer_).version));
   gate.open();

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
-#include <deque>
+#include <algorithm>
+#include <vector>
 
 #include "random_sets.hpp"
 
