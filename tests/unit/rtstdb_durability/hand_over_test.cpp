@@ -46,20 +46,9 @@ class HandingOver : public testing::Test {
   bool becomes_durable(Version version) {
     return life_.log().wait_until_durable(version, Nanoseconds(10'000'000'000));
   }
-  void ask(const Terms& given) {
-    reader_->begin(given);
+  void ask() {
+    reader_->begin({});
     reader_->ask(query_, 1);
-  }
-
-  /// Both are there before the engine looks, and it goes from one to the other without a rest.
-  void submit_write_and_query() {
-    writer_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
-    writer_->update(id_, body(2));
-    ask({});
-    life_.engine.call([&] {
-      life_.engine.submit(*writer_);
-      life_.engine.submit(*reader_);
-    });
   }
 
   SimulatedDisk disk_{1};
@@ -74,12 +63,25 @@ TEST_F(HandingOver, WhenTheEngineRests) {
   EXPECT_TRUE(becomes_durable(write(2)));
 }
 
-TEST_F(HandingOver, BeforeAQueryWaitsForTheDevice) {
+TEST_F(HandingOver, WhatCameInAGapOfAQuery) {
+  // Not a write alone: such pass while the chunk is under way.
+  constexpr std::uint32_t chunk = 4096;  // elements, before anything is known of a kind
+  SimulatedQuery large(3 * chunk, 0);
   bool durable = false;
-  life_.executor.while_waiting = [&] { durable = becomes_durable(writer_->outcome().version); };
-  life_.executor.work = [](const auto&, const auto&, const auto&) { return query::RunReport{}; };
-  submit_write_and_query();
-  EXPECT_EQ(life_.engine.wait(*reader_).status, Status::committed);
+  life_.executor.chunk = [&](const auto&, const query::Request& request, std::uint32_t first, std::uint32_t) {
+    if (request.count == 1) return;
+    if (first == 0) {
+      writer_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
+      writer_->update(id_, body(2));
+      writer_->ask(query_, 1);
+      life_.engine.submit(*writer_);
+    } else if (first == chunk) {
+      durable = writer_->status() == Status::committed && becomes_durable(writer_->outcome().version);
+    }
+  };
+  reader_->begin({});
+  reader_->ask(large, 3 * chunk);
+  EXPECT_EQ(life_.execute(*reader_).status, Status::committed);
   EXPECT_TRUE(durable) << "it waited for the query";
 }
 
@@ -89,7 +91,14 @@ TEST_F(HandingOver, BeforeAQueryThatTakesLong) {
     gate.pass();
     return query::RunReport{};
   };
-  submit_write_and_query();
+  // Both are there before the engine looks, and it goes from one to the other without a rest.
+  writer_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
+  writer_->update(id_, body(2));
+  ask();
+  life_.engine.call([&] {
+    life_.engine.submit(*writer_);
+    life_.engine.submit(*reader_);
+  });
   gate.wait_until_somebody_stands_there();
   EXPECT_TRUE(becomes_durable(life_.engine.wait(*writer_).version));
   gate.open();
@@ -151,7 +160,7 @@ TEST_F(HandingOver, WhatPassesAQueryThatWaits) {
   bool durable = false;
   life_.executor.while_waiting = [&] { durable = becomes_durable(write(2)); };
   life_.executor.work = [](const auto&, const auto&, const auto&) { return query::RunReport{}; };
-  ask({});
+  ask();
   EXPECT_EQ(life_.execute(*reader_).status, Status::committed);
   EXPECT_TRUE(durable) << "it waited for the query";
 }
