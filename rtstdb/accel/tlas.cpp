@@ -42,12 +42,6 @@ shared::EntityRecord record_of(const EntityState& state) noexcept {
           .unused = 0};
 }
 
-/// The end of a window that begins at `begin` and reaches ahead.
-WorldTime ahead_of(WorldTime begin) noexcept {
-  constexpr WorldTime last = world_time_ns(max_world_time_ns);
-  return last - begin < window_ahead ? last : begin + window_ahead;
-}
-
 /// Never shorter than the window itself.
 float window_seconds(WorldTime begin, WorldTime end) noexcept {
   return static_cast<float>(seconds_between(begin, end) * (1.0 + 1e-6));
@@ -68,14 +62,38 @@ std::uint32_t Tlas::Slot::root() const noexcept {
   return visible_count == 0 ? shared::ref_none : 0;
 }
 
+void Tlas::Slot::take_window(WorldTime begin, WorldTime end) noexcept {
+  window_begin = begin;
+  window_end = end;
+  epoch = epoch_of(begin);
+}
+
 bool Tlas::Slot::holds(const Wanted& wanted) const noexcept {
-  return filled && shapes == wanted.shapes && window_begin <= wanted.times.first &&
+  return filled && made && shapes == wanted.shapes && window_begin <= wanted.times.first &&
          wanted.times.last <= window_end;
+}
+
+bool Tlas::Slot::is_superseded(Version asked, const Wanted& wanted) const noexcept {
+  return next != nullptr && next->version <= asked && next->tree != Tree::none && next->holds(wanted);
+}
+
+WorldTime Tlas::ahead_of(WorldTime begin) noexcept {
+  constexpr WorldTime last = world_time_ns(max_world_time_ns);
+  return last - begin < window_ahead ? last : begin + window_ahead;
+}
+
+Tlas::Slot& Tlas::least_used(const Slot* but) noexcept {
+  Slot* least = nullptr;
+  for (Slot& slot : slots_) {
+    if (&slot != but && (least == nullptr || slot.last_used < least->last_used)) least = &slot;
+  }
+  return *least;
 }
 
 Tlas::Slot* Tlas::find(const query::RowSource& rows, const Wanted& wanted) noexcept {
   for (Slot& slot : slots_) {
-    if (slot.version == rows.version() && slot.holds(wanted)) return &slot;
+    if (slot.version == rows.version() && slot.holds(wanted) && !slot.is_superseded(rows.version(), wanted))
+      return &slot;
   }
   return nullptr;
 }
@@ -86,7 +104,9 @@ Tlas::Slot* Tlas::find_near(const query::RowSource& rows, const Wanted& wanted) 
   Slot* nearest = nullptr;
   for (Slot& slot : slots_) {
     const bool before = slot.version < rows.version() && slot.holds(wanted) && slot.tree != Tree::none;
-    if (before && (nearest == nullptr || slot.version > nearest->version)) nearest = &slot;
+    if (before && !slot.is_superseded(rows.version(), wanted) &&
+        (nearest == nullptr || slot.version > nearest->version))
+      nearest = &slot;
   }
   return nearest != nullptr && list_renewed(*nearest, rows) ? nearest : nullptr;
 }
@@ -125,9 +145,11 @@ void Tlas::renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& record
   counts_.patches += few ? 1 : 0;
   counts_.refits += few ? 0 : 1;
   counts_.renewals += few ? 0 : 1;
+  // What changes so much has little use for a slot that was made some time ago.
+  if (!few) slot.followed = true;
   if (listed == 0) return;
   upload_changes(slot, rows, recorder);
-  make_instances(slot, listed, recorder);
+  record_instances(slot, 0, listed, true, recorder);
   if (slot.visible_count == 0) return;
   if (few) {
     patch_.record(listed, slot.visible_count, slot.levels, slot.patch, recorder);
@@ -167,7 +189,7 @@ void Tlas::list_changes(Slot& slot, const query::RowSource& rows) {
 
 /// Of the entities that changed_ lists.
 void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
-  const auto records = changed_rows_.host_as<shared::EntityRecord>();
+  const auto records = changed_rows_.host_as<shared::EntityRecord>().subspan(uploaded_);
   const auto identity_texels = slot.identity_texels.host_as<Identity>();
   std::uint32_t count = 0;
   bool in_a_row = true;  // each stands behind the one before
@@ -192,24 +214,28 @@ void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorde
   if (in_a_row && count != 0) {
     // As where all have moved: a copy takes a quarter of what the pass does.
     constexpr std::size_t row_bytes = sizeof(shared::EntityRecord);
-    recorder.copy(changed_rows_, 0, slot.rows, changed_.front() * row_bytes, count * row_bytes);
+    recorder.copy(changed_rows_, uploaded_ * row_bytes, slot.rows, changed_.front() * row_bytes,
+                  count * row_bytes);
   } else {
-    recorder.dispatch(apply_rows_, slot.apply_rows, shared::ApplyRowsArgs{.count = count}, (count + 63) / 64);
+    recorder.dispatch(apply_rows_, slot.apply_rows, shared::ApplyRowsArgs{.first = uploaded_, .count = count},
+                      (count + 63) / 64);
   }
+  uploaded_ += count;
   recorder.barrier();
 }
 
-void Tlas::make_instances(const Slot& slot, std::uint32_t listed, gpu::Recorder& recorder) const {
-  const std::uint32_t count = listed != 0 ? listed : slot.live_count;
+void Tlas::record_instances(const Slot& slot, std::uint32_t first, std::uint32_t count, bool listed,
+                            gpu::Recorder& recorder) const {
   const WorldTime late_epoch = slot.epoch + epoch_length;
   const shared::InstanceArgs args{.epoch = words_of(slot.epoch),
                                   .late_epoch = words_of(late_epoch),
                                   .window_begin = words_of(slot.window_begin),
                                   .window_s = window_seconds(slot.window_begin, slot.window_end),
                                   .meets_late = slot.window_end >= late_epoch ? 1u : 0u,
+                                  .first = first,
                                   .count = count,
                                   .visible_count = slot.visible_count,
-                                  .listed = listed != 0 ? 1u : 0u};
+                                  .listed = listed ? 1u : 0u};
   recorder.dispatch(instances_pass_, slot.instances_pass, args, (count + 63) / 64);
   recorder.barrier();
 }
@@ -232,14 +258,15 @@ bool Tlas::may_refit(Slot& slot) {
 
 /// Boxes from the deepest level up.
 void Tlas::refit(const Slot& slot, gpu::Recorder& recorder) const {
-  for (std::size_t level = slot.levels.size() - 1; level-- > 0;) {
-    const shared::RefitArgs args{.first = slot.levels[level],
-                                 .count = slot.levels[level + 1] - slot.levels[level],
-                                 .still = 0,
-                                 .node_boxes = max_entities_};
-    recorder.dispatch(refit_, slot.refit, args, (args.count + 63) / 64);
-    recorder.barrier();
-  }
+  for (std::size_t level = slot.levels.size() - 1; level-- > 0;)
+    refit_nodes(slot, slot.levels[level], slot.levels[level + 1] - slot.levels[level], recorder);
+}
+
+void Tlas::refit_nodes(const Slot& slot, std::uint32_t first, std::uint32_t count,
+                       gpu::Recorder& recorder) const {
+  const shared::RefitArgs args{.first = first, .count = count, .still = 0, .node_boxes = max_entities_};
+  recorder.dispatch(refit_, slot.refit, args, (count + 63) / 64);
+  recorder.barrier();
 }
 
 bool Tlas::build(Slot& slot, Submit& submit) {
@@ -274,7 +301,7 @@ void Tlas::find_cost(const Slot& slot, gpu::Recorder& recorder) const {
 
 bool Tlas::make_tree(Slot& slot, Submit& submit) {
   slot.patched = 0;
-  make_instances(slot, 0, submit.recorder());
+  make_instances(slot, submit.recorder());
   if (slot.visible_count == 0) return true;
   if (may_refit(slot)) {
     refit(slot, submit.recorder());
@@ -293,21 +320,22 @@ bool Tlas::make_tree(Slot& slot, Submit& submit) {
 }
 
 bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit) {
+  if (ahead_.slot == &slot || ahead_.source == &slot) drop_ahead();
   bool few_changed = true;
   if (!slot.filled || slot.version != rows.version()) {
     list_changes(slot, rows);
     few_changed = !slot.filled || changed_.size() <= most_renewed(slot);
     upload_changes(slot, rows, submit.recorder());
   }
-  slot.filled = true;
+  slot.filled = slot.made = true;
+  slot.followed = false;
+  slot.next = nullptr;
   slot.version = rows.version();
   slot.shapes = wanted.shapes;
-  slot.window_begin = wanted.times.first;
-  slot.window_end = wanted.times.last;
+  const auto [first, last] = wanted.times;
   // Where many change from version to version, the next one will need a refit in any case.
-  if (patches_ && few_changed && wanted.elements < slot.visible_count / entities_per_small_element)
-    slot.window_end = std::max(slot.window_end, ahead_of(slot.window_begin));
-  slot.epoch = epoch_of(slot.window_begin);
+  const bool ahead = patches_ && few_changed && is_small(slot, wanted);
+  slot.take_window(first, ahead ? std::max(last, ahead_of(first)) : last);
   if (make_tree(slot, submit)) return true;
   slot.filled = false;
   slot.tree = Tree::none;
@@ -315,18 +343,20 @@ bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, 
 }
 
 std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit) {
+  uploaded_ = 0;
+  if (ahead_.slot != nullptr && ahead_.step == Ahead::Step::verdict) judge_ahead();
   Slot* slot = find(rows, wanted);
   if (slot == nullptr) {
     slot = find_near(rows, wanted);
     if (slot != nullptr) {
       renew(*slot, rows, submit.recorder());
     } else {
-      slot = &*std::min_element(slots_.begin(), slots_.end(),
-                                [](const Slot& a, const Slot& b) { return a.last_used < b.last_used; });
+      slot = &least_used(nullptr);
       if (!fill(*slot, rows, wanted, submit)) return std::nullopt;
     }
   }
   slot->last_used = ++uses_;
+  make_ahead(*slot, rows, wanted, submit.recorder());
   return TlasView{.slot = static_cast<std::uint32_t>(slot - slots_.data()),
                   .identities = slot->identities.data(),
                   .root = slot->root(),

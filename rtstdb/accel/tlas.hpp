@@ -9,7 +9,9 @@
 //   by a build   entities came, went, got or lost their geometry, or the tree's cost by the surface area
 //                heuristic has grown by rebuild_growth since it was built
 // A batch that is small beside the world gets a window that reaches ahead, so that those that follow it in time
-// need a patch at the most; a large one gets a window as short as its times, in which it is answered sooner.
+// need a patch at the most; a large one gets a window as short as its times, in which it is answered sooner. Before a window
+// that reaches ahead ends, the slot for the next one is made, a part with each batch (tlas_ahead.cpp): no batch waits for
+// a refit of all.
 //
 // Threads: one. prepare is the tick's and does not allocate; the rest is setup.
 
@@ -34,6 +36,7 @@ struct TlasOptions {
   std::uint32_t slots = 4;
   bool refits = true;   ///< false: every tree is built anew, to measure that
   bool patches = true;  ///< false: windows reach no further than their times, to measure refits
+  bool ahead = true;  ///< false: a slot is made when it is asked for, to measure what making it ahead spares
 };
 
 /// Instants at which rows are written down in single precision lie this far apart; see shaders/shared/entity.h.
@@ -127,6 +130,7 @@ class Tlas {
     std::uint64_t builds = 0, refits = 0, patches = 0;
     std::uint64_t rows = 0;      ///< written to the device
     std::uint64_t renewals = 0;  ///< of the refits
+    std::uint64_t ahead = 0;     ///< slots made before they were asked for
   };
   Counts counts() const noexcept { return counts_; }
 
@@ -151,6 +155,9 @@ class Tlas {
     std::uint32_t live_count = 0, visible_count = 0;
     std::uint32_t patched = 0;  ///< rows since all boxes were made
     bool filled = false;
+    bool made = true;            ///< false: not to the end, by make_ahead
+    bool followed = false;       ///< what comes behind its window has been seen to, as far as it could be
+    const Slot* next = nullptr;  ///< made ahead to be used in its place
     Version version = 0;
     std::uint64_t shapes = 0;
     WorldTime window_begin{}, window_end{}, epoch{};
@@ -159,10 +166,30 @@ class Tlas {
     std::vector<std::uint32_t> levels;  // first node of each, then the number of nodes
     float built_cost = 0.0f;            // 0: not known yet
     std::uint32_t root() const noexcept;
+    void take_window(WorldTime begin, WorldTime end) noexcept;
+    /// There is another one now for what asks from its version on.
+    bool is_superseded(Version version, const Wanted& wanted) const noexcept;
     /// Whatever its version.
     bool holds(const Wanted& wanted) const noexcept;
   };
 
+  /// The slot that is made for the time behind another's window.
+  struct Ahead {
+    enum class Step : std::uint8_t { tree, rows, instances, boxes, parents, cost, verdict };
+    Slot* slot = nullptr;    ///< none: nothing is being made
+    Slot* source = nullptr;  ///< the one whose window ends; filled for another, it is none any more
+    WorldTime begun{}, due{};
+    Step step = Step::tree;
+    std::uint32_t row_count = 0;
+    std::uint32_t next = 0;  ///< of what the step goes through
+    std::size_t level = 0;   ///< that boxes are made of
+    std::uint64_t done = 0;  ///< work
+    std::uint64_t total = 0;
+  };
+
+  /// The end of a window that begins at `begin` and reaches ahead.
+  static WorldTime ahead_of(WorldTime begin) noexcept;
+  Slot& least_used(const Slot* but) noexcept;
   Slot* find(const query::RowSource& rows, const Wanted& wanted) noexcept;
   /// The slot that a patch or a renewal brings there, whose changes are listed then; or none.
   Slot* find_near(const query::RowSource& rows, const Wanted& wanted) noexcept;
@@ -179,23 +206,53 @@ class Tlas {
   void list_changes(Slot& slot, const query::RowSource& rows);
   void upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
   void list_live(Slot& slot, std::uint32_t index_limit);
-  /// Of the first `listed` places, or of all.
-  void make_instances(const Slot& slot, std::uint32_t listed, gpu::Recorder& recorder) const;
+  void make_instances(const Slot& slot, gpu::Recorder& recorder) const {
+    record_instances(slot, 0, slot.live_count, false, recorder);
+  }
+  /// From a place on, or of so many that are listed.
+  void record_instances(const Slot& slot, std::uint32_t first, std::uint32_t count, bool listed,
+                        gpu::Recorder& recorder) const;
   static void learn_levels(Slot& slot);
   bool may_refit(Slot& slot);
   void refit(const Slot& slot, gpu::Recorder& recorder) const;
+  void refit_nodes(const Slot& slot, std::uint32_t first, std::uint32_t count, gpu::Recorder& recorder) const;
   bool build(Slot& slot, Submit& submit);
   void find_cost(const Slot& slot, gpu::Recorder& recorder) const;
   bool make_tree(Slot& slot, Submit& submit);
+  static bool is_small(const Slot& slot, const Wanted& wanted) noexcept {
+    return wanted.elements < slot.visible_count / entities_per_small_element;
+  }
+  /// A part of the slot that comes behind `used`, which answers a batch. Records; submits nothing.
+  void make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
+                  gpu::Recorder& recorder) noexcept;
+  bool wants_ahead(const Slot& used, const query::RowSource& rows, const Wanted& wanted) const noexcept;
+  /// What there is to do for the slot behind this one, in the weights of tlas_ahead.cpp.
+  static std::uint64_t work_ahead(const Slot& used, std::uint32_t row_count) noexcept;
+  void begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted) noexcept;
+  /// What was being made is of no use any more.
+  void drop_ahead() noexcept;
+  /// The work that a batch at `now` has to do.
+  std::uint64_t due_ahead(WorldTime now) const noexcept;
+  /// Records so much, or what is left of a step; returns how much it was.
+  std::uint64_t step_ahead(std::uint64_t most, const query::RowSource& rows,
+                           gpu::Recorder& recorder) noexcept;
+  void copy_rows_ahead(std::uint32_t first, std::uint32_t count, gpu::Recorder& recorder) noexcept;
+  /// Brings what has been copied to the version of `rows`. False: too much changed, it is dropped.
+  bool catch_up_ahead(const query::RowSource& rows, gpu::Recorder& recorder) noexcept;
+  /// Once the device has said what its tree costs: whether the slot is to be used.
+  void judge_ahead() noexcept;
   Result<void> create_slot(gpu::Device& device, Slot& slot, const std::string& name);
 
   std::uint32_t max_entities_ = 0;
   std::uint32_t late_base_ = 0;
   bool refits_ = true;
   bool patches_ = true;
+  bool makes_ahead_ = true;
   std::uint64_t uses_ = 0;
   std::vector<Slot> slots_;
+  Ahead ahead_;
   std::vector<std::uint32_t> changed_;
+  std::uint32_t uploaded_ = 0;  // of changed_rows_, by the batch at hand
   gpu::Buffer changed_rows_;
   gpu::Buffer renewed_places_;
   BuildScratch small_scratch_;

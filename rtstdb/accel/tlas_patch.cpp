@@ -65,25 +65,30 @@ void TlasPatch::record_warm_up(const Bound& bound, gpu::Recorder& recorder) cons
   recorder.dispatch(patch_, bound.patch_pass, shared::PatchArgs{}, 1);
 }
 
+void TlasPatch::find_parents(std::uint32_t first, std::uint32_t count, Bound& bound,
+                             gpu::Recorder& recorder) const {
+  recorder.fill(bound.stamps, 4 * std::size_t{first}, 4 * std::size_t{count}, 0);
+  recorder.dispatch(parents_, bound.parents_pass,
+                    shared::PatchArgs{.first = first,
+                                      .count = count,
+                                      .visible_count = 0,
+                                      .levels = 0,
+                                      .leaf_parents = nodes_,
+                                      .stamp = 0,
+                                      .node_boxes = instances_},
+                    (count + 63) / 64);
+  recorder.barrier();
+  bound.stamp = 1;
+}
+
 void TlasPatch::record(std::uint32_t listed, std::uint32_t visible_count,
                        std::span<const std::uint32_t> levels, Bound& bound, gpu::Recorder& recorder) const {
   RTSTDB_ASSERT(listed <= shared::max_patched && levels.size() >= 2 && levels.size() <= most_levels);
   std::ranges::copy(levels, levels_.host_as<std::uint32_t>().begin());
-  const std::uint32_t nodes = levels.back();
-  if (bound.stamp == std::numeric_limits<std::uint32_t>::max()) bound.stamp = 0;
-  if (bound.stamp == 0) {
-    recorder.fill(bound.stamps, 0, bound.stamps.size_bytes(), 0);
-    recorder.dispatch(parents_, bound.parents_pass,
-                      shared::PatchArgs{.count = nodes,
-                                        .visible_count = 0,
-                                        .levels = 0,
-                                        .leaf_parents = nodes_,
-                                        .stamp = 0,
-                                        .node_boxes = instances_},
-                      (nodes + 63) / 64);
-    recorder.barrier();
-  }
-  const shared::PatchArgs args{.count = listed,
+  if (bound.stamp == 0 || bound.stamp == std::numeric_limits<std::uint32_t>::max())
+    find_parents(0, levels.back(), bound, recorder);
+  const shared::PatchArgs args{.first = 0,
+                               .count = listed,
                                .visible_count = visible_count,
                                .levels = static_cast<std::uint32_t>(levels.size()) - 1,
                                .leaf_parents = nodes_,

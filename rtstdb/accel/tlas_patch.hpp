@@ -31,6 +31,10 @@ class TlasPatch {
   /// Dispatches of both passes that patch nothing.
   void record_warm_up(const Bound& bound, gpu::Recorder& recorder) const;
 
+  /// Where the children of these nodes hang in the tree that stands. The first patch of a tree sees to all of them where
+  /// nobody has before.
+  void find_parents(std::uint32_t first, std::uint32_t count, Bound& bound, gpu::Recorder& recorder) const;
+
   /// The first `listed` of the places, max_patched at the most, have new boxes, made by what was recorded before. `levels`: the first node of each level, then the
   /// number of nodes. Places from `visible_count` on are in no tree.
   void record(std::uint32_t listed, std::uint32_t visible_count, std::span<const std::uint32_t> levels,

@@ -10,6 +10,7 @@ layout(set = 0, binding = 0, scalar) readonly buffer ChangedBuffer { EntityRecor
 layout(set = 0, binding = 1, scalar) writeonly buffer RowsBuffer { EntityRecord rows[]; };
 
 void main() {
-  const uint i = gl_GlobalInvocationID.x;
-  if (i < args.count) rows[changed[i].index] = changed[i];
+  if (gl_GlobalInvocationID.x >= args.count) return;
+  const EntityRecord row = changed[args.first + gl_GlobalInvocationID.x];
+  rows[row.index] = row;
 }

@@ -77,7 +77,7 @@ Instance written_down(EntityRecord row, GeometryRecord geometry, uvec2 epoch) {
 // instances (they may carry queries) but no place in the tree.
 void main() {
   if (gl_GlobalInvocationID.x >= args.count) return;
-  const uint place = args.listed != 0u ? listed_places[gl_GlobalInvocationID.x] : gl_GlobalInvocationID.x;
+  const uint place = args.listed != 0u ? listed_places[gl_GlobalInvocationID.x] : args.first + gl_GlobalInvocationID.x;
   const EntityRecord row = fetch_row(live[place]);
   GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u);
   if (row.geometry != no_geometry) geometry = fetch_geometry(row.geometry);

@@ -12,8 +12,8 @@ layout(set = 0, binding = 0, scalar) readonly buffer WideBuffer { uvec4 wide[]; 
 layout(set = 0, binding = 1, scalar) writeonly buffer ParentsBuffer { uint parents[]; };
 
 void main() {
-  const uint node = gl_GlobalInvocationID.x;
-  if (node >= args.count) return;
+  if (gl_GlobalInvocationID.x >= args.count) return;
+  const uint node = args.first + gl_GlobalInvocationID.x;
   const uint base = node * tlas_node_texels;
   const uint used = wide[base].w >> 24;
   const uvec4 references[2] = uvec4[2](wide[base + 4u], wide[base + 5u]);

@@ -41,6 +41,7 @@ RTSTDB_STRUCT(RefitArgs)
 RTSTDB_CONSTANT(max_patched, 512)
 
 #define RTSTDB_FIELDS_PatchArgs(F)                                              \
+  F(uint, first)         /* tlas_parents: of the nodes */                       \
   F(uint, count)         /* places listed; tlas_parents: nodes */               \
   F(uint, visible_count) /* places from here on are in no tree */               \
   F(uint, levels)        /* of the tree */                                      \

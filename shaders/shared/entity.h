@@ -43,7 +43,9 @@ RTSTDB_CONSTANT(instance_closed_bit, 0x80000000u)
 // Epochs lie this far apart.
 RTSTDB_CONSTANT(epoch_length_ns, 1000000000)
 
-#define RTSTDB_FIELDS_ApplyRowsArgs(F) F(uint, count)
+#define RTSTDB_FIELDS_ApplyRowsArgs(F) \
+  F(uint, first)                       \
+  F(uint, count)
 RTSTDB_STRUCT(ApplyRowsArgs)
 
 // Instances, and their bounds over [window begin, window begin + window_s].
@@ -53,6 +55,7 @@ RTSTDB_STRUCT(ApplyRowsArgs)
   F(uvec2, window_begin)              \
   F(float, window_s)                  \
   F(uint, meets_late)    /* 0: the window ends before the next epoch */ \
+  F(uint, first)         /* place of the first one; 0 where places are listed */ \
   F(uint, count)         /* live entities, or places listed */ \
   F(uint, visible_count) /* of the live ones with a geometry, standing first */ \
   F(uint, listed)        /* 1: only the places listed are made */

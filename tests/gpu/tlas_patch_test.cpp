@@ -7,61 +7,13 @@
 #include <optional>
 #include <ostream>
 
-#include "rtstdb/accel/tlas.hpp"
-#include "tests/gpu/database_test.hpp"
-#include "tests/gpu/gpu_test.hpp"
-#include "tests/gpu/random_scene.hpp"
-#include "tests/gpu/version_rows.hpp"
+#include "shaders/shared/build.h"
+#include "tests/gpu/ticking_trees.hpp"
 
 namespace rtstdb::test {
 namespace {
 
-/// A small world is built by one workgroup, a large one by many passes.
-class PatchedTrees : public gpu::test::GpuTest, public testing::WithParamInterface<std::uint32_t> {
- protected:
-  void SetUp() override {
-    GpuTest::SetUp();
-    submit_ = std::move(accel::Submit::create(device())).value();
-    pool_ = std::move(accel::GeometryPool::create(device(), 1, submit_)).value();
-    tlas_ = std::move(accel::Tlas::create(device(), {.max_entities = GetParam(), .slots = 2})).value();
-    ASSERT_TRUE(pool_.add(device(), make_box({1.0, 1.0, 1.0}), submit_).ok());
-    ASSERT_TRUE(tlas_.bind(device(), pool_).ok());
-    rows_.next([&](std::uint32_t) { return std::optional(anywhere()); }, time_);
-    prepare(1);
-    ASSERT_EQ(tlas_.counts().builds, 1u);
-  }
-  EntityRow anywhere() { return row_of({0}, 100.0 * random_.vector()); }
-  /// The next version, a millisecond later, in which the first `changed` stand elsewhere, or a centimetre away.
-  void tick(std::uint32_t changed = 0, bool a_little = false) {
-    std::vector<std::uint32_t> indices(changed);
-    for (std::uint32_t i = 0; i < changed; ++i)
-      indices[i] = i;
-    time_ += Nanoseconds(1'000'000);
-    const auto moved = [&](std::uint32_t i) {
-      EntityRow row = a_little ? rows_.row(i)->row : anywhere();
-      row.motion.p_world_m += glm::dvec3(0.01, 0.0, 0.0);
-      return std::optional(row);
-    };
-    rows_.change(indices, moved, time_);
-  }
-  void prepare(std::uint64_t elements) {
-    submit_.begin();
-    ASSERT_TRUE(tlas_.prepare(rows_, {.times = {time_, time_}, .elements = elements}, submit_).has_value());
-    ASSERT_TRUE(submit_.run());
-  }
-  accel::Tlas::Counts since(const accel::Tlas::Counts& before) const {
-    const accel::Tlas::Counts now = tlas_.counts();
-    return {now.builds - before.builds, now.refits - before.refits, now.patches - before.patches,
-            now.rows - before.rows, now.renewals - before.renewals};
-  }
-
-  Random random_{4};
-  WorldTime time_ = at_s(1.0);
-  VersionRows rows_{GetParam()};
-  accel::Submit submit_;
-  accel::GeometryPool pool_;
-  accel::Tlas tlas_;
-};
+using PatchedTrees = TickingTrees;
 
 TEST_P(PatchedTrees, NeitherRefitNorBuildForFewChangesOfATick) {
   const auto before = tlas_.counts();
@@ -82,9 +34,15 @@ TEST_P(PatchedTrees, AreMadeAnewWhenTheWindowHasPassed) {
     prepare(1);
   }
   const auto counts = since(before);
-  EXPECT_EQ(counts.builds, 1u);  // of the slot that was empty
-  EXPECT_EQ(counts.refits, 1u);
-  EXPECT_EQ(counts.patches, 598u);
+  if (GetParam() <= shared::small_build_max) {
+    EXPECT_EQ(counts.builds, 1u);  // of the slot that was empty
+    EXPECT_EQ(counts.refits, 1u);
+    EXPECT_EQ(counts.patches, 598u);
+  } else {
+    EXPECT_EQ(counts.builds + counts.refits, 0u);
+    EXPECT_GE(counts.ahead, 2u);
+    EXPECT_EQ(counts.patches, 600u);
+  }
 }
 
 TEST_P(PatchedTrees, AreMadeAnewWhenManyHaveBeenPatched) {
@@ -239,6 +197,35 @@ TEST_P(PatchedWorlds, AreSeenAsTheyAre) {
     world = world ? world->with_entities(entities, options_.version_time) : this->world();
     tally += judge(*world, asked, trace(*query, asked));
     if (HasFatalFailure() || HasNonfatalFailure()) break;
+  }
+  EXPECT_GT(tally.hits, tally.asked / 5);
+}
+
+/// Some read what was a moment ago, now and then somebody comes or goes, and some batches are large.
+TEST_P(PatchedWorlds, AreSeenAsTheyWereAndAre) {
+  fill(GetParam().entities);
+  const auto query = prepare_rays(RayMode::closest, false, 64);
+  const auto many = prepare_rays(RayMode::closest, false, 2048);
+  struct Then {
+    WorldTime time;
+    oracle::World world;
+    std::vector<Ray> rays;
+  };
+  std::vector<Then> past;
+  Tally tally;
+  for (int k = 0; k < 120 && !HasFailure(); ++k) {
+    tick();
+    if (random_.one_in(40)) {
+      remove(ids_[1], options_.version_time);
+      ids_[1] = create(rows_[1], options_.version_time);
+    }
+    if (random_.one_in(25)) trace(*many, rays(2048));
+    const auto asked = rays(32);
+    trace(*query, asked);
+    if (k % 8 == 0) past.push_back({options_.version_time, world(), asked});
+    if (past.empty() || !random_.one_in(3)) continue;
+    const Then& then = past[past.size() - 1 - random_.below(std::min<std::size_t>(past.size(), 3))];
+    tally += judge(then.world, then.rays, trace(*query, then.rays, ReadAt::as_of(then.time)));
   }
   EXPECT_GT(tally.hits, tally.asked / 5);
 }

@@ -2,18 +2,21 @@
 // Versions of rows for tests that prepare a TLAS without a database.
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "rtstdb/query/executor.hpp"
 
 namespace rtstdb::test {
 
-/// Versions are read in their order alone: rows are kept of the newest.
+/// Versions are read in their order alone: rows are kept of the newest. One that was tried may be discarded, and what it
+/// touched is told to whoever had come to it, as the store does.
 class VersionRows final : public query::RowSource {
  public:
-  explicit VersionRows(std::uint32_t most) : states_(most), changed_by_(most, 0) {}
+  explicit VersionRows(std::uint32_t most) : states_(most), changed_by_(most, 0), changed_before_(most, 0) {}
   /// The next version, from `time` on: every row as `make` has it, or none.
   void next(const std::function<std::optional<EntityRow>(std::uint32_t)>& make, WorldTime time) {
     ++version_;
@@ -30,6 +33,17 @@ class VersionRows final : public query::RowSource {
       write(i, make(i));
   }
 
+  /// The newest version was none; the next one comes after it all the same.
+  void discard(std::span<const std::uint32_t> indices,
+               const std::function<std::optional<EntityRow>(std::uint32_t)>& before) {
+    for (const std::uint32_t i : indices) {
+      const Version changed_by = std::exchange(changed_before_[i], 0);
+      write(i, before(i));
+      changed_by_[i] = changed_by;
+    }
+    discarded_.emplace(version_, std::vector(indices.begin(), indices.end()));
+  }
+
   Version version() const noexcept override { return version_; }
   WorldTime time() const noexcept override { return time_; }
   std::uint32_t index_limit() const noexcept override { return static_cast<std::uint32_t>(states_.size()); }
@@ -39,6 +53,10 @@ class VersionRows final : public query::RowSource {
   bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept override {
     for (std::uint32_t i = 0; i < states_.size(); ++i)
       if (changed_by_[i] > other) indices.push_back(i);
+    if (const auto discarded = discarded_.find(other); discarded != discarded_.end()) {
+      for (const std::uint32_t i : discarded->second)
+        if (changed_by_[i] <= other) indices.push_back(i);
+    }
     return true;
   }
   query::Shape shape(GeometryId /*geometry*/) const noexcept override { return {}; }
@@ -46,12 +64,13 @@ class VersionRows final : public query::RowSource {
  private:
   void write(std::uint32_t index, const std::optional<EntityRow>& row) {
     states_[index].reset();
-    changed_by_[index] = version_;
+    changed_before_[index] = std::exchange(changed_by_[index], version_);
     if (row) states_[index] = EntityState{.id = {index, 1}, .row = *row, .written_by = version_};
   }
 
   std::vector<std::optional<EntityState>> states_;
-  std::vector<Version> changed_by_;
+  std::vector<Version> changed_by_, changed_before_;
+  std::map<Version, std::vector<std::uint32_t>> discarded_;
   Version version_ = 0;
   WorldTime time_{};
 };

@@ -1,0 +1,207 @@
+// The slot for the time behind a window that reaches ahead, made while the window lasts: each batch of its last part does a
+// share, so that the slot is there in time and none waits for the whole. It begins as a copy of the slot in use, whose tree
+// it keeps, and gets instances and boxes for a window of its own. Rows are copied over several batches; those that change
+// meanwhile are written again by each, so that what has been copied is of one version, which may be one that was discarded.
+
+#include <algorithm>
+#include <utility>
+
+#include "rtstdb/accel/tlas.hpp"
+#include "shaders/shared/node.h"
+
+namespace rtstdb::accel {
+namespace {
+
+// What a step takes for each of those that it goes through, beside the copy of a row.
+constexpr std::uint64_t per_copied_node = 1;
+constexpr std::uint64_t per_row = 1;
+constexpr std::uint64_t per_instance = 4;
+constexpr std::uint64_t per_node = 16;
+constexpr std::uint64_t per_parent = 6;
+/// What a batch does at the least: less would hardly take less time, for a dispatch has a price of its own.
+constexpr std::uint64_t least_share = 3'000;
+/// More work than this is begun earlier than in the last quarter of a window, up to its last three.
+constexpr double work_of_a_window = 1e6;
+/// One whose reader has not come again for so many batches of others makes room for theirs.
+constexpr std::uint64_t most_patience = 32;
+
+}  // namespace
+
+void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
+                      gpu::Recorder& recorder) noexcept {
+  if (!is_small(used, wanted)) return;
+  if (ahead_.source != &used) {
+    if (!wants_ahead(used, rows, wanted)) return;
+    if (ahead_.slot != nullptr) {
+      if (uses_ - ahead_.slot->last_used < most_patience) return;
+      drop_ahead();
+    }
+    begin_ahead(used, rows, wanted);
+  }
+  ahead_.slot->last_used = ++uses_;
+  const std::uint64_t due = due_ahead(wanted.times.last);
+  for (std::uint64_t done = 0; done < due && ahead_.slot != nullptr;) {
+    const std::uint64_t part = step_ahead(due - done, rows, recorder);
+    if (part == 0) break;
+    done += part;
+    ahead_.done += part;
+  }
+}
+
+bool Tlas::wants_ahead(const Slot& used, const query::RowSource& rows, const Wanted& wanted) const noexcept {
+  if (!makes_ahead_ || used.followed || used.tree != Tree::known) return false;
+  const double lead =
+      std::clamp(static_cast<double>(work_ahead(used, rows.index_limit())) / work_of_a_window, 0.25, 0.75);
+  return used.visible_count > shared::small_build_max &&
+         used.window_end - used.window_begin >= window_ahead && wanted.times.last < used.window_end &&
+         seconds_between(wanted.times.last, used.window_end) <= lead * 1e-9 * window_ahead.count();
+}
+
+std::uint64_t Tlas::work_ahead(const Slot& used, std::uint32_t row_count) noexcept {
+  return used.levels.back() * (per_copied_node + per_node + per_parent) + row_count * per_row +
+         used.live_count * per_instance + least_share;
+}
+
+void Tlas::drop_ahead() noexcept {
+  ahead_.slot->filled = false;
+  ahead_ = {};
+}
+
+void Tlas::begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted) noexcept {
+  used.followed = true;
+  Slot& slot = least_used(&used);
+  const std::uint32_t row_count = rows.index_limit();
+  ahead_ = {.slot = &slot,
+            .source = &used,
+            .begun = wanted.times.last,
+            .due = used.window_end,
+            .row_count = row_count,
+            .level = used.levels.size() - 2,
+            .total = work_ahead(used, row_count)};
+  slot.filled = true;
+  slot.made = slot.followed = false;
+  slot.shapes = used.shapes;
+  slot.take_window(wanted.times.first, ahead_of(wanted.times.first));
+  slot.live_count = used.live_count;
+  slot.visible_count = used.visible_count;
+  slot.patched = 0;
+  slot.next = nullptr;
+  slot.patch.stamp = 0;
+  slot.tree = Tree::known;
+  slot.levels = used.levels;
+  slot.built_cost = used.built_cost;
+  slot.presence = used.presence;
+}
+
+/// By the time that has passed of what there is, and a quarter faster.
+std::uint64_t Tlas::due_ahead(WorldTime now) const noexcept {
+  const double share = 1.25 * seconds_between(ahead_.begun, now) / seconds_between(ahead_.begun, ahead_.due);
+  const auto wanted =
+      static_cast<std::uint64_t>(std::clamp(share, 0.0, 1.0) * static_cast<double>(ahead_.total));
+  return std::max(wanted > ahead_.done ? wanted - ahead_.done : 0, least_share);
+}
+
+std::uint64_t Tlas::step_ahead(std::uint64_t most, const query::RowSource& rows,
+                               gpu::Recorder& recorder) noexcept {
+  Slot& slot = *ahead_.slot;
+  const std::uint32_t first = ahead_.next;
+  // Of so many altogether: as many as there is work for.
+  const auto take = [&](std::uint32_t end, std::uint64_t weight) {
+    const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(end - first, most / weight + 1));
+    ahead_.next += count;
+    return count;
+  };
+  const auto done_at = [&](std::uint32_t end, Ahead::Step next) {
+    if (ahead_.next < end) return;
+    ahead_.step = next;
+    ahead_.next = 0;
+    recorder.barrier();
+  };
+  switch (ahead_.step) {
+    case Ahead::Step::tree: {
+      const std::uint32_t count = take(slot.levels.back(), per_copied_node);
+      constexpr std::size_t node_bytes = 16 * std::size_t{shared::tlas_node_texels};
+      recorder.copy(ahead_.source->nodes, first * node_bytes, slot.nodes, first * node_bytes,
+                    count * node_bytes);
+      done_at(slot.levels.back(), Ahead::Step::rows);
+      return count * per_copied_node;
+    }
+    case Ahead::Step::rows: {
+      if (first > 0 && !catch_up_ahead(rows, recorder)) return 0;
+      slot.version = rows.version();
+      const std::uint32_t count = take(ahead_.row_count, per_row);
+      copy_rows_ahead(first, count, recorder);
+      done_at(ahead_.row_count, Ahead::Step::instances);
+      return count * per_row;
+    }
+    case Ahead::Step::instances: {
+      const std::uint32_t count = take(slot.live_count, per_instance);
+      record_instances(slot, first, count, false, recorder);
+      done_at(slot.live_count, Ahead::Step::boxes);
+      return count * per_instance;
+    }
+    case Ahead::Step::boxes: {
+      // From the deepest level up.
+      const std::uint32_t begin = slot.levels[ahead_.level];
+      const std::uint32_t nodes = slot.levels[ahead_.level + 1] - begin;
+      const std::uint32_t count = take(nodes, per_node);
+      refit_nodes(slot, begin + first, count, recorder);
+      const bool top = ahead_.level == 0;
+      if (ahead_.next == nodes && !top) --ahead_.level;
+      done_at(nodes, top ? Ahead::Step::parents : Ahead::Step::boxes);
+      return count * per_node;
+    }
+    case Ahead::Step::parents: {
+      const std::uint32_t count = take(slot.levels.back(), per_parent);
+      patch_.find_parents(first, count, slot.patch, recorder);
+      done_at(slot.levels.back(), Ahead::Step::cost);
+      return count * per_parent;
+    }
+    case Ahead::Step::cost:
+      find_cost(slot, recorder);
+      ahead_.step = Ahead::Step::verdict;
+      return least_share;
+    case Ahead::Step::verdict:
+      break;
+  }
+  return 0;
+}
+
+void Tlas::copy_rows_ahead(std::uint32_t first, std::uint32_t count, gpu::Recorder& recorder) noexcept {
+  const Slot& source = *ahead_.source;
+  Slot& slot = *ahead_.slot;
+  constexpr std::size_t row_bytes = sizeof(shared::EntityRecord);
+  recorder.copy(source.rows, first * row_bytes, slot.rows, first * row_bytes, count * row_bytes);
+  const auto live = slot.live.host_as<std::uint32_t>();
+  const auto places = slot.places.host_as<std::uint32_t>();
+  const auto identity_texels = slot.identity_texels.host_as<Identity>();
+  for (std::uint32_t entity = first; entity < first + count; ++entity) {
+    if (slot.presence[entity] == Presence::absent) continue;
+    slot.place[entity] = places[entity] = source.place[entity];
+    live[slot.place[entity]] = entity;
+    slot.identities[entity] = identity_texels[entity] = source.identities[entity];
+  }
+}
+
+bool Tlas::catch_up_ahead(const query::RowSource& rows, gpu::Recorder& recorder) noexcept {
+  Slot& slot = *ahead_.slot;
+  changed_.clear();
+  const std::size_t most = std::min(most_patched(slot), max_entities_ - uploaded_);
+  if (!rows.changed_between(slot.version, changed_) || changed_.size() > most) {
+    drop_ahead();
+    return false;
+  }
+  if (!changed_.empty()) upload_changes(slot, rows, recorder);
+  return true;
+}
+
+/// A tree that knows nothing any more of where its entities are is not for use: when the window ends, one is built.
+void Tlas::judge_ahead() noexcept {
+  const Ahead made = std::exchange(ahead_, {});
+  if (!may_refit(*made.slot)) return;
+  made.slot->made = true;
+  made.source->next = made.slot;
+  ++counts_.ahead;
+}
+
+}  // namespace rtstdb::accel

@@ -1,0 +1,77 @@
+#pragma once
+// A TLAS in a loop: versions that follow one another a tick apart, each asked for by a batch.
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "rtstdb/accel/tlas.hpp"
+#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/random_scene.hpp"
+#include "tests/gpu/version_rows.hpp"
+
+namespace rtstdb::test {
+
+/// A small world is built by one workgroup, a large one by many passes. The parameter is how many entities there are.
+class TickingTrees : public gpu::test::GpuTest, public testing::WithParamInterface<std::uint32_t> {
+ protected:
+  void SetUp() override {
+    GpuTest::SetUp();
+    submit_ = std::move(accel::Submit::create(device())).value();
+    pool_ = std::move(accel::GeometryPool::create(device(), 1, submit_)).value();
+    ASSERT_TRUE(pool_.add(device(), make_box({1.0, 1.0, 1.0}), submit_).ok());
+    tlas_ = make_tlas(slots());
+    rows_.next([&](std::uint32_t) { return std::optional(anywhere()); }, time_);
+    prepare(1);
+    ASSERT_EQ(tlas_.counts().builds, 1u);
+  }
+  virtual std::uint32_t slots() const { return 2; }
+  accel::Tlas make_tlas(std::uint32_t slots) {
+    auto made = accel::Tlas::create(device(), {.max_entities = GetParam(), .slots = slots});
+    EXPECT_TRUE(made.ok() && made.value().bind(device(), pool_).ok());
+    return std::move(made).value();
+  }
+  EntityRow anywhere() { return row_of({0}, 100.0 * random_.vector()); }
+  static std::vector<std::uint32_t> first_ones(std::uint32_t count) {
+    std::vector<std::uint32_t> indices(count);
+    for (std::uint32_t i = 0; i < count; ++i)
+      indices[i] = i;
+    return indices;
+  }
+  /// The next version, in which the first `changed` stand elsewhere, or a centimetre away.
+  void tick(std::uint32_t changed = 0, bool a_little = false, Nanoseconds later = Nanoseconds(1'000'000)) {
+    time_ += later;
+    const auto moved = [&](std::uint32_t i) {
+      EntityRow row = a_little ? rows_.row(i)->row : anywhere();
+      row.motion.p_world_m += glm::dvec3(0.01, 0.0, 0.0);
+      return std::optional(row);
+    };
+    rows_.change(first_ones(changed), moved, time_);
+  }
+  std::optional<accel::TlasView> prepare(std::uint64_t elements, std::uint64_t shapes = 0) {
+    return prepare(tlas_, {.times = {time_, time_}, .elements = elements, .shapes = shapes});
+  }
+  std::optional<accel::TlasView> prepare(accel::Tlas& tlas, const accel::Tlas::Wanted& wanted) {
+    submit_.begin();
+    const auto view = tlas.prepare(rows_, wanted, submit_);
+    EXPECT_TRUE(view.has_value() && submit_.run());
+    return view;
+  }
+  accel::Tlas::Counts since(const accel::Tlas::Counts& before) const {
+    const accel::Tlas::Counts now = tlas_.counts();
+    return {now.builds - before.builds, now.refits - before.refits,     now.patches - before.patches,
+            now.rows - before.rows,     now.renewals - before.renewals, now.ahead - before.ahead};
+  }
+
+  Random random_{4};
+  WorldTime time_ = at_s(1.0);
+  VersionRows rows_{GetParam()};
+  accel::Submit submit_;
+  accel::GeometryPool pool_;
+  accel::Tlas tlas_;
+};
+
+}  // namespace rtstdb::test
