@@ -223,11 +223,11 @@ class DatabaseImpl final : public Database {
     for (std::uint32_t index = 0; index < meshes_.size(); ++index) {
       const Added& geometry = meshes_[index];
       follower_.make_room_for_geometry();
+      follower_.add_geometry(bounds_of(geometry.mesh), geometry.deforms);
       if (geometry.deforms)
         engine_.call([&, used = standing::Follower::used_positions(geometry.mesh)]() mutable {
           follower_.keep_bounds(GeometryId{index}, std::move(used));
         });
-      follower_.add_geometry(geometry.mesh, geometry.deforms);
     }
   }
 
@@ -376,12 +376,15 @@ class DatabaseImpl final : public Database {
     }
     auto used_positions =
         options.deforms ? standing::Follower::used_positions(mesh) : std::vector<std::uint32_t>();
+    const Bounds bounds = bounds_of(mesh);
     std::optional<Result<GeometryId>> added;
     const auto add = [&] {
       if (logged && !engine_.log()->room_for(*logged)) return;
       added.emplace(
           unless_out_of_memory<GeometryId>("it", {}, [&] { return executor_->add_geometry(mesh, options); }));
       if (!*added) return;
+      // Before any version can be read that names it.
+      follower_.add_geometry(bounds, options.deforms);
       if (shapes != nullptr) {
         engine_.keep_shapes(added->value(), std::move(shapes));
         follower_.keep_bounds(added->value(), std::move(used_positions));
@@ -396,7 +399,6 @@ class DatabaseImpl final : public Database {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     if (!*added) return named(name, added->error());
-    follower_.add_geometry(mesh, options.deforms);
     const std::lock_guard reading_lock(meshes_mutex_);
     meshes_.push_back(std::move(copy));
     return *added;

@@ -79,10 +79,6 @@ Follower::~Follower() {
 
 // ---- any thread
 
-void Follower::add_geometry(const TriangleMesh& mesh, bool deforms) {
-  mirror_.add_geometry(bounds_of(mesh), deforms);
-}
-
 void Follower::begin_thread() {
   const std::lock_guard lock(setup_mutex_);
   if (thread_.joinable()) return;

@@ -2,7 +2,7 @@
 // The thread that follows what is committed, for all standing queries of a database. It begins with the first of them and rests while
 // there is none.
 //
-// Threads: watch, counts and add_geometry are any's; the destructor is after all queries and before the engine.
+// Threads: watch and counts are any's; the destructor is after all queries and before the engine.
 
 #include <atomic>
 #include <cstdint>
@@ -42,9 +42,10 @@ class Follower {
   Result<std::unique_ptr<StandingQuery>> watch(const Question& question, const StandingOptions& options);
 
   void make_room_for_geometry() { mirror_.make_room_for_geometry(); }
-  /// A geometry that has been added, in the order of their ids; before any row names it.
-  void add_geometry(const TriangleMesh& mesh, bool deforms);
-  /// And before that, inside Engine::call, one that deforms, with the positions that its triangles use.
+  /// Inside Engine::call, or before anybody follows: a geometry that has been added there, in the order of their ids. So nobody reads
+  /// a version that knows more of them.
+  void add_geometry(const Bounds& bounds, bool deforms) { mirror_.add_geometry(bounds, deforms); }
+  /// And behind that one that deforms, with the positions that its triangles use.
   static std::vector<std::uint32_t> used_positions(const TriangleMesh& mesh);
   void keep_bounds(GeometryId id, std::vector<std::uint32_t> used_positions) noexcept {
     feed_.keep_bounds(id, std::move(used_positions));

@@ -112,6 +112,7 @@ void Mirror::compare(std::span<const EntityState> rows, std::span<const ShapeBou
   }
   learn_geometries();
   for (const ShapeBounds& shape : shapes) {
+    RTSTDB_ASSERT(shape.geometry.index < geometries_.size());
     const Geometry& geometry = geometries_[shape.geometry.index];
     if (!same(geometry.bounds, shape.bounds)) name_users(geometry, shape.geometry.index, changed);
   }
@@ -127,8 +128,10 @@ void Mirror::replace(VersionInfo version, std::span<const EntityState> rows,
   std::ranges::fill(rows_, EntityState{});
   for (const EntityState& state : rows)
     set_row(state);
-  for (const ShapeBounds& shape : shapes)
+  for (const ShapeBounds& shape : shapes) {
+    RTSTDB_ASSERT(shape.geometry.index < geometries_.size());
     geometries_[shape.geometry.index].bounds = shape.bounds;
+  }
 }
 
 }  // namespace rtstdb::standing

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <random>
 #include <thread>
@@ -188,6 +189,30 @@ TEST_F(StandingTest, MembersAreWhoOneShotQueriesFind) {
   }
   EXPECT_GT(members, compared / 20);
   EXPECT_LT(too_close, compared / 500);
+}
+
+/// Whoever begins to follow reads a whole version, and with it the bounds of all geometries that deform.
+TEST_F(StandingTest, GeometriesMayComeWhileSomebodyBeginsToFollow) {
+  box = bar = add(make_box({2.0, 1.0, 1.0}));
+  create(std::vector{somewhere({})});
+  std::atomic<bool> over{false};
+  std::thread adding([&] {
+    const TriangleMesh sphere = make_sphere(1.0, 4);
+    for (int k = 0; k < 60; ++k) {
+      const auto added = database().add_geometry(sphere, "sphere " + std::to_string(k), {.deforms = true});
+      EXPECT_TRUE(added.ok()) << (added.ok() ? "" : added.error().message);
+    }
+    over = true;
+  });
+  StandingRegion everywhere;
+  everywhere.region.half_extent_m = glm::vec3(1000.0f);
+  std::uint64_t followed = 0;
+  while (!over) {
+    const Followed one = follow(everywhere);
+    ++followed;
+  }
+  adding.join();
+  EXPECT_GT(followed, 10u);
 }
 
 }  // namespace

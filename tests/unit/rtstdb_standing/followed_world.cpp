@@ -28,11 +28,11 @@ GeometryId FollowedWorld::add(const TriangleMesh& mesh, bool deforms) {
   auto used = Follower::used_positions(mesh);
   engine_.call([&] {
     meshes_.push_back(mesh);
+    follower_->add_geometry(bounds_of(mesh), deforms);
     if (!deforms) return;
     engine_.keep_shapes(id, store::ShapeHistory::make(mesh.positions_m, 8));
     follower_->keep_bounds(id, std::move(used));
   });
-  follower_->add_geometry(mesh, deforms);
   return id;
 }
 
