@@ -90,6 +90,8 @@ std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::
     case Meanwhile::Gap::stop:
       return RunStatus::stopped;
     case Meanwhile::Gap::enough:
+      // Whoever ran in the gap may have brought the slot to another version: what was found could not be named any more.
+      if (structures_.runs != runs) return RunStatus::partial;
       if (!other.finish()) return RunStatus::device_lost;
       unpack(under_way, pass);
       return RunStatus::partial;

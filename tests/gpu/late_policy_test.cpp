@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <functional>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "tests/gpu/random_questions.hpp"
@@ -28,8 +30,9 @@ constexpr std::uint32_t capacity = 24 * 1024;  // chunks of 4096, before a kind 
 
 class LatePolicies : public DatabaseTest {
  protected:
-  void SetUp() override {
-    open({.clock = &clock_});
+  void SetUp() override { fill({.clock = &clock_}); }
+  void fill(const DatabaseOptions& options) {
+    open(options);
     Random random(17);
     const GeometryId body = DatabaseTest::add(make_sphere(1.0, 1));
     std::vector<EntityRow> rows;
@@ -157,6 +160,93 @@ TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
       different += !some[k].empty() && some[k] != whole[k];
     EXPECT_EQ(different, 0u);
   }
+}
+
+/// At one of its readings on the database's thread somebody submits; when that is done, hardly any time is left.
+class InterruptingClock final : public Clock {
+ public:
+  ClockTime now() const noexcept override {
+    if (std::this_thread::get_id() != test_ && armed_ && --readings_ == 0) at_reading();
+    if (armed_ && late()) return clock_time_ns(deadline_ns_ - 2'000 + 10 * ++late_readings_);
+    return clock_time_ns(now_ns_.fetch_add(1'000, std::memory_order_relaxed));
+  }
+  /// The deadline of what is interrupted.
+  ClockTime arm(int reading) {
+    late_readings_ = 0;
+    readings_ = reading;
+    deadline_ns_ = now_ns_ + 1'000'000'000;
+    armed_ = true;
+    return clock_time_ns(deadline_ns_);
+  }
+  void disarm() {
+    now_ns_ = deadline_ns_.load();
+    armed_ = false;
+  }
+  std::function<void()> at_reading = [] {};
+  std::function<bool()> late = [] { return false; };
+
+ private:
+  const std::thread::id test_ = std::this_thread::get_id();
+  mutable std::atomic<std::int64_t> now_ns_{1'000'000'000};
+  std::atomic<std::int64_t> deadline_ns_{0};
+  mutable std::atomic<int> late_readings_{0}, readings_{0};
+  std::atomic<bool> armed_{false};
+};
+
+class PartialAnswers : public LatePolicies {
+ protected:
+  void SetUp() override { fill({.clock = &interrupting_}); }
+  InterruptingClock interrupting_;
+};
+
+/// Urgent ones put another one at the index of one that goes, in a gap of a read that is given up there.
+TEST_F(PartialAnswers, NameWhoLivedThen) {
+  prepare_all(LatePolicy::partial);
+  const Prepared& regions = all_[2];
+  const auto* query = static_cast<const RegionQuery*>(regions.query.get());
+  const auto rays = prepare_rays(RayMode::closest, false, 64);
+  std::ranges::copy(std::span(rays_).first(64), rays->rays().begin());
+  const auto goes = database().make_transaction({.max_writes = 1});
+  const auto comes = database().make_transaction({.max_writes = 1, .max_queries = 1});
+  std::size_t interrupted = 0;
+  for (int reading = 1; reading < 40; ++reading) {
+    const auto k = static_cast<std::size_t>(reading);
+    std::vector<EntityId> then(capacity);
+    const auto entities = database().snapshot({}).value();
+    for (const EntityState& state : entities)
+      then[state.id.index] = state.id;
+    Terms urgent;
+    urgent.importance = 1;
+    std::atomic<bool> submitted = false;
+    interrupting_.at_reading = [&] {
+      goes->begin(urgent);
+      goes->remove(ids_[k]);
+      database().submit(*goes);
+      comes->begin(urgent);
+      comes->create(row_of(GeometryId{0}, glm::dvec3(points_[k].point_m)));
+      comes->ask(*rays, 64);
+      database().submit(*comes);
+      submitted = true;
+    };
+    interrupting_.late = [&] { return submitted && comes->status() == Status::committed; };
+    const ClockTime deadline = interrupting_.arm(reading);
+    const Outcome outcome =
+        run(regions, {.deadline_class = DeadlineClass::firm, .deadline = deadline, .read_at = {}});
+    interrupting_.disarm();
+    interrupting_.late = [] { return false; };
+    if (!submitted) continue;
+    ASSERT_EQ(database().wait(*comes).status, Status::committed);
+    ids_[k] = comes->created(0);
+    if (!outcome.partial) continue;
+    ++interrupted;
+    std::size_t wrong = 0;
+    for (const RegionAnswer& answer : query->answers()) {
+      for (const EntityId id : answer.entities)
+        wrong += then[id.index] != id ? 1 : 0;
+    }
+    EXPECT_EQ(wrong, 0u) << "interrupted at reading " << reading;
+  }
+  EXPECT_GT(interrupted, 0u);
 }
 
 TEST_F(LatePolicies, LastGoodAnswersStayWhileOthersAreWritten) {
