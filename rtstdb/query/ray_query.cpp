@@ -285,9 +285,10 @@ void GpuRayQuery::dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone,
                                 : options_.faces == Faces::front ? 1.0f
                                                                  : -1.0f,
                        .two = 2};
-  for (; args.first < groups.end; args.first += max_groups_) {
-    recorder.dispatch(kernel.pipeline, kernel.bindings[written_ * slots_ + view.slot], args,
-                      std::min(groups.end - args.first, max_groups_));
+  while (args.first < groups.end) {
+    const std::uint32_t some = std::min(groups.end - args.first, max_groups_);
+    recorder.dispatch(kernel.pipeline, kernel.bindings[written_ * slots_ + view.slot], args, some);
+    args.first += some;  // max_groups_ may be more than the sum can hold
   }
 }
 
