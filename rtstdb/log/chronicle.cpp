@@ -40,27 +40,48 @@ class Following final : public RecordVisitor {
     if (record.kind == RecordKind::gap) return gap({record.version, record.to});
     return "a record is of no known kind";
   }
-  /// The last one can not be taken back any more.
+  /// There is no more: the last one can not be taken back.
+  void end() {
+    tell();
+    arrive();
+    tell_of_untold();
+  }
+
+ private:
   void tell() {
     if (untold_) listener_.commit(untold_->set(), now_, segment_);
     untold_.reset();
   }
-
- private:
   const char* commit(const store::WriteSet& set, std::uint64_t segment) {
-    if (lost_ || set.version <= begun_with_) return nullptr;
+    if (next_ && set.version > next_->latest.version) arrive();
+    if (next_ || lost_) {
+      before_last_ = behind_gap_.last;
+      if (commits_behind_gap_++ == 0) behind_gap_.first = set.version;
+      behind_gap_.last = set.version;
+      return nullptr;
+    }
+    if (set.version <= begun_with_) return nullptr;
     if (const char* fault = now_.apply(set)) return fault;
     untold_.emplace(set);
     segment_ = segment;
     return nullptr;
   }
   const char* taken_back(Version version) {
-    if (lost_ || version <= begun_with_) return nullptr;
+    if (next_ || lost_) {
+      if (commits_behind_gap_ > 0 && version == behind_gap_.last) {
+        --commits_behind_gap_;
+        behind_gap_.last = before_last_;
+      }
+      return nullptr;
+    }
+    if (version <= begun_with_) return nullptr;
     untold_.reset();
     return now_.take_back(version);
   }
   const char* geometry(const LoggedGeometry& geometry) {
-    if (lost_ || now_.knows(geometry.id)) return lost_ ? nullptr : now_.add(geometry, {});
+    if (lost_ || (next_ && next_->knows(geometry.id))) return nullptr;
+    arrive();
+    if (now_.knows(geometry.id)) return now_.add(geometry, {});
     auto mesh = read_geometry_file(disk_, database_id_, geometry.file, geometry.file_checksum);
     if (!mesh) return keep(mesh.error().message);
     if (const char* fault = now_.add(geometry, std::move(mesh).value())) return fault;
@@ -68,13 +89,26 @@ class Following final : public RecordVisitor {
     return nullptr;
   }
   const char* gap(const Gap& gap) {
-    if (gap.last <= begun_with_) return nullptr;
+    if (next_ && gap.last > next_->latest.version) arrive();
+    if (!next_ && !lost_ && gap.last <= begun_with_) return nullptr;
+    tell_of_untold();
     listener_.gap(gap);
+    if (next_ || lost_) return nullptr;
     auto checkpoint = checkpoint_from(disk_, listing_, gap.last);
     if (!checkpoint) return keep(checkpoint.error().message);
     lost_ = !checkpoint.value().has_value();
-    if (!lost_) begin(std::move(checkpoint.value()->world));
+    if (!lost_) next_ = std::move(checkpoint.value()->world);
     return nullptr;
+  }
+  /// At the world behind a gap, if one is ahead.
+  void arrive() {
+    if (!next_) return;
+    tell_of_untold();
+    begin(std::move(*std::exchange(next_, std::nullopt)));
+  }
+  void tell_of_untold() {
+    if (commits_behind_gap_ > 0) listener_.untold(behind_gap_, commits_behind_gap_);
+    commits_behind_gap_ = 0;
   }
   const char* keep(std::string fault) {
     fault_ = std::move(fault);
@@ -87,7 +121,11 @@ class Following final : public RecordVisitor {
   ChronicleListener& listener_;
   World now_;
   Version begun_with_ = 0;
-  bool lost_ = false;  // behind a gap, with no world to go on from
+  std::optional<World> next_;  // behind a gap: the one to go on from
+  bool lost_ = false;          // behind a gap, and there is none
+  Gap behind_gap_{};           // where commits lie that have no world
+  Version before_last_ = 0;    // of them
+  std::uint64_t commits_behind_gap_ = 0;
   std::optional<KeptCommit> untold_;
   std::uint64_t segment_ = 0;  // of `untold_`
   std::string fault_;
@@ -118,7 +156,7 @@ Result<ReadReport> read_chronicle(Disk& disk, bool salvage, ChronicleListener& l
   Following following(disk, listing.value(), options.database_id, listener);
   following.begin(std::move(world));
   auto report = read_log(disk, segments, options, following);
-  following.tell();
+  following.end();
   if (report) report.value().database_id = options.database_id;
   return report;
 }

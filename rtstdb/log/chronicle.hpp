@@ -24,9 +24,10 @@ class ChronicleListener {
   virtual void geometry(const WorldGeometry& geometry) = 0;
   /// `now`: the world that it left. `segment`: where it stands.
   virtual void commit(const store::WriteSet& set, const World& now, std::uint64_t segment) = 0;
-  /// Up to the next world, or to the end, nothing is known of the versions from `first` on; `last` is what the log says itself, and
-  /// versions behind it may have no world to be added to.
+  /// The log says that these were not recorded. Up to the next world, or to the end, nothing can be said of the world.
   virtual void gap(const Gap& gap) = 0;
+  /// Behind a gap, before the next world: so many commits between these versions were recorded, and there is no world to add them to.
+  virtual void untold(const Gap& between, std::uint64_t commits) = 0;
 };
 
 /// Errors: file, as recover; with `salvage` damage ends the history and is told in the report.

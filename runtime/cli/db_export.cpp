@@ -107,6 +107,9 @@ class Lines final : public rtstdb::LogListener {
   void gap(rtstdb::Version first, rtstdb::Version last) override {
     put({{"line", "gap"}, {"first_version", first}, {"last_version", last}});
   }
+  void untold(rtstdb::Version first, rtstdb::Version last, std::uint64_t commits) override {
+    put({{"line", "untold"}, {"first_version", first}, {"last_version", last}, {"commits", commits}});
+  }
 
  private:
   void put(const Json& json) {

@@ -40,8 +40,10 @@ struct LogContents {
   std::vector<LogFile> files;  ///< by kind, then by number
   /// `damage` is that of the groups of commits alone.
   HistoryExtent extent;
-  std::uint64_t groups = 0;      ///< that were read
-  std::uint64_t bytes = 0;       ///< of them
+  std::uint64_t groups = 0;  ///< that were read
+  std::uint64_t bytes = 0;   ///< of them
+  /// Recorded behind a gap, where no world is known to add them to; not among extent.commits.
+  std::uint64_t untold_commits = 0;
   std::uint64_t row_writes = 0;  ///< of commits that stand, as the next
   std::uint64_t shape_writes = 0;
   std::uint64_t entities = 0;              ///< that live in the last version
@@ -87,8 +89,10 @@ class LogListener {
                         const TriangleMesh& mesh) = 0;
   virtual void commit(const VersionInfo& version, std::span<const LogWrite> writes,
                       std::span<const LogShape> shapes) = 0;
-  /// These were not recorded; up to the next `world`, or to the end, nothing is known.
+  /// These were not recorded; up to the next `world`, or to the end, nothing can be said of the world.
   virtual void gap(Version first, Version last) = 0;
+  /// Behind a gap, before the next `world`: from `first` to `last` so many commits were recorded, and there is no world to add them to.
+  virtual void untold(Version first, Version last, std::uint64_t commits) = 0;
 };
 
 /// Salvage: of a damaged log what comes before the damage, which is the answer, in words; else that is empty. Errors: file, as
