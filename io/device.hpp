@@ -20,11 +20,15 @@ namespace hil::io {
 /// Nanoseconds since the run's first tick. Negative before it.
 using RunTimeNs = std::int64_t;
 
-/// The time base that devices stamp their samples with.
+/// The time base that devices stamp their samples with. It never goes back.
 class RunClock {
  public:
   virtual ~RunClock() = default;
+  /// While nobody knows yet when the first tick will be, a distant past that moves on; then it leaps forward.
   virtual RunTimeNs now_ns() const noexcept = 0;
+  /// When in the run a stamp of now_ns() was taken: once the first tick is known, also of one from before the
+  /// leap. Other times are handed back as they are.
+  virtual RunTimeNs settled(RunTimeNs stamp_ns) const noexcept { return stamp_ns; }
 };
 
 enum class Pacing : std::uint8_t {

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 
 #include "io/can/bus.hpp"
 #include "io/can/frame.hpp"
@@ -48,10 +49,11 @@ class BusLoadMeter {
 
   void advance(RunTimeNs now_ns) noexcept {
     if (now_ns < window_end_ns_) return;
-    const bool just_ended = now_ns - window_end_ns_ < window_ns;
+    const bool just_ended = window_end_ns_ > never_ns && now_ns - window_end_ns_ < window_ns;
     load_.store(just_ended ? static_cast<double>(bits_) / bits_per_window_ : 0.0, std::memory_order_relaxed);
     bits_ = 0;
-    window_end_ns_ = (now_ns / window_ns + 1) * window_ns;
+    const RunTimeNs into_window_ns = (now_ns % window_ns + window_ns) % window_ns;  // also before the run
+    window_end_ns_ = now_ns - into_window_ns + window_ns;
   }
   void add(const Frame& frame) noexcept {
     advance(frame.time_ns);
@@ -62,10 +64,11 @@ class BusLoadMeter {
  private:
   static constexpr double window_s = 0.1;
   static constexpr RunTimeNs window_ns = 100'000'000;
+  static constexpr RunTimeNs never_ns = std::numeric_limits<RunTimeNs>::min();
 
   double bits_per_window_;
   std::uint64_t bits_ = 0;
-  RunTimeNs window_end_ns_ = window_ns;
+  RunTimeNs window_end_ns_ = never_ns;
   std::atomic<double> load_{0.0};
 };
 

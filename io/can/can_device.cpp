@@ -89,6 +89,7 @@ void CanDevice::latch_inputs(std::span<Sample> samples) noexcept {
   const RunTimeNs now_ns = clock_ == nullptr ? 0 : clock_->now_ns();
   for (std::size_t input = 0; input < samples.size(); ++input) {
     samples[input] = newest[input];
+    if (clock_ != nullptr) samples[input].time_ns = clock_->settled(samples[input].time_ns);
     const std::int64_t timeout_ns = input_timeout_ns_[input];
     if (samples[input].fresh && timeout_ns > 0 && now_ns - samples[input].time_ns > timeout_ns) {
       samples[input].value = inputs_[input].safe_value;
@@ -106,7 +107,7 @@ bool CanDevice::keep_arrivals(std::size_t input) {
 bool CanDevice::next_arrival(std::size_t input, Sample& sample) noexcept {
   require(arrivals_[input] != nullptr, "arrivals are taken of inputs that keep them");
   return arrivals_[input]->take([&](std::span<const double> value, RunTimeNs time_ns) {
-    sample = {value.front(), time_ns, true};
+    sample = {value.front(), clock_->settled(time_ns), true};
   });
 }
 

@@ -117,10 +117,13 @@ void ServerDevice::latch_inputs(std::span<Sample> samples) noexcept {
     const Reading& reading = readings_.current()[i];
     if (!reading.valid) {
       samples[i] = Sample{.value = inputs_[i].safe_value};
-    } else if (max_age_ns > 0 && now_ns - reading.time_ns > max_age_ns) {
-      samples[i] = Sample{.value = inputs_[i].safe_value, .time_ns = reading.time_ns};
+      continue;
+    }
+    const RunTimeNs time_ns = clock_->settled(reading.time_ns);
+    if (max_age_ns > 0 && now_ns - time_ns > max_age_ns) {
+      samples[i] = Sample{.value = inputs_[i].safe_value, .time_ns = time_ns};
     } else {
-      samples[i] = Sample{.value = reading.value, .time_ns = reading.time_ns, .fresh = true};
+      samples[i] = Sample{.value = reading.value, .time_ns = time_ns, .fresh = true};
     }
   }
 }

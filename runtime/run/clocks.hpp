@@ -1,6 +1,7 @@
 #pragma once
 // One clock of the executive seen through the ports of the database and of the devices.
 
+#include <algorithm>
 #include <atomic>
 
 #include <rtstdb/time.hpp>
@@ -21,17 +22,27 @@ class DatabaseClock final : public rtstdb::Clock {
   const executive::Clock& clock_;
 };
 
-/// Run time for devices: 0 at the first tick. Before the origin is known, the time since construction counts
-/// down from it.
+/// Run time for devices: 0 at the first tick. Opening a run takes a time that nobody knows before, so until the
+/// origin is set run time goes on in the distant past: no stamp of then lies in the run or is young in it.
 class DeviceClock final : public io::RunClock {
  public:
-  explicit DeviceClock(const executive::Clock& clock) : clock_(clock), origin_ns_(clock.now_ns()) {}
+  explicit DeviceClock(const executive::Clock& clock)
+      : clock_(clock), early_origin_ns_(clock.now_ns() + distance_ns), origin_ns_(early_origin_ns_) {}
   void set_origin(std::int64_t origin_ns) noexcept { origin_ns_.store(origin_ns, std::memory_order_relaxed); }
   std::int64_t origin_ns() const noexcept { return origin_ns_.load(std::memory_order_relaxed); }
   io::RunTimeNs now_ns() const noexcept override { return clock_.now_ns() - origin_ns(); }
+  /// For the report: what happens before the first tick is told at its instant.
+  io::RunTimeNs told_ns() const noexcept { return std::max<io::RunTimeNs>(now_ns(), 0); }
+  io::RunTimeNs settled(io::RunTimeNs stamp_ns) const noexcept override {
+    const bool is_early = stamp_ns > -2 * distance_ns && stamp_ns < -distance_ns / 2;
+    return is_early ? stamp_ns + early_origin_ns_ - origin_ns() : stamp_ns;
+  }
 
  private:
+  static constexpr std::int64_t distance_ns = std::int64_t{365} * 24 * 3600 * 1'000'000'000;
+
   const executive::Clock& clock_;
+  const std::int64_t early_origin_ns_;
   std::atomic<std::int64_t> origin_ns_;
 };
 

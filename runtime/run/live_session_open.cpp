@@ -211,7 +211,7 @@ void LiveSession::start_processes() {
     }
     programs.push_back(std::move(program));
   }
-  processes_ = std::make_unique<ProcessWatch>(programs, [this] { return device_clock_.now_ns(); });
+  processes_ = std::make_unique<ProcessWatch>(programs, [this] { return device_clock_.told_ns(); });
   for (const std::string& started : processes_->started())
     run_log_.info("started " + started);
 }

@@ -178,7 +178,7 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
       [this, &executive] {
         look_at_gpu();
         look_at_log();
-        device_watch_->look(device_clock_.now_ns(), [this](bool good, const std::string& sentence) {
+        device_watch_->look(device_clock_.told_ns(), [this](bool good, const std::string& sentence) {
           good ? run_log_.info(sentence) : run_log_.warn(sentence);
         });
         if (options_.every_second) options_.every_second(live_status(executive));

@@ -167,6 +167,37 @@ TEST(ServerDevice, AnInputGoesStaleOnlyWhenTold) {
   }
 }
 
+/// Stands still, in the past until it leaps to its minute zero.
+class LeapingClock final : public RunClock {
+ public:
+  RunTimeNs now_ns() const noexcept override { return leapt_.load() ? 0 : -hour_ns - minute_ns; }
+  RunTimeNs settled(RunTimeNs stamp_ns) const noexcept override {
+    return leapt_.load() && stamp_ns < -hour_ns ? stamp_ns + hour_ns : stamp_ns;
+  }
+  void leap() noexcept { leapt_.store(true); }
+  static constexpr RunTimeNs minute_ns = 60'000'000'000;
+
+ private:
+  static constexpr RunTimeNs hour_ns = 60 * minute_ns;
+  std::atomic<bool> leapt_{false};
+};
+
+TEST(ServerDevice, WhatWasWrittenBeforeTheRunIsAsOldInItAsItIs) {
+  for (const std::chrono::seconds max_age : {std::chrono::seconds(59), std::chrono::seconds(61)}) {
+    LeapingClock clock;
+    ServerDevice device({.name = "panel", .max_age = max_age}, served_map());
+    device.start(clock, Pacing::realtime);
+    RawClient client(device.port());
+    client.send(frame(1, {6, 0, 1, 0, 8}));
+    client.receive_frame();
+    EXPECT_TRUE(latched(device)[0].fresh);
+    clock.leap();
+    EXPECT_EQ(latched(device)[0].fresh, max_age.count() == 61);
+    EXPECT_EQ(latched(device)[0].time_ns, -LeapingClock::minute_ns);
+    device.stop();
+  }
+}
+
 TEST(ServerDevice, APortInUseIsOneSentence) {
   Served first;
   ServerDevice second({.name = "other", .endpoint = {"127.0.0.1", first.device.port()}}, served_map());
