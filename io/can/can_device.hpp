@@ -90,6 +90,8 @@ class CanDevice final : public Device {
   DeviceHealth health() const override;
 
   CanCounters counters() const noexcept;
+  /// Why the log lacks frames though its queue had room (CandumpLogWriter::fault); whole after stop().
+  std::string log_fault() const { return log_ ? log_->fault() : std::string(); }
   const Bus& bus() const noexcept { return *bus_; }
 
  private:

@@ -27,7 +27,8 @@ std::vector<std::string> can_shortfalls(const CanBus& bus) {
                 "that no signal can carry (not a number): the value before was sent again");
   sentences.add(bus.dropped_releases, "tick", "ticks",
                 "whose outputs were not sent: the bus's thread was too slow");
-  sentences.add(bus.log_dropped, "frame", "frames", "missing in the log: the disk was too slow");
+  sentences.add(bus.log_dropped, "frame", "frames",
+                "missing in the log: the disk was too slow, or refused them");
   return sentences.take();
 }
 

@@ -131,6 +131,8 @@ class LiveSession final : public executive::TickHooks {
   void look_at_log();
   /// From here on transactions come to nothing.
   void end_database(report::RunRecord& record);
+  /// Closes signals.csv and hears of every log whether all of it was written. After close_devices.
+  void end_logs();
   void fill_record(const executive::RunResult& result, bool interrupted, report::RunRecord& record);
   void decide(const executive::RunResult& result, bool interrupted, report::RunRecord& record) const;
   std::string io_fault() const;
@@ -170,7 +172,7 @@ class LiveSession final : public executive::TickHooks {
   Arrivals arrivals_;
   std::vector<std::unique_ptr<Judge>> judges_;
   std::unique_ptr<SignalLog> log_;
-  std::string log_fault_;
+  std::string log_fault_;  ///< of the first log that could not be written
   std::uint64_t log_every_ticks_ = 1;
 
   std::atomic<bool> stop_{false};

@@ -196,7 +196,7 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
   close_devices();
   run_log_.info("all devices and processes are closed");
   end_database(record);
-  log_fault_ = log_->close();
+  end_logs();
   const bool interrupted = result.stopped && stop_requested.load();
   if (!fault.empty()) record.reason = fault;
   fill_record(result, interrupted, record);
@@ -217,6 +217,17 @@ void LiveSession::end_database(report::RunRecord& record) {
     degraded_.add("the world's history is on disk up to version " + std::to_string(log.durable_version) +
                   " of " + std::to_string(log.latest_version) +
                   (log.last_fault.empty() ? "" : ": " + log.last_fault));
+}
+
+void LiveSession::end_logs() {
+  std::vector<std::string> faults{log_->close()};
+  for (const Bus& bus : buses_)
+    faults.push_back(bus.device->log_fault());
+  for (const std::string& fault : faults) {
+    if (fault.empty()) continue;
+    degraded_.add(fault);
+    if (log_fault_.empty()) log_fault_ = fault;
+  }
 }
 
 std::string LiveSession::io_fault() const {

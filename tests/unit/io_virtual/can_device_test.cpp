@@ -384,6 +384,16 @@ TEST_F(RealtimeDevice, WhatWasReleasedBeforeStopIsSentAndStopMayComeTwice) {
   std::filesystem::remove(log_file);
 }
 
+TEST_F(RealtimeDevice, ALogThatCanNotBeWrittenIsSaid) {
+  CanDeviceConfig config = crossing_config();
+  config.log_file = "/dev/full";
+  start(std::move(config));
+  device_->release_outputs(outputs_, 0);
+  device_->stop();
+  EXPECT_NE(device_->log_fault().find("No space left"), std::string::npos) << device_->log_fault();
+  EXPECT_GT(device_->counters().log_dropped, 0U);
+}
+
 /// A bus whose send queue is full when told so.
 class FullBus final : public Bus {
  public:

@@ -58,7 +58,7 @@ TEST(ReportText, SaysWhatABusDidNotSendOrLog) {
         "  can.car: 7 output values that no signal can carry (not a number): the value before was sent "
         "again\n",
         "  can.car: 11 ticks whose outputs were not sent: the bus's thread was too slow\n",
-        "  can.car: 13 frames missing in the log: the disk was too slow\n"})
+        "  can.car: 13 frames missing in the log: the disk was too slow, or refused them\n"})
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   EXPECT_EQ(text.find("on purpose"), std::string::npos) << "that was asked for";
   RunRecord sound;
