@@ -184,7 +184,7 @@ void take_protection(const Section& section, const io::can::DbcMessage& message,
 /// The device's configuration; empty when the section does not fit the database.
 std::optional<io::can::CanDeviceConfig> describe_device(const config::CanSection& section,
                                                         Diagnostics& diagnostics) {
-  const std::size_t before = diagnostics.mistakes().size();
+  const std::size_t before = diagnostics.count();
   auto database = load_database(section, diagnostics);
   if (!database) return std::nullopt;
   io::can::CanDeviceConfig device;
@@ -219,10 +219,10 @@ std::optional<io::can::CanDeviceConfig> describe_device(const config::CanSection
     device.receive.push_back(std::move(config));
   }
   device.database = std::move(*database);
-  if (diagnostics.mistakes().size() != before) return std::nullopt;
+  if (diagnostics.count() != before) return std::nullopt;
   for (const std::string& problem : io::can::configuration_problems(device))
     diagnostics.add(section.bus.place, problem);
-  if (diagnostics.mistakes().size() != before) return std::nullopt;
+  if (diagnostics.count() != before) return std::nullopt;
   return device;
 }
 
@@ -389,7 +389,7 @@ io::modbus::ServerSettings server_settings(const config::ModbusSection& section,
 std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics& diagnostics) {
   Wiring wiring;
   wiring.scenario = &scenario;
-  const std::size_t before = diagnostics.mistakes().size();
+  const std::size_t before = diagnostics.count();
   Known known{.table = wiring.signals, .undeclared = {}};
   declare_modules(wiring, known.undeclared, diagnostics);
   std::vector<CanProbe> can = declare_can(wiring, known.undeclared, diagnostics);
@@ -412,7 +412,7 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
     connect_modbus(*modbus[i], wiring.modbus[i], known, diagnostics);
   wire_world(wiring, diagnostics);
   check_expectations(scenario, known, diagnostics);
-  if (diagnostics.mistakes().size() != before) return std::nullopt;
+  if (diagnostics.count() != before) return std::nullopt;
   return wiring;
 }
 

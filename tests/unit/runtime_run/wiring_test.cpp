@@ -134,6 +134,20 @@ class WiringOf : public ::testing::Test {
   std::unique_ptr<config::Scenario> scenario_;
 };
 
+TEST_F(WiringOf, ABusIsRefusedWhenMoreMistakesWereMadeThanAreKept) {
+  for (const auto& [good, bad] : {std::pair("checksum: Checksum", "checksum: Counter"),
+                                  std::pair("safe: {Mode: 1}", "safe: {Moed: 1}")}) {
+    config::Diagnostics diagnostics;
+    const auto scenario = config::load_scenario(folder_.write("scenario.yaml", changed(good, bad)), {},
+                                                module_schemas(), diagnostics);
+    ASSERT_TRUE(scenario) << diagnostics.to_text();
+    for (std::size_t i = 0; i < config::Diagnostics::capacity; ++i)
+      diagnostics.add({}, "said before");
+    EXPECT_FALSE(wire(*scenario, diagnostics)) << bad;
+    EXPECT_GT(diagnostics.count(), config::Diagnostics::capacity) << bad;
+  }
+}
+
 TEST_F(WiringOf, AGoodScenarioConnectsEverySignal) {
   const auto wiring = wired(scenario_text);
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
