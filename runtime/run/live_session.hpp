@@ -124,6 +124,8 @@ class LiveSession final : public executive::TickHooks {
   /// What stands for {section.name} in a command.
   std::string address_of(const std::string& section, const std::string& name) const;
   void add_tasks(executive::Executive& executive);
+  /// Programs, devices and the console are looked after while it runs.
+  executive::RunResult run_watched(executive::Executive& executive);
   report::LiveStatus live_status(const executive::Executive& executive);
   /// A lost device that another one takes the place of is told; one that stays away ends the run.
   void look_at_gpu();

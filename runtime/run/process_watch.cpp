@@ -54,11 +54,12 @@ pid_t ProcessWatch::process_of(const std::string& name) const {
   return -1;
 }
 
-void ProcessWatch::watch(std::function<void(const ProcessFate&)> on_death,
-                         std::function<void()> every_second) {
+ProcessWatch::Watching ProcessWatch::watch(std::function<void(const ProcessFate&)> on_death,
+                                           std::function<void()> every_second) {
   on_death_ = std::move(on_death);
   every_second_ = std::move(every_second);
   thread_ = std::thread([this] { serve(); });
+  return Watching(*this);
 }
 
 void ProcessWatch::look_at_children() {

@@ -47,9 +47,20 @@ class ProcessWatch {
   std::vector<std::string> started() const;
   /// The process, and process group, of a program; -1: no such program.
   pid_t process_of(const std::string& name) const;
-  /// From now on `on_death` is called, on the watching thread, for each program that ends by itself, and
-  /// `every_second` once a second.
-  void watch(std::function<void(const ProcessFate&)> on_death, std::function<void()> every_second);
+  /// Ends the watch when its scope is left, however it is left.
+  class [[nodiscard]] Watching {
+   public:
+    explicit Watching(ProcessWatch& watch) noexcept : watch_(watch) {}
+    ~Watching() { watch_.end_watch(); }
+    Watching(const Watching&) = delete;
+    Watching& operator=(const Watching&) = delete;
+
+   private:
+    ProcessWatch& watch_;
+  };
+  /// While the answer lives, `on_death` is called, on the watching thread, for each program that ends by
+  /// itself, and `every_second` once a second. What they refer to lives longer.
+  Watching watch(std::function<void(const ProcessFate&)> on_death, std::function<void()> every_second);
   /// Ends the watch; the programs run on. What ends from here on has ended because the run is over.
   void end_watch();
   /// Ends the watch and then the programs. What became of each, in their order.

@@ -143,6 +143,29 @@ void LiveSession::close_devices() noexcept {
   processes_.reset();
 }
 
+executive::RunResult LiveSession::run_watched(executive::Executive& executive) {
+  const ProcessWatch::Watching watching = processes_->watch(
+      [this](const ProcessFate& fate) {
+        if (fate.safe_on_exit) {
+          process_lost_.store(true);
+          for (const auto& link : links_)
+            link->device().enter_safe_state();
+          stop_.store(true);
+        }
+        run_log_.warn("process " + fate.name + " " + fate.exit +
+                      (fate.safe_on_exit ? ": outputs go to their safe values, the run ends" : ""));
+      },
+      [this, &executive] {
+        look_at_gpu();
+        look_at_log();
+        device_watch_->look(device_clock_.told_ns(), [this](bool good, const std::string& sentence) {
+          good ? run_log_.info(sentence) : run_log_.warn(sentence);
+        });
+        if (options_.every_second) options_.every_second(live_status(executive));
+      });
+  return executive.run(stop_);
+}
+
 SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
   executive::ExecutiveOptions options;
   options.base_period_ns = scenario_.base_period_ns;
@@ -164,31 +187,12 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
   };
   executive::Executive executive(options);
   add_tasks(executive);
-  processes_->watch(
-      [this](const ProcessFate& fate) {
-        if (fate.safe_on_exit) {
-          process_lost_.store(true);
-          for (const auto& link : links_)
-            link->device().enter_safe_state();
-          stop_.store(true);
-        }
-        run_log_.warn("process " + fate.name + " " + fate.exit +
-                      (fate.safe_on_exit ? ": outputs go to their safe values, the run ends" : ""));
-      },
-      [this, &executive] {
-        look_at_gpu();
-        look_at_log();
-        device_watch_->look(device_clock_.told_ns(), [this](bool good, const std::string& sentence) {
-          good ? run_log_.info(sentence) : run_log_.warn(sentence);
-        });
-        if (options_.every_second) options_.every_second(live_status(executive));
-      });
   SessionResult session;
   report::RunRecord& record = session.record;
   record.started_at = utc_now();
   run_log_.info("the run begins");
   const auto began = std::chrono::steady_clock::now();
-  const executive::RunResult result = executive.run(stop_);
+  const executive::RunResult result = run_watched(executive);
   record.wall_ns = (std::chrono::steady_clock::now() - began).count();
   run_log_.info("the run is over after " + std::to_string(result.ticks) +
                 " ticks; outputs go to their safe values");

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <chrono>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 #include "tests/unit/runtime_run/run_test.hpp"
@@ -59,7 +60,7 @@ TEST(ProcessWatch, TellsOfAProgramThatEndsByItself) {
   ProcessWatch watch({shell("plc", "sleep 100"), shell("dut", "sleep 0.1; exit 3", false)},
                      [&] { return now_ns.load(); });
   now_ns.store(1'234);
-  watch.watch(deaths.watcher(), {});
+  const auto watching = watch.watch(deaths.watcher(), {});
   ASSERT_TRUE(comes_true([&] { return !deaths.all().empty(); }));
   const auto seen = deaths.all();
   ASSERT_EQ(seen.size(), 1U);
@@ -82,7 +83,7 @@ TEST(ProcessWatch, TellsOfEachOfSeveralDeathsOnce) {
   Deaths deaths;
   ProcessWatch watch({shell("a", "exit 0"), shell("b", "kill -KILL $$"), shell("c", "sleep 0.2; exit 1")},
                      [] { return std::int64_t{0}; });
-  watch.watch(deaths.watcher(), {});
+  const auto watching = watch.watch(deaths.watcher(), {});
   ASSERT_TRUE(comes_true([&] { return deaths.all().size() == 3; }));
   std::this_thread::sleep_for(50ms);
   EXPECT_EQ(deaths.all().size(), 3U);
@@ -102,7 +103,7 @@ TEST(ProcessWatch, StopsAllAndTellsTheirFatesInTheirOrder) {
   ProcessWatch watch({program("first"), program("second"), program("third")}, [] { return std::int64_t{0}; });
   for (const char* name : {"up-first", "up-second", "up-third"})
     ASSERT_TRUE(comes_true([&] { return folder.read(name) == "up\n"; }));
-  watch.watch({}, {});
+  const auto watching = watch.watch({}, {});
   const auto fates = watch.stop();
   EXPECT_EQ(folder.read("ends"), "first\nsecond\nthird\n");
   ASSERT_EQ(fates.size(), 3U);
@@ -119,7 +120,7 @@ TEST(ProcessWatch, WhatEndsAfterTheWatchHasNotEndedEarly) {
   Deaths deaths;
   ProcessWatch watch({shell("dut", "trap 'exit 0' TERM; while :; do sleep 0.01; done")},
                      [] { return std::int64_t{0}; });
-  watch.watch(deaths.watcher(), {});
+  const auto watching = watch.watch(deaths.watcher(), {});
   watch.end_watch();
   const auto fates = watch.stop();
   EXPECT_FALSE(fates[0].ended_early);
@@ -159,11 +160,26 @@ TEST(ProcessWatch, AProgramThatCanNotBeStartedStopsThoseBeforeIt) {
   }
 }
 
+TEST(ProcessWatch, EndsWithItsScopeWhenARunThrows) {
+  Deaths deaths;
+  ProcessWatch watch({shell("dut", "sleep 100")}, [] { return std::int64_t{0}; });
+  EXPECT_THROW(
+      {
+        const auto watching = watch.watch(deaths.watcher(), {});
+        throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
+      },
+      std::system_error);
+  ASSERT_EQ(::kill(watch.process_of("dut"), SIGKILL), 0);
+  std::this_thread::sleep_for(100ms);
+  EXPECT_TRUE(deaths.all().empty()) << "what it told might be gone";
+  EXPECT_FALSE(watch.stop()[0].ended_early);
+}
+
 TEST(ProcessWatch, CallsOnceASecond) {
   std::atomic<int> calls{0};
   ProcessWatch watch({}, [] { return std::int64_t{0}; });
   const auto began = std::chrono::steady_clock::now();
-  watch.watch({}, [&] { calls.fetch_add(1); });
+  const auto watching = watch.watch({}, [&] { calls.fetch_add(1); });
   ASSERT_TRUE(comes_true([&] { return calls.load() == 2; }));
   EXPECT_GE(std::chrono::steady_clock::now() - began, 1'990ms);
   watch.stop();
