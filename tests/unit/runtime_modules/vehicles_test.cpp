@@ -20,21 +20,25 @@ class VehiclesIn : public ::testing::Test {
     world_ = std::make_unique<World>(*database_, std::vector<std::string>{"vehicle"});
   }
 
-  std::unique_ptr<Module> make(const std::string& parameters) {
+  std::unique_ptr<Module> make(const std::string& parameters, const std::string& instance = "traffic") {
     const ModuleType type = vehicles_type();
     const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
     if (!value) return nullptr;
     auto module = type.create(*value, diagnostics_);
-    module->configure(*world_, events_, {.instance = "traffic", .period_ns = 100 * second_ns});
+    module->configure(*world_, events_, {.instance = instance, .period_ns = 100 * second_ns});
     return module;
   }
 
   std::vector<double> step(Module& module, std::uint64_t run) {
+    return step(module, run, static_cast<std::int64_t>(run) * 100 * second_ns, 100 * second_ns);
+  }
+
+  std::vector<double> step(Module& module, std::uint64_t run, std::int64_t time_ns, std::int64_t period_ns) {
     std::vector<double> outputs(module.ports().outputs.size());
     StepContext context;
     context.run = run;
-    context.period_ns = 100 * second_ns;
-    context.time_ns = static_cast<std::int64_t>(run) * context.period_ns;
+    context.period_ns = period_ns;
+    context.time_ns = time_ns;
     context.deadline = rtstdb::ClockTime::max();
     context.version = database_->latest().version;
     context.outputs = outputs;
@@ -74,6 +78,43 @@ TEST_F(VehiclesIn, OneThatLeavesTheWorldHoldsNoOtherUp) {
   const auto events = events_.events();
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(events[0].text, "far leaves the world");
+}
+
+/// A car at a constant speed, one that accelerates and one that closes up to another.
+constexpr const char* three_cars =
+    "{vehicles: {steady: {position: [0 m, 0 m], speed: 10 m/s},"
+    " hasty: {position: [0 m, 50 m], speed: 5 m/s, desired_speed: 30 m/s},"
+    " behind: {position: [-40 m, 0 m], speed: 20 m/s}}}";
+
+TEST_F(VehiclesIn, SkippedReleasesCostNoTravel) {
+  constexpr std::int64_t period_ns = second_ns / 100;
+  const auto punctual = make(three_cars, "punctual");
+  const auto late = make(three_cars, "late");
+  ASSERT_TRUE(punctual && late) << diagnostics_.to_text();
+  std::uint64_t late_runs = 0;
+  for (std::uint64_t run = 0; run <= 300; ++run) {
+    const auto time_ns = static_cast<std::int64_t>(run) * period_ns;
+    const std::vector<double> there = step(*punctual, run, time_ns, period_ns);
+    if (run % 5 == 3 || (run > 100 && run < 140)) continue;
+    const std::vector<double> here = step(*late, late_runs++, time_ns, period_ns);
+    ASSERT_EQ(here, there) << "at " << time_ns << " ns";
+    ASSERT_NEAR(here[0], 10.0 * static_cast<double>(time_ns) * 1e-9, 1e-9) << "as its row says";
+  }
+}
+
+TEST_F(VehiclesIn, AfterALongPauseTheyAreWhereTheirRowsSay) {
+  const auto module = make(three_cars);
+  ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  step(*module, 0, 0, second_ns / 1000);
+  const std::vector<double> outputs = step(*module, 1, 30 * second_ns, second_ns / 1000);
+  EXPECT_NEAR(outputs[0], 300.0, 1e-6);
+  EXPECT_GT(outputs[0], outputs[10] + 4.5) << "the one behind does not drive into it";
+}
+
+TEST_F(VehiclesIn, AFirstReleaseBehindTheStartFindsThemUnderWay) {
+  const auto module = make(three_cars);
+  ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  EXPECT_NEAR(step(*module, 0, 5'000'000, second_ns / 100)[0], 0.05, 1e-9);
 }
 
 }  // namespace
