@@ -111,14 +111,19 @@ class Lines final : public rtstdb::LogListener {
     put({{"line", "untold"}, {"first_version", first}, {"last_version", last}, {"commits", commits}});
   }
 
+  /// The system's answer to the first line that could not be written; 0: all were taken.
+  int failure() const noexcept { return failure_; }
+
  private:
   void put(const Json& json) {
     const std::string text = json.dump() + '\n';
-    std::fwrite(text.data(), 1, text.size(), file_);
+    const bool whole = std::fwrite(text.data(), 1, text.size(), file_) == text.size();
+    if (!whole && failure_ == 0) failure_ = errno;
   }
 
   std::FILE* file_;
   bool without_meshes_;
+  int failure_ = 0;
 };
 
 struct Close {
@@ -148,11 +153,11 @@ int export_log(const std::string& directory, const ExportOptions& options) {
     std::fprintf(stderr, "hil db export: damaged, and told up to there: %s\n", read.value().c_str());
   }
   if (!own) return told("db export", exit_code);
-  errno = 0;
-  const bool failed = std::ferror(own.get()) != 0;
-  if (std::fclose(own.release()) == 0 && !failed) return exit_code;
+  const bool ended = std::fclose(own.release()) == 0;
+  const int failure = lines.failure() != 0 || ended ? lines.failure() : errno;
+  if (failure == 0) return exit_code;
   std::fprintf(stderr, "hil db export: %s can not be written: %s\n", options.file.c_str(),
-               std::strerror(errno));
+               std::strerror(failure));
   return run::exit_io_failed;
 }
 
