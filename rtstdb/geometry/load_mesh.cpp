@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <exception>
 #include <fstream>
 #include <iterator>
@@ -104,6 +105,16 @@ Error too_large() {
   return {ErrorCode::capacity, "holds more than " + std::to_string(max_triangles_total) + " triangles"};
 }
 
+Error too_many_corners(const aiFace& face, const glm::vec3& first) {
+  char text[192];
+  std::snprintf(
+      text, sizeof text,
+      "has a face with %u corners, the first at (%.9g, %.9g, %.9g); up to %u are cut into triangles",
+      face.mNumIndices, static_cast<double>(first.x), static_cast<double>(first.y),
+      static_cast<double>(first.z), max_polygon_corners);
+  return {ErrorCode::file, text};
+}
+
 /// Appends one mesh of the file; points and lines are left out. Polygons are cut here and not by assimp,
 /// whose step for it aborts the process over some broken files.
 Result<void> append(TriangleMesh& all, const aiMesh& part, const Affine& to_root, double scale) {
@@ -122,6 +133,7 @@ Result<void> append(TriangleMesh& all, const aiMesh& part, const Affine& to_root
                                           " and only " + std::to_string(part.mNumVertices) + " positions"};
       corners.push_back(base + face.mIndices[k]);
     }
+    if (corners.size() > max_polygon_corners) return too_many_corners(face, all.positions_m[corners.front()]);
     if (turn_around) std::reverse(corners.begin(), corners.end());
     if (all.triangles.size() + corners.size() > std::size_t{max_triangles_total} + 2) return too_large();
     triangulate_polygon(all.positions_m, corners, all.triangles);

@@ -10,6 +10,8 @@
 #include <system_error>
 #include <utility>
 
+#include <rtstdb/limits.hpp>
+
 #include "rtstdb/geometry/ply_header.hpp"
 #include "rtstdb/geometry/polygon.hpp"
 
@@ -152,6 +154,10 @@ class PlyReader {
       const double value = numbers_.next(property.type);
       if (is_polygon) corners_.push_back(whole(numbers_, value, any, "corner index"));
     }
+    if (is_polygon && count > max_polygon_corners)
+      throw std::runtime_error("PLY data: face " + std::to_string(polygon_ends_.size()) + " has " +
+                               std::to_string(count) + " corners; up to " +
+                               std::to_string(max_polygon_corners) + " are cut into triangles");
     if (is_polygon) polygon_ends_.push_back(corners_.size());
   }
 

@@ -48,8 +48,9 @@ Result<void> validate(const TriangleMesh& mesh);
 Bounds bounds_of(const TriangleMesh& mesh);
 
 /// Reads OBJ, STL (text and binary), PLY, glTF or GLB, told apart by the extension. All meshes of the file
-/// become one: node transforms applied (a mirroring one keeps fronts outside), polygons triangulated, points,
-/// lines, materials and textures left out, corners neither welded nor sorted, axes as the file has them.
+/// become one: node transforms applied (a mirroring one keeps fronts outside), polygons of up to
+/// max_polygon_corners triangulated, points, lines, materials and textures left out, corners neither welded
+/// nor sorted, axes as the file has them.
 /// `scale` multiplies coordinates (files in millimetres: 0.001) and must be positive. Errors: ErrorCode::file
 /// with the path and the reader's words; then what validate says, with the path.
 Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0);

@@ -10,6 +10,8 @@ inline constexpr std::uint32_t max_entities = 1u << 20;
 inline constexpr std::uint32_t max_geometries = 1u << 16;
 /// Leaf references hold 26 bits of triangle index.
 inline constexpr std::uint32_t max_triangles_total = 1u << 26;
+/// Of one polygon in a mesh file: to cut it takes up to the third power of their number.
+inline constexpr std::uint32_t max_polygon_corners = 4096;
 inline constexpr std::uint32_t max_kept_shapes = 256;
 inline constexpr std::uint32_t max_rays_per_query = 1u << 22;
 inline constexpr std::uint32_t max_hits_per_ray = 16;

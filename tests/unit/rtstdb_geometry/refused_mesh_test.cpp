@@ -7,6 +7,7 @@
 #include <string>
 
 #include <rtstdb/geometry.hpp>
+#include <rtstdb/limits.hpp>
 
 #include "mesh_files.hpp"
 
@@ -53,6 +54,44 @@ TEST(RefusedMesh, BracketsInStringsAreNoNesting) {
   text.insert(text.find('{') + 1, R"("extras":{"note":")" + std::string(500, '[') + R"(\"{{"},)");
   const auto loaded = load_mesh(folder.write("body.gltf", text));
   EXPECT_TRUE(loaded.ok()) << loaded.error().message;
+}
+
+/// A face with so many corners on a circle.
+std::string ply_of_polygon(std::uint32_t corners) {
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(corners) +
+                     "\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n"
+                     "property list int int vertex_indices\nend_header\n";
+  for (std::uint32_t i = 0; i < corners; ++i)
+    text += std::to_string(std::cos(6.28 * i / corners)) + " " +
+            std::to_string(std::sin(6.28 * i / corners)) + " 0\n";
+  text += "3 0 1 2\n" + std::to_string(corners);
+  for (std::uint32_t i = 0; i < corners; ++i)
+    text += " " + std::to_string(i);
+  return text + "\n";
+}
+
+std::string obj_of_polygon(std::uint32_t corners) {
+  std::string text, face = "f";
+  for (std::uint32_t i = 0; i < corners; ++i) {
+    text += "v " + std::to_string(2.5 * std::cos(6.28 * i / corners)) + " " +
+            std::to_string(2.5 * std::sin(6.28 * i / corners)) + " 0\n";
+    face += " " + std::to_string(i + 1);
+  }
+  return text + face + "\n";
+}
+
+TEST(RefusedMesh, APolygonThatWouldTakeTooLongToCut) {
+  const Folder folder;
+  const auto most = load_mesh(folder.write("most.ply", ply_of_polygon(max_polygon_corners)));
+  ASSERT_TRUE(most.ok()) << most.error().message;
+  EXPECT_EQ(most.value().triangles.size(), max_polygon_corners - 2 + 1);
+  expect_refused(folder.write("more.ply", ply_of_polygon(max_polygon_corners + 1)), ErrorCode::file,
+                 "PLY data: face 1 has 4097 corners; up to 4096 are cut into triangles");
+  const auto most_obj = load_mesh(folder.write("most.obj", obj_of_polygon(max_polygon_corners)));
+  ASSERT_TRUE(most_obj.ok()) << most_obj.error().message;
+  EXPECT_EQ(most_obj.value().triangles.size(), max_polygon_corners - 2);
+  expect_refused(folder.write("more.obj", obj_of_polygon(max_polygon_corners + 1)), ErrorCode::file,
+                 "has a face with 4097 corners, the first at (2.5, 0, 0); up to 4096 are cut into triangles");
 }
 
 TEST(RefusedMesh, AnExtensionThatIsNotRead) {
