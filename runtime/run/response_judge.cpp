@@ -8,6 +8,7 @@ namespace hil::run {
 namespace {
 
 constexpr std::uint64_t most_pending = 65536;
+constexpr std::uint64_t most_kept = 1'000'000;  // room is made for all of them before the run
 constexpr std::int64_t long_ago_ns = std::numeric_limits<std::int64_t>::min();
 
 std::string milliseconds_text(std::int64_t time_ns) {
@@ -33,7 +34,7 @@ ResponseJudge::ResponseJudge(std::string name, const config::Response& claim,
   requests_ = side(claim.request.text);
   replies_ = side(claim.reply.text);
   early_replies_.fill({.value = 0.0, .time_ns = long_ago_ns});
-  samples_ns_.reserve(most_samples);
+  samples_ns_.reserve(std::min(most_samples, most_kept));
 }
 
 template <typename Use>
@@ -65,7 +66,7 @@ report::Expectation ResponseJudge::result(std::int64_t end_ns) const {
   std::string figures = std::to_string(judged) + " requests, " + std::to_string(unanswered) +
                         " unanswered, " + std::to_string(late_) + " late";
   if (answered_ > 0) figures += ", slowest " + milliseconds_text(slowest_ns_);
-  if (answered_ > samples_ns_.size())
+  if (!is_list_whole())
     figures += " (the list of times holds the first " + std::to_string(samples_ns_.size()) + ")";
   if (arrivals_.lost() > 0) {
     return {name_, false,
@@ -82,7 +83,10 @@ report::Expectation ResponseJudge::result(std::int64_t end_ns) const {
 }
 
 std::optional<report::ResponseTime> ResponseJudge::response_times(std::int64_t end_ns) const {
-  return report::ResponseTime{name_, within_ns_, samples_ns_, unanswered_by(end_ns)};
+  // What is told of the list under its name is told of all answers, unless it says otherwise.
+  const std::string name =
+      is_list_whole() ? name_ : name_ + " (the first " + std::to_string(samples_ns_.size()) + " answers)";
+  return report::ResponseTime{name, within_ns_, samples_ns_, unanswered_by(end_ns)};
 }
 
 void ResponseJudge::add_request(Known request) noexcept {

@@ -24,7 +24,8 @@ namespace hil::run {
 
 class ResponseJudge final : public Judge {
  public:
-  /// `arrivals` outlives it.
+  /// `arrivals` outlives it. Keeps the times of the first `most_samples` answers, a million at most; all are
+  /// judged.
   ResponseJudge(std::string name, const config::Response& claim, const signals::SignalTable& table,
                 const Arrivals& arrivals, std::uint64_t most_samples);
 
@@ -57,6 +58,7 @@ class ResponseJudge final : public Judge {
   void give_up_first(std::size_t count) noexcept;
   void drop_first(std::size_t count) noexcept;
   void note_failure(std::int64_t time_ns) noexcept;
+  bool is_list_whole() const noexcept { return answered_ == samples_ns_.size(); }
   std::uint64_t unanswered_by(std::int64_t end_ns) const;
   std::optional<std::int64_t> first_failure(std::int64_t end_ns) const;
 

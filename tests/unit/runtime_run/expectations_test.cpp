@@ -282,5 +282,25 @@ TEST_F(Expectations, LookingDoesNotAllocate) {
   EXPECT_TRUE(eventually->result(2'000 * ms).passed);
 }
 
+TEST_F(Expectations, OfALongRunTheFirstMillionTimesAreKeptAndTheReportSaysSo) {
+  constexpr std::uint64_t ticks_of_a_week = 604'800'000;
+  constexpr std::int64_t answers = 1'000'001;
+  const auto claim = responses(50 * ms, 1, ticks_of_a_week);
+  for (std::int64_t i = 0; i < answers; ++i) {
+    ask(*claim, static_cast<double>(i % 1000), i * ms);
+    answer(*claim, static_cast<double>(i % 1000), i * ms + (i + 1 == answers ? 60 * ms : 1));
+  }
+  const auto result = claim->result(answers * ms);
+  EXPECT_FALSE(result.passed) << "the last one was late";
+  EXPECT_EQ(
+      result.detail,
+      "bus.Header.Counter answered by bus.Command.AnswerTo within 50.00 ms: 1000001 requests, 0 unanswered, "
+      "1 late, slowest 60.00 ms (the list of times holds the first 1000000)");
+  const auto times = claim->response_times(answers * ms);
+  ASSERT_TRUE(times);
+  EXPECT_EQ(times->samples_ns.size(), 1'000'000U);
+  EXPECT_EQ(times->name, "claim (the first 1000000 answers)");
+}
+
 }  // namespace
 }  // namespace hil::run
