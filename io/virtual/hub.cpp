@@ -19,7 +19,8 @@ namespace {
 
 constexpr std::size_t packets_per_client = 64;  // read before the next client gets its turn
 constexpr int most_passes = 16;  // over all clients in one receive(), should they send only rubbish
-constexpr std::size_t most_arrived = 65536;   // frames that may wait for receive() in real time
+constexpr std::size_t most_arrived = 65536;  // frames that may wait for receive() in real time
+constexpr std::ptrdiff_t most_closed_known = 64;
 constexpr int client_buffer_bytes = 1 << 20;  // asked for; the kernel gives what net.core.wmem_max allows
 
 std::int64_t wall_clock_ns() noexcept {
@@ -168,7 +169,7 @@ void Hub::accept_clients() {
       continue;
     }
     const std::lock_guard lock(mutex_);
-    all_counters_.push_back(client->counters);
+    known_counters_.push_back(client->counters);
     clients_.push_back(std::move(client));
     station_count_.fetch_add(1, std::memory_order_relaxed);
   }
@@ -228,6 +229,14 @@ void Hub::close_client(Client& client) noexcept {
   station_count_.fetch_sub(1, std::memory_order_relaxed);
   const std::lock_guard lock(mutex_);
   client.counters->connected = false;
+  forget_oldest_closed();
+}
+
+// A client that connects again and again must not fill the memory. Under the lock of the counters.
+void Hub::forget_oldest_closed() noexcept {
+  const auto is_closed = [](const auto& counters) { return !counters->connected; };
+  if (std::count_if(known_counters_.begin(), known_counters_.end(), is_closed) <= most_closed_known) return;
+  known_counters_.erase(std::find_if(known_counters_.begin(), known_counters_.end(), is_closed));
 }
 
 void Hub::route(can::Frame frame, Station sender) {
@@ -303,7 +312,7 @@ void Hub::set_fault(std::string text) {
 std::vector<ClientCounters> Hub::client_counters() const {
   const std::lock_guard lock(mutex_);
   std::vector<ClientCounters> all;
-  for (const auto& counters : all_counters_)
+  for (const auto& counters : known_counters_)
     all.push_back(*counters);
   return all;
 }

@@ -83,7 +83,7 @@ class Hub final : public can::Bus {
 
   /// Clients connected now.
   std::size_t station_count() const noexcept { return station_count_.load(std::memory_order_relaxed); }
-  /// Every client there ever was, in the order of connecting.
+  /// Every client that is connected, and the newest 64 that were, in the order of connecting.
   std::vector<ClientCounters> client_counters() const;
 
  private:
@@ -112,6 +112,7 @@ class Hub final : public can::Bus {
   void greet(Client& client, const PacketBuffer& packet, std::size_t size);
   void remove_closed_clients();
   void close_client(Client& client) noexcept;
+  void forget_oldest_closed() noexcept;
   std::size_t greeted_count() const noexcept;
 
   void route(can::Frame frame, Station sender);
@@ -155,7 +156,7 @@ class Hub final : public can::Bus {
   std::atomic<std::uint64_t> malformed_{0};
   mutable std::mutex mutex_;  ///< fault_ and the counters of clients
   std::string fault_;
-  std::vector<std::shared_ptr<ClientCounters>> all_counters_;
+  std::vector<std::shared_ptr<ClientCounters>> known_counters_;
 };
 
 }  // namespace hil::io::virtual_bus

@@ -181,6 +181,23 @@ TEST_F(HubTest, ItsDescriptorSaysWhenThereIsSomethingToDo) {
   EXPECT_FALSE(hub_.client_counters().at(0).connected);
 }
 
+TEST_F(HubTest, OneThatConnectsAgainAndAgainIsNotRememberedForEver) {
+  hub_.open(clock_, Pacing::realtime);
+  const auto stays = connect("stays");
+  receive_all(hub_);
+  for (std::uint64_t connection = 2; connection <= 201; ++connection) {
+    connect("comes and goes");
+    while (hub_.client_counters().back().connection != connection || hub_.client_counters().back().connected)
+      receive_all(hub_);
+  }
+  const auto counters = hub_.client_counters();
+  ASSERT_EQ(counters.size(), 65U);
+  EXPECT_EQ(counters.front().name, "stays");
+  EXPECT_TRUE(counters.front().connected);
+  EXPECT_EQ(counters.back().connection, 201U);
+  EXPECT_EQ(counters[1].connection, 138U) << "of the others, the newest";
+}
+
 TEST_F(HubTest, FiltersHoldForTheStationThatSetThem) {
   hub_.open(clock_, Pacing::realtime);
   auto client = connect("one");
