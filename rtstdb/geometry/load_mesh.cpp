@@ -5,12 +5,12 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <exception>
 #include <fstream>
 #include <iterator>
 #include <memory>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -21,9 +21,9 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/bounded_reading.hpp"
-#include "rtstdb/geometry/json_depth.hpp"
+#include "rtstdb/geometry/gltf_check.hpp"
+#include "rtstdb/geometry/obj_file.hpp"
 #include "rtstdb/geometry/ply_file.hpp"
-#include "rtstdb/geometry/polygon.hpp"
 
 namespace rtstdb {
 namespace {
@@ -105,18 +105,7 @@ Error too_large() {
   return {ErrorCode::capacity, "holds more than " + std::to_string(max_triangles_total) + " triangles"};
 }
 
-Error too_many_corners(const aiFace& face, const glm::vec3& first) {
-  char text[192];
-  std::snprintf(
-      text, sizeof text,
-      "has a face with %u corners, the first at (%.9g, %.9g, %.9g); up to %u are cut into triangles",
-      face.mNumIndices, static_cast<double>(first.x), static_cast<double>(first.y),
-      static_cast<double>(first.z), max_polygon_corners);
-  return {ErrorCode::file, text};
-}
-
-/// Appends one mesh of the file; points and lines are left out. Polygons are cut here and not by assimp,
-/// whose step for it aborts the process over some broken files.
+/// Appends one mesh of the file; points and lines are left out, and neither STL nor glTF has polygons.
 Result<void> append(TriangleMesh& all, const aiMesh& part, const Affine& to_root, double scale) {
   if (part.mNumVertices > std::size_t{3} * max_triangles_total - all.positions_m.size()) return too_large();
   const auto base = static_cast<std::uint32_t>(all.positions_m.size());
@@ -133,10 +122,9 @@ Result<void> append(TriangleMesh& all, const aiMesh& part, const Affine& to_root
                                           " and only " + std::to_string(part.mNumVertices) + " positions"};
       corners.push_back(base + face.mIndices[k]);
     }
-    if (corners.size() > max_polygon_corners) return too_many_corners(face, all.positions_m[corners.front()]);
     if (turn_around) std::reverse(corners.begin(), corners.end());
     if (all.triangles.size() + corners.size() > std::size_t{max_triangles_total} + 2) return too_large();
-    triangulate_polygon(all.positions_m, corners, all.triangles);
+    if (corners.size() == 3) all.triangles.emplace_back(corners[0], corners[1], corners[2]);
   }
   return {};
 }
@@ -167,18 +155,21 @@ std::string whole_file(const std::filesystem::path& path) {
 }
 
 /// What can be said of a glTF file before assimp reads it.
-Result<void> check_nesting(const std::filesystem::path& path) {
+Result<void> check_gltf(const std::filesystem::path& path) {
   const std::string extension = extension_of(path);
   if (extension != ".gltf" && extension != ".glb") return {};
   const std::string file = whole_file(path);
   const std::size_t depth = json_depth(extension == ".glb" ? glb_json(file) : std::string_view(file));
-  if (depth <= deepest_json) return {};
-  return file_error(path, "nests its JSON " + std::to_string(depth) + " levels deep; " +
-                              std::to_string(deepest_json) + " are read");
+  if (depth > deepest_json)
+    return file_error(path, "nests its JSON " + std::to_string(depth) + " levels deep; " +
+                                std::to_string(deepest_json) + " are read");
+  if (extension != ".glb") return {};
+  if (const auto fault = glb_fault(file)) return file_error(path, "can not be read: it " + *fault);
+  return {};
 }
 
 Result<TriangleMesh> read_by_assimp(const std::filesystem::path& path, double scale) {
-  if (Result<void> checked = check_nesting(path); !checked) return checked.error();
+  if (Result<void> checked = check_gltf(path); !checked) return checked.error();
   Assimp::Importer importer;
   importer.SetIOHandler(std::make_unique<BoundedReading>().release());  // the importer deletes it
   const aiScene* scene = importer.ReadFile(path.string(), 0);
@@ -200,8 +191,10 @@ Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale) 
                  quoted(path) + ": its scale is " + std::to_string(scale) + ", which is not positive"};
   if (Result<void> checked = check_file(path); !checked) return checked.error();
   try {
-    Result<TriangleMesh> mesh =
-        extension_of(path) == ".ply" ? read_ply(whole_file(path), scale) : read_by_assimp(path, scale);
+    const std::string extension = extension_of(path);
+    Result<TriangleMesh> mesh = extension == ".ply"   ? read_ply(whole_file(path), scale)
+                                : extension == ".obj" ? read_obj(whole_file(path), scale)
+                                                      : read_by_assimp(path, scale);
     if (!mesh) return mesh;
     if (Result<void> checked = validate(mesh.value()); !checked)
       return Error{checked.error().code, quoted(path) + ": " + checked.error().message};

@@ -91,7 +91,7 @@ TEST(RefusedMesh, APolygonThatWouldTakeTooLongToCut) {
   ASSERT_TRUE(most_obj.ok()) << most_obj.error().message;
   EXPECT_EQ(most_obj.value().triangles.size(), max_polygon_corners - 2);
   expect_refused(folder.write("more.obj", obj_of_polygon(max_polygon_corners + 1)), ErrorCode::file,
-                 "has a face with 4097 corners, the first at (2.5, 0, 0); up to 4096 are cut into triangles");
+                 "has 4097 corners; up to 4096 are cut into triangles");
 }
 
 TEST(RefusedMesh, AnExtensionThatIsNotRead) {
@@ -129,6 +129,50 @@ TEST(RefusedMesh, AFileWithPositionsOnly) {
   }
   expect_refused(folder.write("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n"), ErrorCode::bad_input,
                  "no triangle");
+}
+
+/// A vertex that is left out makes every index behind it another one's.
+TEST(RefusedMesh, AnObjLineThatSaysNothing) {
+  const Folder folder;
+  const auto refused = [&](const std::string& text, const std::string& words) {
+    expect_refused(folder.write("body.obj", text), ErrorCode::file, words);
+  };
+  const std::string rest = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\n";
+  for (const char* vertex : {"v 0 0 abc", "v 0 0", "v", "v 0,5 0 0", "v nan 0 0", "v 1e999 0 0",
+                             "v 1 2 3 4 5 6 7 8", "v 1 2 3 0.5"})
+    refused("# made by hand\n" + std::string(vertex) + "\n" + rest, "line 2: '" + std::string(vertex) + "'");
+  refused(rest + "f 1 2 5\n", "line 6: 'f 1 2 5' has a corner '5', and there are 4 vertices");
+  refused(rest + "f 1 2 0\n", "corner '0'");
+  refused(rest + "f 1/1/1 2// x\n", "corner 'x'");
+  refused("f -1 -2 -3\n" + rest, "line 1: 'f -1 -2 -3' has a corner '-1'");
+}
+
+TEST(RefusedMesh, ObjLinesThatAreRead) {
+  const Folder folder;
+  const std::string text =
+      "#v\r\n  v +0 0 0 # first\r\nv 1e0 0 .0 1 0.5 0.5\r\n\tv 0 1 \\\r\n 0\r\nvn 0 0 1\r\ng some thing\r\nf "
+      "1//1 -2 3/2/1\r\n";
+  const auto loaded = load_mesh(folder.write("body.obj", text));
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  EXPECT_EQ(loaded.value().triangles.size(), 1u);
+  EXPECT_EQ(loaded.value().positions_m.size(), 3u);
+}
+
+/// By sums that wrap the reader would step over the same chunk for ever.
+TEST(RefusedMesh, GlbChunksThatDoNotLieInTheFile) {
+  const Folder folder;
+  const std::string whole = mesh_files::glb(make_box({1.0, 1.0, 1.0}), plain_node);
+  ASSERT_TRUE(load_mesh(folder.write("whole.glb", whole)).ok());
+  for (const std::uint32_t length : {0xFFFFFFFFu, 0xFFFFFFF8u, 0xEE6B2800u, 0x7FFFFFFFu}) {
+    std::string glb = whole;
+    glb.replace(12, 4, reinterpret_cast<const char*>(&length), 4);
+    expect_refused(folder.write("body.glb", glb), ErrorCode::file,
+                   "says " + std::to_string(length) + " bytes");
+  }
+  std::string longer = whole;
+  const auto length = static_cast<std::uint32_t>(whole.size() + 100);
+  longer.replace(8, 4, reinterpret_cast<const char*>(&length), 4);
+  expect_refused(folder.write("longer.glb", longer), ErrorCode::file, "says that it has");
 }
 
 TEST(RefusedMesh, CoordinatesThatAreNone) {

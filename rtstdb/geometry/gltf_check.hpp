@@ -1,0 +1,22 @@
+#pragma once
+// What is looked at of a glTF file before assimp reads it. How deep its JSON nests: assimp's JSON reader descends by recursion
+// without a limit, and a file of brackets would end the process. And whether the chunks of a GLB file lie in it.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace rtstdb {
+
+/// Deepest nesting of arrays and objects; brackets in strings do not count. The text need not be valid.
+std::size_t json_depth(std::string_view text) noexcept;
+
+/// The JSON chunk of a GLB file; what is there of it when the file is cut off, empty when it has none.
+std::string_view glb_json(std::string_view file) noexcept;
+
+/// What is wrong with the lengths that a GLB file (version 2) gives of itself and its chunks: assimp's reader takes memory for what a
+/// chunk says, and steps over chunks by sums that wrap. Empty: nothing.
+std::optional<std::string> glb_fault(std::string_view file);
+
+}  // namespace rtstdb
