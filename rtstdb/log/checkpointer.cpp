@@ -54,6 +54,8 @@ Checkpointer::Step Checkpointer::go_on(const Synced& synced, ClockTime now) {
 }
 
 void Checkpointer::give_up() noexcept {
+  // What the source may be about to give goes with the place of the next one, or is older than that asks for.
+  asked_.reset();
   if (file_ == nullptr) return;
   file_.reset();
   source_.end();

@@ -1,0 +1,84 @@
+// Checkpoints of a world that takes its time.
+
+#include "rtstdb/log/checkpointer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "rtstdb/log/checkpoint_reader.hpp"
+#include "tests/support/simulated_disk.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+using hil::test::SimulatedDisk;
+
+/// An empty world that is there when `ready`.
+class SlowWorld final : public WorldSource {
+ public:
+  std::optional<WorldHead> begin(Version /*not_before*/) override {
+    if (!ready) return std::nullopt;
+    WorldHead head;
+    head.version = {version, at};
+    head.next_version = version + 1;
+    return head;
+  }
+  bool rows(std::uint32_t /*first*/, std::span<EntityState> /*states*/) override { return true; }
+  bool shape(GeometryId /*geometry*/, Shape& /*shape*/) override { return true; }
+  void end() noexcept override {}
+
+  bool ready = false;
+  Version version = 10;
+  WorldTime at = world_time_ns(1'000);
+};
+
+class CheckpointerTest : public testing::Test {
+ protected:
+  /// The header of what it comes to.
+  CheckpointHeader finished() {
+    while (checkpointer.under_way())
+      checkpointer.go_on({.version = 100, .geometries = 0}, now);
+    const auto header = read_checkpoint_header(disk, 1);
+    EXPECT_TRUE(header.ok()) << header.error().message;
+    return header.ok() ? header.value() : CheckpointHeader{};
+  }
+  SimulatedDisk disk{1};
+  SlowWorld world;
+  const ClockTime now = clock_time_ns(1);
+  Checkpointer checkpointer{disk, world, 77, 1, 64, {Nanoseconds(1), Nanoseconds(1)}};
+};
+
+TEST_F(CheckpointerTest, NotesWhereTheLogStoodWhenItAskedFirst) {
+  EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0).did,
+            Checkpointer::Did::nothing);
+  world.ready = true;
+  EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 1024, .group = 9, .link = 2}, 9, now, 0).did,
+            Checkpointer::Did::something);
+  const CheckpointHeader header = finished();
+  EXPECT_EQ(header.segment, 5u);
+  EXPECT_EQ(header.offset, 512u);
+  EXPECT_EQ(header.group, 8u);
+}
+
+/// A segment that failed is not to be trusted: a checkpoint that leads on from it would have the log read there.
+TEST_F(CheckpointerTest, ForgetsWhereItAskedWhenItIsGivenUp) {
+  EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0).did,
+            Checkpointer::Did::nothing);
+  checkpointer.give_up();
+  world.ready = true;
+  EXPECT_EQ(checkpointer.begin({.segment = 6, .offset = 64, .group = 8, .link = 1}, 9, now, 0).did,
+            Checkpointer::Did::something);
+  EXPECT_EQ(finished().segment, 6u);
+}
+
+/// What was asked for before is too old for the place that is noted now.
+TEST_F(CheckpointerTest, LeavesAWorldThatIsOlderThanTheNewPlaceAsksFor) {
+  checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0);
+  checkpointer.give_up();
+  world.ready = true;
+  EXPECT_EQ(checkpointer.begin({.segment = 6, .offset = 64, .group = 8, .link = 1}, 11, now, 0).did,
+            Checkpointer::Did::given_up);
+  EXPECT_FALSE(checkpointer.under_way());
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test
