@@ -6,6 +6,7 @@
 //
 // Threads: one. show is the tick's and does not allocate; the rest is setup.
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -54,6 +55,8 @@ class GeometryPool {
   Bounds bounds(std::uint32_t geometry) const noexcept { return bounds_[geometry]; }
   /// Grows by one whenever nodes() or triangles() is another buffer than before.
   std::uint32_t generation() const noexcept { return generation_; }
+  /// False: there was no memory to connect what deforms to a pool that had grown, and nothing can be shown any more.
+  bool is_whole() const noexcept { return std::ranges::all_of(deforming_, &DeformingGeometry::is_bound); }
 
  private:
   /// Room for what ends there, and for some more.

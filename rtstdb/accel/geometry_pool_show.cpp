@@ -73,7 +73,7 @@ Result<void> GeometryPool::bind_deforming(gpu::Device& device) {
 }
 
 bool GeometryPool::show(gpu::Device& device, const query::RowSource& rows, Submit& submit) {
-  if (!std::ranges::all_of(deforming_, &DeformingGeometry::is_bound)) return false;
+  if (!is_whole()) return false;
   placings_.clear();
   for (std::size_t i = 0; i < deforming_.size(); ++i) {
     DeformingGeometry& geometry = deforming_[i];

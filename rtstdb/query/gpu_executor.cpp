@@ -42,6 +42,10 @@ Result<GeometryId> GpuExecutor::add_here(const TriangleMesh& mesh, const Geometr
   DeviceEpoch& epoch = *epoch_;
   const CompileNow here(epoch.device);
   auto index = epoch.pool.add(epoch.device, mesh, epoch.setup_lane(), options);
+  if (!epoch.pool.is_whole()) {
+    broken_ = true;  // another epoch is made from what the host keeps
+    return index.error();
+  }
   // Also after a refusal: the pool may have grown before it.
   if (!epoch.is_bound()) {
     Result<void> connected = epoch.rebind();

@@ -71,8 +71,9 @@ class GpuExecutor final : public Executor {
   Result<void> make_epoch(bool late);
   /// Lets go of all that is on the device, but for what queries that are being destroyed have there.
   void drop_epoch();
-  /// `now` is looked at for the pace alone. Nothing where there is a device.
-  Result<void> try_to_revive(RevivalPace::Time now);
+  enum class Patience : std::uint8_t { keeps_pace, tries_at_once };
+  /// Nothing where there is a device.
+  Result<void> try_to_revive(Patience patience);
   Result<void> not_revived(const Error& why);
   void note_counts() noexcept;
 
@@ -102,7 +103,7 @@ auto GpuExecutor::on_device(Step step) -> decltype(step()) {
   for (bool again = false;; again = true) {
     try {
       // Whoever sets up can wait, and is not put off.
-      if (auto revived = try_to_revive(RevivalPace::Time::max()); !revived) return revived.error();
+      if (auto revived = try_to_revive(Patience::tries_at_once); !revived) return revived.error();
       auto result = step();
       if (again || result.ok() || !lost()) return result;
     } catch (...) {

@@ -56,29 +56,34 @@ bool GpuExecutor::revive(Meanwhile* meanwhile) noexcept {
   if (meanwhile != nullptr) meanwhile->begin_wait();
   bool revived = false;
   try {
-    revived = static_cast<bool>(try_to_revive(Clock::now()));
+    revived = static_cast<bool>(try_to_revive(Patience::keeps_pace));
   } catch (const std::exception&) {
-    pace_.failed(
-        Clock::now());  // out of memory, or of threads; what of the epoch is still there goes the next time
+    // Out of memory, or of threads; what of the epoch is still there goes the next time.
   }
   if (meanwhile != nullptr) meanwhile->end_wait();
   return revived;
 }
 
-Result<void> GpuExecutor::try_to_revive(RevivalPace::Time now) {
+Result<void> GpuExecutor::try_to_revive(Patience patience) {
   if (!lost()) return {};
   const auto begun = Clock::now();
   if (epoch_ != nullptr) {
     if (epoch_->device.lost() && !loss_counted_) {
-      pace_.failed(now);
+      pace_.failed(begun);
       const std::lock_guard lock(health_mutex_);
       loss_counted_ = true;
       ++health_.device_losses;
     }
     drop_epoch();
   }
-  if (!pace_.may_try(now)) return Error{ErrorCode::device_lost, health_.device_loss};
-  if (const auto made = make_epoch(true); !made) return not_revived(made.error());
+  if (patience == Patience::keeps_pace && !pace_.may_try(begun))
+    return Error{ErrorCode::device_lost, health_.device_loss};
+  try {
+    if (const auto made = make_epoch(true); !made) return not_revived(made.error());
+  } catch (const std::exception& fault) {
+    static_cast<void>(not_revived({ErrorCode::out_of_memory, fault.what()}));
+    throw;
+  }
   revival_took_ = Clock::now() - begun;
   const std::lock_guard lock(health_mutex_);
   health_.device_lost = false;
