@@ -39,6 +39,15 @@ constexpr bool validation_default = true;
 constexpr bool validation_default = false;
 #endif
 
+bool is_option_duration(Nanoseconds duration) {
+  return duration >= Nanoseconds(0) && duration <= Nanoseconds(max_option_duration_ns);
+}
+
+std::string refused_duration(const char* name, Nanoseconds duration) {
+  return std::string(name) + " is " + std::to_string(duration.count()) + " ns; 0 to " +
+         std::to_string(max_option_duration_ns) + " are possible";
+}
+
 Result<void> check_options(const DatabaseOptions& options) {
   const auto refuse = [](const char* what, std::uint64_t value, std::uint64_t limit) {
     return Error{ErrorCode::capacity, std::string(what) + " is " + std::to_string(value) + "; 1 to " +
@@ -59,14 +68,8 @@ Result<void> check_options(const DatabaseOptions& options) {
   if (options.followed_changes == 0 || options.followed_changes > max_retained_changes) {
     return refuse("followed_changes", options.followed_changes, max_retained_changes);
   }
-  if (options.chunk < Nanoseconds(0)) {
-    return Error{ErrorCode::bad_input,
-                 "chunk is " + std::to_string(options.chunk.count()) + " ns; 0 and more are possible"};
-  }
-  if (options.spin < Nanoseconds(0)) {
-    return Error{ErrorCode::bad_input,
-                 "spin is " + std::to_string(options.spin.count()) + " ns; 0 and more are possible"};
-  }
+  for (const auto& [name, duration] : {std::pair("chunk", options.chunk), std::pair("spin", options.spin)})
+    if (!is_option_duration(duration)) return Error{ErrorCode::bad_input, refused_duration(name, duration)};
   if (!(options.max_reserved_share > 0.0 && options.max_reserved_share <= 1.0)) {
     return Error{ErrorCode::bad_input, "max_reserved_share is " + std::to_string(options.max_reserved_share) +
                                            "; above 0 to 1 is possible"};
@@ -86,9 +89,8 @@ Result<void> check_options(const DurabilityOptions& options) {
   }
   if (options.mode == DurabilityMode::volatile_only)
     return refuse("mode volatile writes nothing into " + options.directory.string());
-  if (options.flush_interval < Nanoseconds(0))
-    return refuse("flush_interval is " + std::to_string(options.flush_interval.count()) +
-                  " ns; 0 and more are possible");
+  if (!is_option_duration(options.flush_interval))
+    return refuse(refused_duration("flush_interval", options.flush_interval));
   if (options.ring_bytes < min_ring_bytes || options.ring_bytes > max_ring_bytes)
     return refuse("ring_bytes is " + std::to_string(options.ring_bytes) + "; " +
                   std::to_string(min_ring_bytes) + " to " + std::to_string(max_ring_bytes) + " are possible");

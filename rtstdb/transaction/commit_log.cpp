@@ -217,7 +217,8 @@ Result<log::LoggedGeometry> CommitLog::write_geometry(const TriangleMesh& mesh, 
 }
 
 bool CommitLog::wait_until_durable(Version version, Nanoseconds at_most) noexcept {
-  const ClockTime end = monotonic_clock_.now() + at_most;
+  const ClockTime begun = monotonic_clock_.now();
+  const ClockTime end = at_most < ClockTime::max() - begun ? begun + at_most : ClockTime::max();
   while (true) {
     const std::uint32_t heard = progress_.load(std::memory_order_seq_cst);
     if (durable() >= version) return true;

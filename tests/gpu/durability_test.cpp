@@ -82,7 +82,7 @@ TEST_F(DurabilityTest, WorldGeometryAndShapesComeBack) {
   const EntityId next = create(row_of(third));
   EXPECT_EQ(next.index, 2u);
   EXPECT_EQ(database().latest().version, latest.version + 1);
-  EXPECT_TRUE(database().wait_until_durable(database().latest().version, long_time));
+  EXPECT_TRUE(database().wait_until_durable(database().latest().version, Nanoseconds::max()));
   EXPECT_TRUE(database().health().degraded.empty());
 }
 
@@ -109,10 +109,28 @@ TEST_F(DurabilityTest, RefusesOptionsThatContradictOneAnother) {
           "mode volatile");
   refused({.directory = directory, .flush_interval = Nanoseconds(-1)}, ErrorCode::bad_input,
           "flush_interval is -1");
+  refused({.directory = directory, .flush_interval = Nanoseconds::max()}, ErrorCode::bad_input,
+          "flush_interval is 9223372036854775807 ns; 0 to 3600000000000 are possible");
   refused({.directory = directory, .ring_bytes = 100}, ErrorCode::bad_input, "ring_bytes is 100");
   refused({.directory = directory, .segment_bytes = 100}, ErrorCode::bad_input, "segment_bytes is 100");
   refused({.directory = directory_ / "not" / "there"}, ErrorCode::file, "No such file or directory");
   EXPECT_FALSE(std::filesystem::exists(directory)) << "nothing was begun";
+}
+
+/// Times are added to these.
+TEST_F(DurabilityTest, RefusesDurationsThatNobodyLivesToSee) {
+  for (const Nanoseconds duration : {Nanoseconds(-1), Nanoseconds::max()}) {
+    DatabaseOptions chunk;
+    chunk.chunk = duration;
+    DatabaseOptions spin;
+    spin.spin = duration;
+    for (const auto& [options, name] : {std::pair(chunk, "chunk"), std::pair(spin, "spin")}) {
+      const auto opened = Database::open(options);
+      ASSERT_FALSE(opened.ok()) << name;
+      EXPECT_EQ(opened.error().message, std::string(name) + " is " + std::to_string(duration.count()) +
+                                            " ns; 0 to 3600000000000 are possible");
+    }
+  }
 }
 
 TEST_F(DurabilityTest, WithoutADirectoryNothingSurvives) {

@@ -49,7 +49,7 @@ struct DatabaseOptions {
   std::uint32_t queue_capacity = 256;
   /// So long an urgent transaction that asks waits, about, for one that is being carried out: large batches are divided
   /// into chunks, two of which are under way at a time. What brings a version's structures to the device is not
-  /// divided. Zero: nothing is, as with a virtual clock.
+  /// divided. Zero: nothing is, as with a virtual clock. At most max_option_duration_ns, as spin.
   Nanoseconds chunk{1'000'000};
   /// The share of each length of time that reservations may ask for together: above 0, at most 1. The rest is for what is
   /// measured too low, and for all others.

@@ -40,7 +40,7 @@ struct DurabilityOptions {
   /// for the modes group and sync, which are refused.
   std::filesystem::path directory{};
   DurabilityMode mode = DurabilityMode::async;
-  /// Async: commits wait that long for others to be written with them. 0 and more.
+  /// Async: commits wait that long for others to be written with them. 0 to max_option_duration_ns.
   Nanoseconds flush_interval{10'000'000};
   /// What commits wait in for the disk. A commit takes about 200 bytes a row and 12 a position of a shape, and at most half of it.
   /// min_ring_bytes to max_ring_bytes; as much again is taken for what is being written.

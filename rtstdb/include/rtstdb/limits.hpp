@@ -41,5 +41,7 @@ inline constexpr std::uint8_t max_importance = 7;
 inline constexpr std::size_t max_reservations = 32;
 /// Of periods and deadlines: an hour.
 inline constexpr std::int64_t max_reservation_period_ns = 3'600'000'000'000;
+/// Of DatabaseOptions::chunk and spin, and of DurabilityOptions::flush_interval: an hour.
+inline constexpr std::int64_t max_option_duration_ns = 3'600'000'000'000;
 
 }  // namespace rtstdb
