@@ -156,6 +156,7 @@ void BaseLoop::release(TaskSlot& slot, std::uint64_t tick) noexcept {
   if (slot.spec.overrun == OverrunPolicy::queue && !slot.release_kept) {
     slot.release_kept = true;
     slot.kept_tick = tick;
+    slot.task.keep({tick, due_ns(tick) - start_ns_, slot.period_ns, slot.next_run});
   } else {
     slot.counters.count_trouble(slot.counters.skipped, slot.in_warmup());
   }

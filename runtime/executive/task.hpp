@@ -23,10 +23,8 @@ enum class OverrunPolicy : std::uint8_t {
   /// It is dropped and counted as skipped. The late outputs are published as soon as they are there.
   skip,
   /// One such release is kept and run as soon as the task is free; more are skipped. On a thread of its own
-  /// the kept
-  /// release starts at the first tick that finds the task free, and its inputs are latched there. Late
-  /// outputs are
-  /// published as soon as they are there.
+  /// the kept release starts at the first tick that finds the task free; what Task::keep noted at its own tick is
+  /// what it works on. Late outputs are published as soon as they are there.
   queue,
   /// Own thread only. At the deadline the step is asked to stop (Task::abort) and the outputs of that run are
   /// never
@@ -69,6 +67,9 @@ class Task {
   /// Base thread, at the release: copy the inputs the step will work on. Also the place to take back an
   /// abort() that came too late for the run before.
   virtual void latch(const TickInfo& tick) noexcept { (void)tick; }
+  /// Base thread, own thread's task with OverrunPolicy::queue: a release that has to wait for the step under way.
+  /// Note here what that run has to read as of its own tick; latch() of the same tick and run follows when it starts.
+  virtual void keep(const TickInfo& tick) noexcept { (void)tick; }
   /// The work. On the base thread or on the task's own.
   virtual void step(const TickInfo& tick) noexcept = 0;
   /// Base thread: make the outputs visible. On the base thread directly after step; else at the deadline.

@@ -9,6 +9,7 @@ const rtstdb::Outcome& StepContext::execute(rtstdb::Database& database,
   const rtstdb::Outcome& outcome = database.execute(transaction);
   blocked_ns += (outcome.published - outcome.submitted).count();
   gpu_ns += outcome.gpu_time.count();
+  if (!outcome.done() && failure == rtstdb::Status::idle) failure = outcome.status;
   return outcome;
 }
 

@@ -98,6 +98,8 @@ class StepContext {
 
   std::int64_t blocked_ns = 0;
   std::int64_t gpu_ns = 0;
+  /// What became of the first transaction of this step that came to nothing; idle: there was none.
+  rtstdb::Status failure = rtstdb::Status::idle;
 };
 
 class Module {

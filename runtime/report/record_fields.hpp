@@ -92,6 +92,7 @@ void each_field(T& task, Visit&& visit) {
   visit("skipped", task.skipped);
   visit("aborted", task.aborted);
   visit("over_budget", task.over_budget);
+  visit("without_answer", task.without_answer);
   visit("page_faults", task.page_faults);
   visit("wake_latency_ns", task.wake_latency_ns);
   visit("wall_ns", task.wall_ns);

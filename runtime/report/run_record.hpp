@@ -19,7 +19,7 @@ namespace hil::report {
 
 /// Written into report.json. A file with another number is refused by the reader. It counts up with every key
 /// that is added, removed or changes its meaning, since the reader wants all of them.
-inline constexpr int schema_version = 4;
+inline constexpr int schema_version = 5;
 
 inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
@@ -112,6 +112,7 @@ struct Task {
   std::uint64_t skipped = 0;
   std::uint64_t aborted = 0;
   std::uint64_t over_budget = 0;
+  std::uint64_t without_answer = 0;  ///< runs, warm-up too, with a transaction that came to nothing
   std::uint64_t page_faults = 0;
   Spread wake_latency_ns;
   Spread wall_ns;

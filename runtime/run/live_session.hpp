@@ -135,6 +135,7 @@ class LiveSession final : public executive::TickHooks {
   void end_database(report::RunRecord& record);
   /// Closes signals.csv and hears of every log whether all of it was written. After close_devices.
   void end_logs();
+  void tell_unanswered_runs(report::RunRecord& record) const;
   void fill_record(const executive::RunResult& result, bool interrupted, report::RunRecord& record);
   void decide(const executive::RunResult& result, bool interrupted, report::RunRecord& record) const;
   std::string io_fault() const;

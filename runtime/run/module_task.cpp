@@ -1,5 +1,8 @@
 #include "runtime/run/module_task.hpp"
 
+#include <algorithm>
+#include <utility>
+
 namespace hil::run {
 
 ModuleTask::ModuleTask(modules::Module& module, Links links, std::int64_t deadline_ns,
@@ -13,6 +16,7 @@ ModuleTask::ModuleTask(modules::Module& module, Links links, std::int64_t deadli
       run_clock_(run_clock) {
   for (const modules::Port& port : module.ports().inputs)
     inputs_.push_back({.value = port.initial});
+  kept_inputs_ = inputs_;
   for (const modules::Port& port : module.ports().outputs)
     outputs_.push_back(port.initial);
   context_.inputs = inputs_;
@@ -20,21 +24,39 @@ ModuleTask::ModuleTask(modules::Module& module, Links links, std::int64_t deadli
   context_.events = &events;
 }
 
-void ModuleTask::latch(const executive::TickInfo& tick) noexcept {
-  for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    if (links_.inputs[i].valid()) inputs_[i] = table_.read(links_.inputs[i]);
+void ModuleTask::latch_inputs(std::vector<signals::SignalValue>& inputs) const noexcept {
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    if (links_.inputs[i].valid()) inputs[i] = table_.read(links_.inputs[i]);
   }
+}
+
+void ModuleTask::keep(const executive::TickInfo& /*tick*/) noexcept {
+  latch_inputs(kept_inputs_);
+  kept_version_ = database_.latest().version;
+  kept_ = true;
+}
+
+void ModuleTask::latch(const executive::TickInfo& tick) noexcept {
   context_.run = tick.run;
   context_.time_ns = tick.time_ns;
   context_.period_ns = tick.period_ns;
   context_.deadline = rtstdb::clock_time_ns(run_clock_.origin_ns() + tick.time_ns + deadline_ns_);
+  if (std::exchange(kept_, false)) {
+    std::copy(kept_inputs_.begin(), kept_inputs_.end(), inputs_.begin());
+    context_.version = kept_version_;
+    return;
+  }
+  latch_inputs(inputs_);
   context_.version = database_.latest().version;
 }
 
 void ModuleTask::step(const executive::TickInfo& /*tick*/) noexcept {
   context_.blocked_ns = 0;
   context_.gpu_ns = 0;
+  context_.failure = rtstdb::Status::idle;
   module_.step(context_);
+  if (context_.failure == rtstdb::Status::idle) return;
+  if (runs_without_answer_++ == 0) first_failure_ = context_.failure;
 }
 
 void ModuleTask::publish(const executive::TickInfo& tick) noexcept {

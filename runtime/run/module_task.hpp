@@ -22,12 +22,21 @@ class ModuleTask final : public executive::Task {
              const rtstdb::Database& database, const DeviceClock& run_clock, modules::EventLog& events);
 
   void latch(const executive::TickInfo& tick) noexcept override;
+  void keep(const executive::TickInfo& tick) noexcept override;
   void step(const executive::TickInfo& tick) noexcept override;
   void publish(const executive::TickInfo& tick) noexcept override;
   std::int64_t last_blocked_ns() const noexcept override { return context_.blocked_ns; }
   std::int64_t last_gpu_ns() const noexcept override { return context_.gpu_ns; }
 
+  /// Runs, those to warm up among them, with a transaction that came to nothing: their outputs tell of an earlier
+  /// instant. After the run.
+  std::uint64_t runs_without_answer() const noexcept { return runs_without_answer_; }
+  /// What became of the first such transaction.
+  rtstdb::Status first_failure() const noexcept { return first_failure_; }
+
  private:
+  void latch_inputs(std::vector<signals::SignalValue>& inputs) const noexcept;
+
   modules::Module& module_;
   const Links links_;
   const std::int64_t deadline_ns_;
@@ -35,8 +44,14 @@ class ModuleTask final : public executive::Task {
   const rtstdb::Database& database_;
   const DeviceClock& run_clock_;
   std::vector<signals::SignalValue> inputs_;
+  // What a kept release reads: inputs and world as of its own tick.
+  std::vector<signals::SignalValue> kept_inputs_;
+  rtstdb::Version kept_version_ = 0;
+  bool kept_ = false;
   std::vector<double> outputs_;
   modules::StepContext context_;
+  std::uint64_t runs_without_answer_ = 0;
+  rtstdb::Status first_failure_ = rtstdb::Status::idle;
 };
 
 }  // namespace hil::run

@@ -243,10 +243,25 @@ std::string LiveSession::io_fault() const {
   return {};
 }
 
+/// A run that the world gave no answer kept its time, and its outputs tell of an earlier instant.
+void LiveSession::tell_unanswered_runs(report::RunRecord& record) const {
+  for (std::size_t i = 0; i < module_tasks_.size(); ++i) {
+    report::Task& task = record.tasks[i];
+    task.without_answer = module_tasks_[i]->runs_without_answer();
+    if (task.without_answer == 0) continue;
+    record.realtime.degraded.push_back("task " + task.name + ": " + std::to_string(task.without_answer) +
+                                       " of " + std::to_string(task.runs + task.warmup_runs) +
+                                       " runs got no answer from the world (the first: " +
+                                       rtstdb::to_string(module_tasks_[i]->first_failure()) +
+                                       "); their outputs are those of an earlier run");
+  }
+}
+
 void LiveSession::fill_record(const executive::RunResult& result, bool interrupted,
                               report::RunRecord& record) {
   describe(scenario_, options_, record);
   take_executive(result, scenario_, record);
+  tell_unanswered_runs(record);
   record.realtime.kernel = kernel_words();
   const rtstdb::DeviceInfo& device = database_->device();
   record.gpu = {device.name, device.driver, device.api};

@@ -115,8 +115,15 @@ TEST(OwnThread, QueueKeepsOneReleaseAndRunsItAsSoonAsItIsFree) {
   held.at_tick = [&](std::uint64_t tick) {
     if (tick == 10 || tick == 11 || tick == 13 || tick == 17) held.end_step();
   };
+  std::vector<std::pair<TickInfo, std::uint64_t>> kept;
+  held.task.on_keep = [&](const TickInfo& info) { kept.emplace_back(info, held.now_tick); };
   const RunResult result = held.run(OverrunPolicy::queue);
   EXPECT_EQ(held.latched, (Ticks{0, 4, 12, 16})) << "release 4 was kept, 8 skipped";
+  ASSERT_EQ(kept.size(), 1U);
+  EXPECT_EQ(kept[0].first.tick, 4U);
+  EXPECT_EQ(kept[0].first.time_ns, 4 * ms);
+  EXPECT_EQ(kept[0].first.run, 1U);
+  EXPECT_EQ(kept[0].second, 4U) << "at its own tick, when the world is as its run has to see it";
   EXPECT_EQ(held.published, (std::vector<HeldTask::Published>{{0, 10}, {4, 11}, {12, 16}}));
   const TaskResult& task = result.tasks[0];
   EXPECT_EQ(task.runs, 4U);

@@ -65,6 +65,7 @@ std::vector<Task> tasks() {
   traffic.overruns = 1;
   traffic.skipped = 1;
   traffic.over_budget = 3;
+  traffic.without_answer = 6;
   traffic.slack_ns = {9'900, -402'113, 951'000};
   measure(traffic, {tailed_histogram(6'000, 9'900, 1),
                     tailed_histogram(41'000, 9'900, 2),

@@ -17,6 +17,7 @@ constexpr std::int64_t ms = 1'000'000;
 class VersionOnly final : public rtstdb::Database {
  public:
   rtstdb::Version version = 0;
+  rtstdb::Outcome outcome;  ///< of every transaction
 
   const rtstdb::DeviceInfo& device() const noexcept override { return device_; }
   rtstdb::Result<rtstdb::GeometryId> add_geometry(const rtstdb::TriangleMesh& /*mesh*/,
@@ -62,7 +63,7 @@ class VersionOnly final : public rtstdb::Database {
     return refused();
   }
   void submit(rtstdb::Transaction& /*transaction*/) noexcept override {}
-  const rtstdb::Outcome& wait(rtstdb::Transaction& /*transaction*/) noexcept override { return outcome_; }
+  const rtstdb::Outcome& wait(rtstdb::Transaction& /*transaction*/) noexcept override { return outcome; }
   void cancel(rtstdb::Transaction& /*transaction*/) noexcept override {}
   rtstdb::VersionInfo latest() const noexcept override { return {.version = version}; }
   rtstdb::Version durable() const noexcept override { return 0; }
@@ -95,8 +96,33 @@ class VersionOnly final : public rtstdb::Database {
  private:
   static rtstdb::Error refused() { return {.code = rtstdb::ErrorCode::no_device, .message = "a fake"}; }
   rtstdb::DeviceInfo device_;
-  rtstdb::Outcome outcome_;
   rtstdb::Recovery recovery_;
+};
+
+/// Only there to be carried out.
+class AnyTransaction final : public rtstdb::Transaction {
+ public:
+  void begin(const rtstdb::Terms& /*terms*/) noexcept override {}
+  void expect_exists(rtstdb::EntityId /*entity*/) noexcept override {}
+  void expect_written_by(rtstdb::EntityId /*entity*/, rtstdb::Version /*version*/) noexcept override {}
+  std::uint32_t create(const rtstdb::EntityRow& /*row*/) noexcept override { return 0; }
+  void update(rtstdb::EntityId /*entity*/, const rtstdb::EntityRow& /*row*/) noexcept override {}
+  void update_motion(rtstdb::EntityId /*entity*/, const rtstdb::Motion& /*motion*/) noexcept override {}
+  void remove(rtstdb::EntityId /*entity*/) noexcept override {}
+  void update_geometry(rtstdb::GeometryId /*geometry*/,
+                       std::span<const glm::vec3> /*positions_m*/) noexcept override {}
+  std::uint32_t read(rtstdb::EntityId /*entity*/) noexcept override { return 0; }
+  void ask(rtstdb::RayQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
+  void ask(rtstdb::RegionQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
+  void ask(rtstdb::NearestQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
+  void ask(rtstdb::OverlapQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
+  rtstdb::EntityId created(std::uint32_t /*ordinal*/) const noexcept override { return {}; }
+  const rtstdb::EntityState* state(std::uint32_t /*ordinal*/) const noexcept override { return nullptr; }
+  rtstdb::Status status() const noexcept override { return {}; }
+  const rtstdb::Outcome& outcome() const noexcept override { return outcome_; }
+
+ private:
+  rtstdb::Outcome outcome_;
 };
 
 /// Keeps what it was given; its output is its first input plus one.
@@ -119,13 +145,16 @@ class Recorder final : public modules::Module {
     context.outputs[0] = in.value + 1.0;
     context.blocked_ns += 11;
     context.gpu_ns += 5;
+    if (asks != nullptr) context.execute(*asks, transaction_);
   }
 
   modules::StepContext seen;
   signals::SignalValue in, open;
   double out_before = 0.0;
+  rtstdb::Database* asks = nullptr;  ///< every step carries out a transaction there
 
  private:
+  AnyTransaction transaction_;
   modules::Ports ports_;
 };
 
@@ -160,6 +189,46 @@ TEST_F(ModuleTasks, GiveTheStepItsTimesAndTheWorldsVersion) {
   EXPECT_EQ(module_.seen.version, 42U);
   EXPECT_EQ(module_.seen.events, &events_);
   EXPECT_EQ(module_.seen.world_time(), rtstdb::world_time_ns(20 * ms));
+}
+
+TEST_F(ModuleTasks, AKeptReleaseReadsInputsAndWorldAsOfItsOwnTick) {
+  const executive::TickInfo under_way{.tick = 10, .time_ns = 10 * ms, .period_ns = 10 * ms, .run = 1};
+  const executive::TickInfo kept{.tick = 20, .time_ns = 20 * ms, .period_ns = 10 * ms, .run = 2};
+  const executive::TickInfo next{.tick = 30, .time_ns = 30 * ms, .period_ns = 10 * ms, .run = 3};
+  table_.write(source_, 1.0, 10 * ms);
+  database_.version = 41;
+  task_.latch(under_way);
+  table_.write(source_, 2.0, 20 * ms);
+  database_.version = 42;
+  task_.keep(kept);
+  table_.write(source_, 3.0, 25 * ms);
+  database_.version = 43;
+  task_.step(under_way);
+  EXPECT_EQ(module_.seen.version, 41U) << "what is under way sees nothing of it";
+  EXPECT_DOUBLE_EQ(module_.in.value, 1.0);
+  task_.latch(kept);
+  task_.step(kept);
+  EXPECT_EQ(module_.seen.time_ns, 20 * ms);
+  EXPECT_EQ(module_.seen.version, 42U) << "rows of later versions begin after its time";
+  EXPECT_DOUBLE_EQ(module_.in.value, 2.0);
+  task_.latch(next);
+  task_.step(next);
+  EXPECT_EQ(module_.seen.version, 43U);
+  EXPECT_DOUBLE_EQ(module_.in.value, 3.0);
+}
+
+TEST_F(ModuleTasks, CountRunsWhoseTransactionCameToNothing) {
+  task_.step({});
+  EXPECT_EQ(task_.runs_without_answer(), 0U);
+  module_.asks = &database_;
+  database_.outcome.status = rtstdb::Status::bad_input;
+  task_.step({});
+  database_.outcome.status = rtstdb::Status::missed;
+  task_.step({});
+  database_.outcome.status = rtstdb::Status::late;
+  task_.step({});
+  EXPECT_EQ(task_.runs_without_answer(), 2U) << "late is done";
+  EXPECT_EQ(task_.first_failure(), rtstdb::Status::bad_input);
 }
 
 TEST_F(ModuleTasks, WorkOnCopiesBetweenLatchAndPublish) {

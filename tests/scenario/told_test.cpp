@@ -1,0 +1,49 @@
+// What a run says of itself is what it did: its counts, its times, and what came to nothing.
+
+#include <gtest/gtest.h>
+
+#include "tests/scenario/hil.hpp"
+#include "tests/scenario/run_files.hpp"
+
+namespace hil::scenario_test {
+namespace {
+
+/// The entry of a list in report.json with this name.
+nlohmann::json named(const nlohmann::json& list, const std::string& name) {
+  for (const nlohmann::json& entry : list)
+    if (entry["name"] == name) return entry;
+  ADD_FAILURE() << "nothing is called " << name;
+  return {};
+}
+
+TEST(WhatIsTold, AQueuedRunReadsTheWorldOfItsOwnRelease) {
+  const Folder folder;
+  // More beams than any machine shoots in time, of a sensor that moves with a car whose row is written at each tick.
+  write_text(folder / "queue.yaml", R"(
+scenario: queue
+base_rate: 1 kHz
+duration: 1 s
+tasks:
+  - module: traffic
+    type: vehicles
+    rate: 100 Hz
+    parameters: {vehicles: {a: {position: [0 m, 0 m], speed: 10 m/s}, b: {position: [20 m, 0 m], speed: 10 m/s}}}
+  - module: scanner
+    type: laser_scanner
+    rate: 10 Hz
+    thread: s
+    overrun: queue
+    parameters: {carrier: traffic.a, mount: [0 m, 0 m, 3 m], columns: 4000, rows: 4000, vertical: 170 deg, layers: [vehicle], object_layers: [vehicle], scan_rate: 1 Hz}
+)");
+  const Ended ended =
+      run_hil(joined({{"run", folder / "queue.yaml", "--out", folder / "out"}, patient_watchdog()}));
+  EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
+  const auto report = read_report(folder / "out");
+  const auto scanner = named(report["tasks"], "scanner");
+  EXPECT_GT(scanner["runs"].get<int>(), 1);
+  EXPECT_EQ(scanner["without_answer"], 0);
+  EXPECT_EQ(report["transactions"]["bad_input"], 0);
+}
+
+}  // namespace
+}  // namespace hil::scenario_test
