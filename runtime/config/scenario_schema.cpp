@@ -272,7 +272,8 @@ Schema process_schema() {
 
 Schema expectation_schema() {
   const Schema response = Schema::record({
-      Field::needed("request", Schema::signal(), "Each change of this signal asks for an answer."),
+      Field::needed("request", Schema::signal(),
+                    "Each change of this signal asks for an answer; of one on a CAN bus, each frame."),
       Field::needed("reply", Schema::signal(),
                     "The signal that answers, by taking the value that the request had."),
       Field::needed("within", duration(shortest_s), "The time the answer may take."),

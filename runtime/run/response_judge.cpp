@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <utility>
 
 namespace hil::run {
 namespace {
@@ -29,7 +30,7 @@ ResponseJudge::ResponseJudge(std::string name, const config::Response& claim,
       pending_(std::clamp<std::uint64_t>(most_samples, 1, most_pending)) {
   const auto side = [&](const std::string& signal_name) {
     const signals::SignalId signal = *table.find(signal_name);
-    return Side{signal_name, signal, arrivals.keeps(signal), long_ago_ns};
+    return Side{signal_name, signal, arrivals.keeps(signal), table.info(signal).initial, long_ago_ns};
   };
   requests_ = side(claim.request.text);
   replies_ = side(claim.reply.text);
@@ -49,6 +50,7 @@ void ResponseJudge::take(Side& side, const signals::SignalTable& table, std::spa
   const signals::SignalValue& latched = table.read(side.signal);
   if (!latched.fresh || latched.time_ns == side.last_ns) return;
   side.last_ns = latched.time_ns;
+  if (std::exchange(side.last_value, latched.value) == latched.value) return;
   use(Known{latched.value, latched.time_ns});
 }
 

@@ -7,7 +7,8 @@
 // oldest counts as unanswered. Requests that the run's end leaves less than the limit for are not judged.
 //
 // Samples of a CAN message are frames, each with its own time: two that come within one tick are two. Of
-// other signals only the value at every tick is known.
+// other signals only the value at every tick is known; a sample is one that differs from the tick before (or from
+// the signal's initial value), however often it was written.
 //
 // Requests and replies may become known in either order, since the thread that sends a request says so after
 // the fact: a reply that nothing waited for is remembered (the newest 64) for a request that is older than
@@ -45,6 +46,7 @@ class ResponseJudge final : public Judge {
     std::string name;
     signals::SignalId signal;
     bool one_by_one = false;  ///< every sample arrives; else the table shows the newest
+    double last_value = 0.0;
     std::int64_t last_ns = 0;
   };
   template <typename Use>

@@ -199,7 +199,7 @@ TEST_F(Expectations, AnAnswerPassesOverOlderRequests) {
 
 TEST_F(Expectations, ACounterThatComesRoundIsANewRequest) {
   const auto judge = responses(50 * ms);
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 1; i <= 100; ++i) {
     ask(*judge, i % 16, i * 10 * ms);
     answer(*judge, i % 16, i * 10 * ms + 2 * ms);
   }
@@ -211,10 +211,40 @@ TEST_F(Expectations, ACounterThatComesRoundIsANewRequest) {
 TEST_F(Expectations, OfTwoRequestsWithOneValueTheOlderIsAnsweredFirst) {
   const auto judge = responses(50 * ms);
   ask(*judge, 3, 0);
-  ask(*judge, 3, 10 * ms);  // written again: a new time makes it a new request
+  ask(*judge, 4, 5 * ms);
+  ask(*judge, 3, 10 * ms);
   answer(*judge, 3, 12 * ms);
+  answer(*judge, 4, 13 * ms);
   answer(*judge, 3, 15 * ms);
-  EXPECT_EQ(judge->response_times(1'000 * ms)->samples_ns, (std::vector<std::int64_t>{12 * ms, 5 * ms}));
+  EXPECT_EQ(judge->response_times(1'000 * ms)->samples_ns,
+            (std::vector<std::int64_t>{12 * ms, 8 * ms, 5 * ms}));
+}
+
+TEST_F(Expectations, AValueThatIsWrittenAgainIsNoRequestAndNoAnswer) {
+  const auto judge = responses(50 * ms);
+  ask(*judge, 0, 0);  // as it was before the first tick
+  ask(*judge, 1, 10 * ms);
+  answer(*judge, 1, 12 * ms);
+  for (int i = 2; i < 20; ++i) {
+    ask(*judge, 1, i * 10 * ms);
+    answer(*judge, 1, i * 10 * ms + 5 * ms);
+  }
+  const auto result = judge->result(1'000 * ms);
+  EXPECT_TRUE(result.passed) << result.detail;
+  EXPECT_NE(result.detail.find("1 requests, 0 unanswered, 0 late, slowest 2.00 ms"), std::string::npos)
+      << result.detail;
+}
+
+TEST_F(Expectations, ASignalThatIsFreshAgainWithItsOldValueHasNotChanged) {
+  const auto judge = responses(50 * ms);
+  ask(*judge, 1, 10 * ms);
+  answer(*judge, 1, 12 * ms);
+  table_.write(request_, {.value = 0.0, .time_ns = 100 * ms, .fresh = false});
+  judge->look(table_, {}, 100 * ms);
+  ask(*judge, 1, 200 * ms);
+  EXPECT_EQ(judge->response_times(1'000 * ms)->unanswered, 0U);
+  ask(*judge, 2, 300 * ms);
+  EXPECT_EQ(judge->response_times(1'000 * ms)->unanswered, 1U);
 }
 
 /// Both are latched in one tick: a repeated answer to an old request, and a new request of the same value.
@@ -224,6 +254,7 @@ TEST_F(Expectations, WhatCameBeforeARequestIsNoAnswerToIt) {
   table_.write(reply_, 3.0, 99 * ms);
   judge->look(table_, {}, 101 * ms);
   EXPECT_TRUE(judge->response_times(120 * ms)->samples_ns.empty());
+  answer(*judge, 4, 105 * ms);
   answer(*judge, 3, 110 * ms);
   EXPECT_EQ(judge->response_times(1'000 * ms)->samples_ns, (std::vector<std::int64_t>{10 * ms}));
 }
@@ -256,9 +287,9 @@ TEST_F(Expectations, ValuesThatAreNotFreshAreNoRequestsAndNoAnswers) {
 TEST_F(Expectations, ManyRequestsMayWaitAtOnce) {
   const auto judge = responses(10'000 * ms, 1, 2'000);
   for (int i = 0; i < 600; ++i)
-    ask(*judge, i, i * 10 * ms);
+    ask(*judge, i + 1, i * 10 * ms);
   for (int i = 0; i < 600; ++i)
-    answer(*judge, i, 6'000 * ms + i * ms);
+    answer(*judge, i + 1, 6'000 * ms + i * ms);
   const auto result = judge->result(60'000 * ms);
   EXPECT_TRUE(result.passed) << result.detail;
   EXPECT_EQ(judge->response_times(60'000 * ms)->samples_ns.size(), 600U);
