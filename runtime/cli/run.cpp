@@ -122,7 +122,20 @@ int leave_report(run::SessionResult& result, const std::filesystem::path& direct
   return record.exit_code;
 }
 
-int run_in_folder(Loaded& loaded, const run::SessionOptions& options, bool live) {
+/// A scenario that is refused leaves no report, and none of an earlier run is to be taken for it.
+int refuse_scenario(const std::string& directory) {
+  std::error_code absent;
+  if (directory.empty() || !std::filesystem::is_directory(directory, absent)) return run::exit_bad_config;
+  try {
+    run::RunFolder(directory).clear();
+  } catch (const io::DeviceError& error) {
+    std::fprintf(stderr, "hil run: %s\n", error.what());
+  }
+  return run::exit_bad_config;
+}
+
+int run_in_folder(Loaded& loaded, const run::SessionOptions& options, const run::RunFolder& folder,
+                  bool live) {
   const config::Scenario& scenario = *loaded.scenario;
   run::SessionResult result;
   const auto refuse = [&](const std::exception& error, report::Verdict verdict, int exit_code) {
@@ -130,6 +143,7 @@ int run_in_folder(Loaded& loaded, const run::SessionOptions& options, bool live)
     result.record = run::record_of_refusal(scenario, options, verdict, exit_code, error.what());
   };
   try {
+    folder.clear();
     result = run::run_session(std::move(loaded.wiring), options, stop_requested);
     if (live) std::fputs("\r\033[K", stdout);
   } catch (const run::GpuError& error) {
@@ -150,11 +164,11 @@ int run(const Arguments& arguments, bool seed_given) {
     options.fail_on = run::parse_fail_on(*arguments.fail_on, diagnostics);
     if (!options.fail_on) {
       std::fputs(diagnostics.to_text().c_str(), stderr);
-      return run::exit_bad_config;
+      return refuse_scenario(arguments.directory);
     }
   }
   auto loaded = load(arguments.scenario, overrides);
-  if (!loaded) return run::exit_bad_config;
+  if (!loaded) return refuse_scenario(arguments.directory);
   options.directory = arguments.directory.empty() ? default_directory(arguments.scenario)
                                                   : std::filesystem::path(arguments.directory);
   options.overrides = as_pairs(overrides);
@@ -170,7 +184,7 @@ int run(const Arguments& arguments, bool seed_given) {
   catch_signals();
   try {
     const run::RunFolder folder(options.directory);
-    return run_in_folder(*loaded, options, live);
+    return run_in_folder(*loaded, options, folder, live);
   } catch (const io::DeviceError& error) {
     std::fprintf(stderr, "hil run: %s\n", error.what());
     return run::exit_io_failed;

@@ -59,7 +59,7 @@ fs::path database_folder(const fs::path& run_folder) {
   return run_folder / "database";
 }
 
-RunFolder::RunFolder(const fs::path& directory) {
+RunFolder::RunFolder(const fs::path& directory) : directory_(directory) {
   std::error_code error;
   fs::create_directories(directory, error);
   if (error) throw io::DeviceError("folder " + directory.string() + " can not be made: " + error.message());
@@ -75,12 +75,10 @@ RunFolder::RunFolder(const fs::path& directory) {
                                ? std::string(" is in use by another run")
                                : " can not be locked: " + std::string(std::strerror(answer))));
   }
-  try {
-    remove_results(directory);
-  } catch (...) {
-    ::close(lock_);
-    throw;
-  }
+}
+
+void RunFolder::clear() const {
+  remove_results(directory_);
 }
 
 RunFolder::~RunFolder() {

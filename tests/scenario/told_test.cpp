@@ -45,5 +45,38 @@ tasks:
   EXPECT_EQ(report["transactions"]["bad_input"], 0);
 }
 
+/// A folder with the reports of a run that passed.
+void leave_reports(const Folder& folder) {
+  std::filesystem::create_directories(folder / "out");
+  for (const char* file : {"report.json", "report.html", "junit.xml", "world.json"})
+    write_text(folder / "out/" + file, "passed");
+}
+
+TEST(WhatIsTold, ARefusedScenarioLeavesNoReportOfAnEarlierRun) {
+  for (const std::vector<std::string>& mistake : {std::vector<std::string>{"--set", "base_rat=1"},
+                                                  std::vector<std::string>{"--fail-on", "mises > 0"}}) {
+    const Folder folder;
+    leave_reports(folder);
+    const Ended ended = run_hil(joined({{"run", crossing(), "--out", folder / "out"}, mistake}));
+    EXPECT_EQ(ended.code, 2) << ended.output << ended.errors;
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "out"));
+  }
+}
+
+TEST(WhatIsTold, FilesAmongTheLogsAreReportedAndStay) {
+  const Folder folder;
+  leave_reports(folder);
+  std::filesystem::create_directories(folder / "out/database");
+  write_text(folder / "out/database/thesis.txt", "mine");
+  const Ended ended = run_hil({"run", crossing(), "--out", folder / "out"});
+  EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
+  EXPECT_EQ(read_text(folder / "out/database/thesis.txt"), "mine");
+  const auto report = read_report(folder / "out");
+  EXPECT_EQ(report["verdict"], "io_failed");
+  EXPECT_EQ(report["exit_code"], 4);
+  EXPECT_NE(report["reason"].get<std::string>().find("thesis.txt"), std::string::npos) << report["reason"];
+  EXPECT_NE(read_text(folder / "out/junit.xml").find("<error"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace hil::scenario_test

@@ -28,6 +28,8 @@ TEST(RunFolder, ClearsTheResultsOfAnEarlierRunAndNothingElse) {
   folder.write("notes.txt", "mine");
   folder.write("a.out", "mine");
   const RunFolder mine(folder.path());
+  EXPECT_EQ(folder.read("junit.xml"), "passed");
+  mine.clear();
   for (const char* file : results)
     EXPECT_FALSE(fs::exists(folder.path() / file)) << file;
   EXPECT_EQ(folder.read("notes.txt"), "mine");
@@ -43,19 +45,23 @@ TEST(RunFolder, ClearsTheLogOfAnEarlierRunAndNoOtherFiles) {
   folder.write("world.json", "{}");
   {
     const RunFolder mine(folder.path());
+    mine.clear();
     EXPECT_FALSE(fs::exists(folder.path() / "database"));
     EXPECT_FALSE(fs::exists(folder.path() / "world.json"));
   }
   fs::create_directories(folder.path() / "database");
   folder.write("database/lock", "of a run");
   folder.write("database/thesis.txt", "mine");
+  folder.write("junit.xml", "passed");
+  const RunFolder mine(folder.path());
   try {
-    const RunFolder mine(folder.path());
+    mine.clear();
     FAIL() << "a log would lie among somebody's files";
   } catch (const io::DeviceError& error) {
     EXPECT_NE(std::string(error.what()).find("database"), std::string::npos) << error.what();
   }
   EXPECT_EQ(folder.read("database/thesis.txt"), "mine");
+  EXPECT_FALSE(fs::exists(folder.path() / "junit.xml")) << "it would say that this run passed";
 }
 
 TEST(RunFolder, BelongsToOneRunAtATime) {
