@@ -59,6 +59,7 @@ std::uint64_t BaseLoop::give_up_late_ticks() noexcept {
     if (phase == Phase::released || phase == Phase::running) note_overrun(*slot);
   }
   beat_.skipped_ticks.add(resume - next_tick_);
+  if (resume > next_tick_) beat_.skips.add(1);
   return resume - next_tick_;
 }
 

@@ -23,6 +23,7 @@ struct BaseBeat {
   std::atomic<std::uint64_t> ticks_begun{0};
   LiveNumber<std::int64_t> run_time_ns;
   LiveNumber<std::uint64_t> skipped_ticks;
+  LiveNumber<std::uint64_t> skips;  ///< times that ticks were given up
 };
 
 class BaseLoop {

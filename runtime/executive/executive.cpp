@@ -128,6 +128,7 @@ RunResult Executive::run(const std::atomic<bool>& stop_requested) {
   result.run_time_ns = static_cast<std::int64_t>(loop.next_tick()) * options_.base_period_ns;
   accounting.write_into(result, slots_, loop.start_ns());
   result.base.skipped_ticks = beat_->skipped_ticks.get();
+  result.base.times_skipped = beat_->skips.get();
   return result;
 }
 

@@ -2,6 +2,7 @@
 // What a run leaves: everything report.json and the trace need. Times called run time start at 0 with the
 // first tick.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -51,6 +52,9 @@ struct TaskResult {
 
   std::vector<Miss>
       misses;  ///< the first ones, as many as AccountingOptions says; deadline_misses counts all
+  /// Of all misses but those among RunResult::lost_records: how many by MissCause, and the largest lateness.
+  std::array<std::uint64_t, miss_cause_count> misses_by_cause{};
+  std::int64_t worst_lateness_ns = 0;
 };
 
 /// Ticks given up because real time had run ahead.
@@ -70,7 +74,8 @@ struct BaseResult {
   std::uint64_t late_ticks =
       0;  ///< begun without sleeping, because the tick before took longer than its period
   std::uint64_t skipped_ticks = 0;
-  std::vector<Skip> skips;  ///< the first ones, as many as AccountingOptions says
+  std::uint64_t times_skipped = 0;
+  std::vector<Skip> skips;  ///< the first ones, as many as AccountingOptions says; times_skipped counts all
 };
 
 /// One run in the trace, in run time.

@@ -1,5 +1,7 @@
 #include "runtime/executive/task_account.hpp"
 
+#include <algorithm>
+
 namespace hil::executive {
 
 TaskAccount::TaskAccount(const TaskSlot& slot, std::int64_t base_period_ns, std::size_t kept_misses)
@@ -16,13 +18,18 @@ void TaskAccount::take(const RunRecord& run, const HostWitness& witness) {
   if (is_late(run)) {
     const DelayParts parts = explain(run, witness);
     last_cause_ = parts.largest();
-    if (!run.warmup && result_.misses.size() < kept_misses_) {
-      const std::int64_t lateness_ns = run.finish_ns - run.release_ns - result_.deadline_ns;
-      result_.misses.push_back({run.tick, last_cause_, lateness_ns, parts});
-    }
+    if (!run.warmup) note_miss(run, parts);
   }
   last_finish_ns_ = run.finish_ns;
   if (!run.warmup && !run.not_started) measure(run);
+}
+
+void TaskAccount::note_miss(const RunRecord& run, const DelayParts& parts) {
+  const std::int64_t lateness_ns = run.finish_ns - run.release_ns - result_.deadline_ns;
+  ++result_.misses_by_cause[static_cast<std::size_t>(last_cause_)];
+  result_.worst_lateness_ns = std::max(result_.worst_lateness_ns, lateness_ns);
+  if (result_.misses.size() < kept_misses_)
+    result_.misses.push_back({run.tick, last_cause_, lateness_ns, parts});
 }
 
 DelayParts TaskAccount::explain(const RunRecord& run, const HostWitness& witness) const noexcept {

@@ -23,6 +23,7 @@ class TaskAccount {
   TaskResult result(const TaskSlot& slot) const;
 
  private:
+  void note_miss(const RunRecord& run, const DelayParts& parts);
   DelayParts explain(const RunRecord& run, const HostWitness& witness) const noexcept;
   void measure(const RunRecord& run) noexcept;
 

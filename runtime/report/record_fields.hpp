@@ -77,6 +77,12 @@ void each_field(T& miss, Visit&& visit) {
   visit("lateness_ns", miss.lateness_ns);
 }
 
+template <Is<CauseCount> T, class Visit>
+void each_field(T& counted, Visit&& visit) {
+  visit("cause", counted.cause);
+  visit("count", counted.count);
+}
+
 template <Is<Task> T, class Visit>
 void each_field(T& task, Visit&& visit) {
   visit("name", task.name);
@@ -93,6 +99,7 @@ void each_field(T& task, Visit&& visit) {
   visit("aborted", task.aborted);
   visit("over_budget", task.over_budget);
   visit("without_answer", task.without_answer);
+  visit("warmup_trouble", task.warmup_trouble);
   visit("page_faults", task.page_faults);
   visit("wake_latency_ns", task.wake_latency_ns);
   visit("wall_ns", task.wall_ns);
@@ -100,6 +107,8 @@ void each_field(T& task, Visit&& visit) {
   visit("blocked_ns", task.blocked_ns);
   visit("gpu_ns", task.gpu_ns);
   visit("slack_ns", task.slack_ns);
+  visit("misses_by_cause", task.misses_by_cause);
+  visit("worst_lateness_ns", task.worst_lateness_ns);
   visit("misses", task.misses);
   visit("histograms", task.histograms);
 }
@@ -309,6 +318,8 @@ void each_field(T& record, Visit&& visit) {
   visit("program_version", record.program_version);
   visit("clock", record.clock);
   visit("ticks", record.ticks);
+  visit("skipped_ticks", record.skipped_ticks);
+  visit("run_time_ns", record.run_time_ns);
   visit("period_ns", record.period_ns);
   visit("duration_ns", record.duration_ns);
   visit("started_at", record.started_at);
@@ -321,6 +332,7 @@ void each_field(T& record, Visit&& visit) {
   visit("tasks", record.tasks);
   visit("base_stages", record.base_stages);
   visit("watchdog", record.watchdog);
+  visit("watchdog_not_listed", record.watchdog_not_listed);
   visit("transactions", record.transactions);
   visit("scheduler", record.scheduler);
   visit("database_log", record.database_log);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "runtime/report/bus_words.hpp"
 #include "runtime/report/quantities.hpp"
@@ -43,22 +42,28 @@ void add_expectations(std::string& out, const RunRecord& record) {
   }
 }
 
+std::string causes_text(const Task& task) {
+  std::string causes;
+  std::uint64_t explained = 0;
+  const auto add = [&](const std::string& cause, std::uint64_t count) {
+    causes += (causes.empty() ? "" : ", ") + one_line(cause) + ' ' + to_ascii(count_text(count));
+  };
+  for (const auto& [cause, count] : task.misses_by_cause) {
+    add(cause, count);
+    explained += count;
+  }
+  if (!causes.empty() && explained < task.deadline_misses)
+    add("not recorded", task.deadline_misses - explained);
+  return causes;
+}
+
 void add_misses(std::string& out, const Task& task) {
   if (task.deadline_misses == 0) return;
-  std::map<std::string, std::uint64_t> by_cause;
-  std::int64_t worst_ns = 0;
-  for (const Miss& miss : task.misses) {
-    ++by_cause[miss.cause];
-    worst_ns = std::max(worst_ns, miss.lateness_ns);
-  }
   out += "  " + one_line(task.name) + ": " + to_ascii(count_text(task.deadline_misses)) + " of " +
          to_ascii(counted(task.runs, "run", "runs")) + " missed the deadline";
-  const char* separator = " (";
-  for (const auto& [cause, count] : by_cause) {
-    out += separator + one_line(cause) + ' ' + to_ascii(count_text(count));
-    separator = ", ";
-  }
-  if (!task.misses.empty()) out += "; latest by " + to_ascii(measured_time(worst_ns)) + ')';
+  const std::string causes = causes_text(task);
+  if (!causes.empty())
+    out += " (" + causes + "; latest by " + to_ascii(measured_time(task.worst_lateness_ns)) + ')';
   out += '\n';
 }
 
@@ -79,6 +84,8 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   add_expectations(out, record);
   for (const Task& task : record.tasks)
     add_misses(out, task);
+  if (const std::string sentence = ticks_given_up(record); !sentence.empty())
+    out += "  " + to_ascii(sentence) + '\n';
   for (const CanBus& bus : record.can) {
     for (const std::string& sentence : can_shortfalls(bus))
       out += "  can." + one_line(bus.bus) + ": " + to_ascii(sentence) + '\n';
@@ -92,6 +99,14 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   out += "  " + to_ascii(counted(record.ticks, "tick", "ticks")) + " in " +
          to_ascii(measured_time(record.wall_ns)) + ", report in " + one_line(report_place) + '\n';
   return out;
+}
+
+std::string ticks_given_up(const RunRecord& record) {
+  if (record.skipped_ticks == 0) return {};
+  const std::uint64_t due = record.ticks + record.skipped_ticks;
+  return count_text(record.skipped_ticks) + " of " + counted(due, "tick", "ticks") + " given up (" +
+         percent(static_cast<double>(record.skipped_ticks) / static_cast<double>(due)) +
+         "): real time had run ahead";
 }
 
 const char* headline(Verdict verdict) noexcept {

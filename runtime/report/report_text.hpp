@@ -29,9 +29,12 @@ struct LiveStatus {
 /// No line break, at most `columns` wide: what does not fit is left out from the end, whole words at a time.
 std::string live_line(const LiveStatus& status, std::size_t columns);
 
-/// Verdict, reason, failed expectations, misses by task and cause, what was degraded, where the report lies.
+/// Verdict, reason, failed expectations, misses by task and cause, ticks given up, what was degraded, where the report lies.
 /// Each line ends with a newline.
 std::string report_text(const RunRecord& record, const std::string& report_place);
+
+/// How many ticks were given up, of how many, and why; empty when none was. Typographic.
+std::string ticks_given_up(const RunRecord& record);
 
 /// "Passed", "Failed", "Timing broken", ...
 const char* headline(Verdict verdict) noexcept;

@@ -98,6 +98,11 @@ struct Miss {
   std::int64_t lateness_ns = 0;
 };
 
+struct CauseCount {
+  std::string cause;
+  std::uint64_t count = 0;
+};
+
 struct Task {
   std::string name;
   double rate_hz = 0.0;
@@ -113,6 +118,8 @@ struct Task {
   std::uint64_t aborted = 0;
   std::uint64_t over_budget = 0;
   std::uint64_t without_answer = 0;  ///< runs, warm-up too, with a transaction that came to nothing
+  std::uint64_t warmup_trouble =
+      0;  ///< misses, overruns, skipped, aborted and over_budget of the warm-up, in none of those
   std::uint64_t page_faults = 0;
   Spread wake_latency_ns;
   Spread wall_ns;
@@ -121,8 +128,10 @@ struct Task {
   Spread gpu_ns;
   Slack slack_ns;
   TaskHistograms histograms;
-  std::vector<Miss>
-      misses;  ///< may hold fewer than deadline_misses where the recorder ran full; the page says so
+  /// Of all misses, by cause; may add up to fewer than deadline_misses where records were lost.
+  std::vector<CauseCount> misses_by_cause;
+  std::int64_t worst_lateness_ns = 0;
+  std::vector<Miss> misses;  ///< the first ones in detail; the page says when there are more
 };
 
 /// A part of the base tick. All stages, idle among them, add up to the run.
@@ -350,19 +359,22 @@ struct RunRecord {
   std::string reason;  ///< why, in one sentence
   int exit_code = 0;
   std::string program_version;
-  std::string clock;  ///< "realtime" or "virtual"
-  std::uint64_t ticks = 0;
-  std::int64_t period_ns = 0;    ///< of the base rate
-  std::int64_t duration_ns = 0;  ///< asked for; 0: until stopped
-  std::string started_at;        ///< ISO 8601
-  std::int64_t wall_ns = 0;      ///< how long the run took on the wall clock
+  std::string clock;                ///< "realtime" or "virtual"
+  std::uint64_t ticks = 0;          ///< that ran
+  std::uint64_t skipped_ticks = 0;  ///< given up, since real time had run ahead
+  std::int64_t run_time_ns = 0;     ///< covered: by the ticks that ran and those given up
+  std::int64_t period_ns = 0;       ///< of the base rate
+  std::int64_t duration_ns = 0;     ///< asked for; 0: until stopped
+  std::string started_at;           ///< ISO 8601
+  std::int64_t wall_ns = 0;         ///< how long the run took on the wall clock
   std::uint64_t seed = 0;
   std::vector<Override> overrides;
   Realtime realtime;
   Gpu gpu;
   std::vector<Task> tasks;
   std::vector<BaseStage> base_stages;
-  std::vector<Event> watchdog;
+  std::vector<Event> watchdog;            ///< a hang, and the first times that ticks were given up
+  std::uint64_t watchdog_not_listed = 0;  ///< further times that ticks were given up
   Transactions transactions;
   Scheduler scheduler;
   DatabaseLog database_log;

@@ -46,6 +46,13 @@ report::Task task_of(const executive::TaskResult& result) {
   task.slack_ns = {result.wall.count(), result.slack_min_ns, result.slack_p50_ns};
   task.histograms = {bins_of(result.wake_latency), bins_of(result.wall), bins_of(result.cpu),
                      bins_of(result.blocked)};
+  task.warmup_trouble = result.warmup_trouble;
+  for (std::size_t i = 0; i < result.misses_by_cause.size(); ++i) {
+    if (result.misses_by_cause[i] == 0) continue;
+    task.misses_by_cause.push_back(
+        {in_words(static_cast<executive::MissCause>(i)), result.misses_by_cause[i]});
+  }
+  task.worst_lateness_ns = result.worst_lateness_ns;
   for (const executive::Miss& miss : result.misses)
     task.misses.push_back({miss.tick, in_words(miss.cause), miss.lateness_ns});
   return task;
@@ -72,6 +79,8 @@ const char* policy_name(config::Overrun overrun) {
 void take_executive(const executive::RunResult& result, const config::Scenario& scenario,
                     report::RunRecord& record) {
   record.ticks = result.ticks;
+  record.skipped_ticks = result.base.skipped_ticks;
+  record.run_time_ns = result.run_time_ns;
   record.period_ns = result.period_ns;
   record.realtime.scheduler =
       result.realtime.scheduler == executive::Scheduler::fifo ? "SCHED_FIFO" : "SCHED_OTHER";
@@ -103,6 +112,7 @@ void take_executive(const executive::RunResult& result, const config::Scenario& 
         {static_cast<std::int64_t>(skip.tick) * result.period_ns,
          std::to_string(skip.count) + " ticks given up (" + in_words(skip.cause) + ")"});
   }
+  record.watchdog_not_listed = result.base.times_skipped - result.base.skips.size();
 }
 
 report::TraceRecord trace_of(const executive::RunResult& result, const std::vector<report::Event>& events) {

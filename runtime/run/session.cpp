@@ -7,6 +7,8 @@
 #include <ctime>
 #include <utility>
 
+#include "runtime/report/quantities.hpp"
+#include "runtime/report/report_text.hpp"
 #include "runtime/run/live_session.hpp"
 #include "runtime/run/run_record_parts.hpp"
 #include "runtime/run/scenery.hpp"
@@ -204,6 +206,8 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
   const bool interrupted = result.stopped && stop_requested.load();
   if (!fault.empty()) record.reason = fault;
   fill_record(result, interrupted, record);
+  if (const std::string sentence = report::ticks_given_up(record); !sentence.empty())
+    run_log_.warn(report::to_ascii(sentence));
   for (const std::string& sentence : record.realtime.degraded)
     run_log_.warn("degraded: " + sentence);
   run_log_.info("exit code " + std::to_string(record.exit_code) + ": " + record.reason);

@@ -21,17 +21,13 @@ const char* tone(Verdict verdict) {
   }
 }
 
-std::int64_t run_length_ns(const RunRecord& record) {
-  return static_cast<std::int64_t>(static_cast<double>(record.ticks) * static_cast<double>(record.period_ns));
-}
-
 void fact(Markup& out, const char* name, const std::string& value) {
   out.open("div").element("dt", name).element("dd", value.empty() ? dash : value).close();
 }
 
 std::string length_text(const RunRecord& record) {
-  const std::string reached = chosen_time(run_length_ns(record));
-  const bool short_of_it = record.duration_ns > 0 && run_length_ns(record) < record.duration_ns;
+  const std::string reached = chosen_time(record.run_time_ns);
+  const bool short_of_it = record.duration_ns > 0 && record.run_time_ns < record.duration_ns;
   return (short_of_it ? reached + " of " + chosen_time(record.duration_ns) : reached) + ", " +
          counted(record.ticks, "tick", "ticks");
 }
@@ -39,7 +35,7 @@ std::string length_text(const RunRecord& record) {
 std::string clock_text(const RunRecord& record) {
   const bool measurable = record.wall_ns > 0 && record.ticks > 0;
   if (!measurable) return record.clock;
-  const double speed = static_cast<double>(run_length_ns(record)) / static_cast<double>(record.wall_ns);
+  const double speed = static_cast<double>(record.run_time_ns) / static_cast<double>(record.wall_ns);
   return record.clock + ", " + measured_time(record.wall_ns) + " on the wall (" +
          decimal(speed, speed < 10 ? 2 : 0) + "×)";
 }
@@ -78,6 +74,7 @@ void verdict_section(Markup& out, const RunRecord& record) {
   fact(out, "Base rate",
        record.period_ns > 0 ? rate_text(1e9 / static_cast<double>(record.period_ns)) : dash);
   fact(out, "Deadlines", misses_text(record));
+  if (const std::string sentence = ticks_given_up(record); !sentence.empty()) fact(out, "Ticks", sentence);
   fact(out, "Started", record.started_at);
   fact(out, "GPU", record.gpu.device);
   fact(out, "Exit code", std::to_string(record.exit_code));
@@ -128,10 +125,15 @@ void events_section(Markup& out, const RunRecord& record) {
     table.open_row(
         {instant(event.time_ns), {(watchdog ? "Watchdog: " : "") + event.text, watchdog ? "tone bad" : ""}},
         "bar-cell");
-    draw_instant(out, event.time_ns, run_length_ns(record));
+    draw_instant(out, event.time_ns, record.run_time_ns);
     table.close_row();
   }
   table.end();
+  if (record.watchdog_not_listed > 0) {
+    out.element("p", {{"class", "small soft"}},
+                "Ticks were given up " + count_text(record.watchdog_not_listed) +
+                    " more times; the recorder kept the first ones.");
+  }
   out.close();
 }
 

@@ -23,6 +23,8 @@ std::string story_of(const Task& task) {
                       counted(task.overruns, "overrun", "overruns") + ", " + count_text(task.skipped) +
                       " skipped";
   if (task.aborted > 0) story += ", " + count_text(task.aborted) + " aborted";
+  if (task.warmup_trouble > 0)
+    story += ", " + count_text(task.warmup_trouble) + " of such while it warmed up";
   if (task.without_answer > 0)
     story += ", " + count_text(task.without_answer) + " without an answer of the world";
   return story + "; " + counted(task.page_faults, "page fault", "page faults") + ".";

@@ -119,10 +119,12 @@ struct TaskMiss {
   const Miss* miss;
 };
 
-std::string causes_in_words(const std::vector<TaskMiss>& misses) {
+std::string causes_in_words(const RunRecord& record) {
   std::map<std::string, std::uint64_t> by_cause;
-  for (const TaskMiss& entry : misses)
-    ++by_cause[entry.miss->cause];
+  for (const Task& task : record.tasks) {
+    for (const auto& [cause, count] : task.misses_by_cause)
+      by_cause[cause] += count;
+  }
   std::string words;
   for (const auto& [cause, count] : by_cause)
     words += (words.empty() ? "" : ", ") + cause + " " + count_text(count);
@@ -183,13 +185,14 @@ void misses_section(Markup& out, const RunRecord& record) {
   }
   std::ranges::stable_sort(misses, {}, [](const TaskMiss& entry) { return entry.miss->tick; });
   std::string summary = counted(counted_misses, "miss", "misses");
-  if (!misses.empty()) summary += ". By cause: " + causes_in_words(misses);
+  if (const std::string causes = causes_in_words(record); !causes.empty()) summary += ". By cause: " + causes;
   summary += '.';
   if (misses.size() < counted_misses) {
     summary += " The recorder kept the details of " + count_text(misses.size()) + " of them.";
   }
   if (misses.size() > misses_on_page) {
-    summary += " The first " + count_text(misses_on_page) + " are listed here; report.json has them all.";
+    summary += " The first " + count_text(misses_on_page) + " are listed here; report.json has " +
+               (misses.size() < counted_misses ? "those." : "them all.");
   }
   out.element("p", summary);
   if (!misses.empty()) miss_rows(out, misses, record.period_ns);

@@ -138,15 +138,32 @@ TEST(Accounting, KeepsTheFirstMissesAndCountsAll) {
   fake.options.accounting.kept_misses_per_task = 5;
   TaskSpec spec = spec_of("t", 2);
   spec.deadline_ns = 100 * us;
-  ScriptedTask task([&](const TickInfo&) { fake.work(150 * us); });
+  // The worst is none of the first.
+  ScriptedTask task([&](const TickInfo& tick) { fake.work(tick.tick == 60 ? 450 * us : 150 * us); });
   Executive executive(fake.options);
   executive.add_task(spec, task);
   const RunResult result = executive.run(fake.stop);
   EXPECT_EQ(result.tasks[0].deadline_misses, 50U);
+  EXPECT_EQ(result.tasks[0].misses_by_cause[static_cast<std::size_t>(MissCause::own_work)], 50U);
+  EXPECT_EQ(result.tasks[0].worst_lateness_ns, 350 * us);
   ASSERT_EQ(result.tasks[0].misses.size(), 5U);
   EXPECT_EQ(result.tasks[0].misses[4].tick, 8U);
   EXPECT_EQ(result.tasks[0].misses[4].lateness_ns, 50 * us);
   EXPECT_EQ(result.tasks[0].misses[4].cause, MissCause::own_work);
+}
+
+TEST(Accounting, KeepsTheFirstTimesThatTicksWereGivenUpAndCountsAll) {
+  FakeRun fake(200);
+  fake.options.accounting.kept_misses_per_task = 3;
+  ScriptedTask task([&](const TickInfo& tick) {
+    if (tick.tick % 20 == 0) fake.work(10 * ms + 500 * us);
+  });
+  Executive executive(fake.options);
+  executive.add_task(spec_of("t"), task);
+  const RunResult result = executive.run(fake.stop);
+  EXPECT_EQ(result.base.skips.size(), 3U);
+  EXPECT_EQ(result.base.times_skipped, 10U);
+  EXPECT_EQ(result.ticks + result.base.skipped_ticks, 200U);
 }
 
 TEST(Accounting, TraceReachesBackAsFarAsAsked) {

@@ -101,6 +101,8 @@ TEST(ReportHtml, SaysWhatTheRecordHolds) {
                                "signal 11 (SIGSEGV)",
                                "car_1 runs its red light",
                                "Watchdog: no tick for 20 ms",
+                               "Ticks were given up 3 more times",
+                               "4 of such while it warmed up",
                                "dut.enabled=false",
                                "Motion ignored",
                                "With the scan",
@@ -188,10 +190,16 @@ TEST(ReportHtml, EveryVerdictHasItsTone) {
 TEST(ReportHtml, AnInterruptedRunSaysHowFarItCame) {
   RunRecord record;
   record.verdict = Verdict::interrupted;
-  record.ticks = 2'500;
+  record.ticks = 2'400;  // and 100 given up: the run reached its 2.5 s all the same
+  record.skipped_ticks = 100;
+  record.run_time_ns = 2'500'000'000;
+  record.wall_ns = 2'500'000'000;
+  record.clock = "realtime";
   record.period_ns = 1'000'000;
   record.duration_ns = 10'000'000'000;
-  EXPECT_NE(report_html(record).find("2.5 s of 10 s, 2\u202F500 ticks"), std::string::npos);
+  EXPECT_NE(report_html(record).find("2.5 s of 10 s, 2\u202F400 ticks"), std::string::npos);
+  EXPECT_NE(report_html(record).find("(1.00×)"), std::string::npos);
+  EXPECT_NE(report_html(record).find("100 of 2\u202F500 ticks given up (4.0 %)"), std::string::npos);
 }
 
 TEST(ReportHtml, MoreMissesThanItListsOrKnowsAreTold) {
@@ -201,11 +209,12 @@ TEST(ReportHtml, MoreMissesThanItListsOrKnowsAreTold) {
   task.deadline_misses = 5'000;
   for (std::uint64_t tick = 0; tick < 1'000; ++tick)
     task.misses.push_back({tick, "own work", 1'000});
+  task.misses_by_cause = {{"own work", 5'000}};
   record.tasks = {task};
   const std::string text = parse_strictly(report_html(record)).whole_text();
-  EXPECT_NE(text.find("5\u202F000 misses. By cause: own work 1\u202F000. The recorder kept the details of "
+  EXPECT_NE(text.find("5\u202F000 misses. By cause: own work 5\u202F000. The recorder kept the details of "
                       "1\u202F000 of them. "
-                      "The first 200 are listed here; report.json has them all."),
+                      "The first 200 are listed here; report.json has those."),
             std::string::npos);
 }
 

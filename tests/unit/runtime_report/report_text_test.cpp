@@ -47,8 +47,10 @@ TEST(ReportText, SaysVerdictReasonsMissesAndPlace) {
           "  traffic: 2 of 9900 runs missed the deadline (late wake-up 1, own work 1; latest by 402 us)\n"),
       std::string::npos);
   EXPECT_EQ(text.find("detectors"), std::string::npos);
+  EXPECT_NE(text.find("  20 of 10000 ticks given up (0.2 %): real time had run ahead\n"), std::string::npos)
+      << text;
   EXPECT_NE(text.find("  degraded: SCHED_FIFO"), std::string::npos);
-  EXPECT_TRUE(text.ends_with("  10000 ticks in 10.0 s, report in out/run-1\n"));
+  EXPECT_TRUE(text.ends_with("  9980 ticks in 10.0 s, report in out/run-1\n"));
 }
 
 TEST(ReportText, SaysWhatABusDidNotSendOrLog) {
@@ -86,6 +88,22 @@ TEST(ReportText, MissesWithoutDetailsAreStillTold) {
   record.tasks[0].deadline_misses = 1;
   EXPECT_NE(report_text(record, "d").find("  detectors: 1 of 10 runs missed the deadline\n"),
             std::string::npos);
+}
+
+TEST(ReportText, TotalsAreRightHoweverFewMissesAreListed) {
+  RunRecord record;
+  record.tasks.resize(1);
+  record.tasks[0].name = "slow";
+  record.tasks[0].runs = 3'000;
+  record.tasks[0].deadline_misses = 2'900;
+  record.tasks[0].misses = {{1, "database", 5'000}};
+  record.tasks[0].misses_by_cause = {{"own work", 100}, {"database", 2'500}};
+  record.tasks[0].worst_lateness_ns = 7'000'000;
+  EXPECT_NE(report_text(record, "d")
+                .find("2900 of 3000 runs missed the deadline (own work 100, database "
+                      "2500, not recorded 300; latest by 7.00 ms)\n"),
+            std::string::npos)
+      << report_text(record, "d");
 }
 
 }  // namespace

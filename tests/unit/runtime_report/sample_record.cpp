@@ -71,6 +71,9 @@ std::vector<Task> tasks() {
                     tailed_histogram(41'000, 9'900, 2),
                     tailed_histogram(39'000, 9'900, 3),
                     {}});
+  traffic.warmup_trouble = 4;
+  traffic.misses_by_cause = {{"late wake-up", 1}, {"own work", 1}};
+  traffic.worst_lateness_ns = 402'113;
   traffic.misses = {{3'117, "late wake-up", 402'113}, {7'040, "own work", 12'400}};
 
   Task scanner = task("scanner", 100.0, 10 * millisecond, 8 * millisecond, "skip");
@@ -83,6 +86,8 @@ std::vector<Task> tasks() {
   scanner.slack_ns = {990, -870'000, 4'760'000};
   measure(scanner, {tailed_histogram(9'800, 990, 4), tailed_histogram(5'200'000, 990, 5),
                     tailed_histogram(310'000, 990, 6), tailed_histogram(4'800'000, 990, 7)});
+  scanner.misses_by_cause = {{"database", 1}};
+  scanner.worst_lateness_ns = 870'000;
   scanner.misses = {{4'200, "database", 870'000}};
 
   Task detectors = task("detectors", 50.0, 20 * millisecond, 0, "queue");
@@ -235,7 +240,9 @@ RunRecord full_record() {
   record.exit_code = 1;
   record.program_version = "0.1.0";
   record.clock = "realtime";
-  record.ticks = 10'000;
+  record.ticks = 9'980;
+  record.skipped_ticks = 20;
+  record.run_time_ns = 10'000 * millisecond;
   record.period_ns = millisecond;
   record.duration_ns = 10'000 * millisecond;
   record.started_at = "2025-03-01T12:34:56Z";
@@ -257,6 +264,7 @@ RunRecord full_record() {
                         {"release outputs", 31 * millisecond, spread(10'000, 2'900, 6'000, 11'000, 30'000)},
                         {"idle", 9'175 * millisecond, spread(10'000, 921'000, 975'000, 980'000, 981'000)}};
   record.watchdog = {{7'041 * millisecond, "no tick for 20 ms; outputs set to their safe values"}};
+  record.watchdog_not_listed = 3;
   record.transactions = {12'345, 12'340, 2, 1, 1, 0, 0, 1, 0, 0, 0, 2};
   record.scheduler = {
       1'200,
