@@ -209,7 +209,8 @@ void each_field(T& bus, Visit&& visit) {
   visit("bad_checksum", bus.bad_checksum);
   visit("bad_counter", bus.bad_counter);
   visit("unknown_id", bus.unknown_id);
-  visit("bus_load", bus.bus_load);
+  visit("bus_load_mean", bus.bus_load_mean);
+  visit("bus_load_peak", bus.bus_load_peak);
   visit("send_errors", bus.send_errors);
   visit("wrong_length", bus.wrong_length);
   visit("saturated", bus.saturated);
@@ -259,7 +260,8 @@ void each_field(T& response, Visit&& visit) {
 
 template <Is<Shape> T, class Visit>
 void each_field(T& shape, Visit&& visit) {
-  visit("layer", shape.layer);
+  visit("drawn_as", shape.layer);
+  visit("layer", shape.body_layer);
   visit("label", shape.label);
   visit("footprint", shape.footprint);
 }

@@ -230,7 +230,8 @@ struct CanBus {
   std::uint64_t bad_checksum = 0;
   std::uint64_t bad_counter = 0;
   std::uint64_t unknown_id = 0;
-  double bus_load = not_known;
+  double bus_load_mean = not_known;    ///< of the whole tenths of a second in the run
+  double bus_load_peak = not_known;    ///< in the busiest of them
   std::uint64_t send_errors = 0;       ///< sends that failed because the bus was lost
   std::uint64_t wrong_length = 0;      ///< received frames refused for it
   std::uint64_t saturated = 0;         ///< output values beyond their signal's range
@@ -279,7 +280,7 @@ struct PointM {
   double y_m = 0.0;
 };
 
-/// Drawn in this order, the ego on top.
+/// How a shape is drawn, in this order, the ego on top.
 enum class Layer : std::uint8_t { ground, road, marking, detector, structure, pole, vehicle, ego };
 
 /// A body's outline on the ground, counter-clockwise or clockwise, not closed by a repeated point.
@@ -287,6 +288,7 @@ struct Shape {
   Layer layer = Layer::structure;
   std::string label;
   std::vector<PointM> footprint;
+  std::string body_layer{};  ///< the body's first layer in the scenario; empty: no body
 };
 
 struct TrackPoint {

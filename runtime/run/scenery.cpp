@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include <rtstdb/limits.hpp>
 
@@ -93,25 +94,70 @@ report::Layer report_layer(const config::WorldEntity& entity) {
   return report::layer_from(entity.mask.front().text).value_or(report::Layer::structure);
 }
 
-std::vector<report::PointM> circle(double radius_m) {
-  constexpr int corners = 24;
-  std::vector<report::PointM> points;
-  for (int i = 0; i < corners; ++i) {
-    const double angle = 2.0 * glm::pi<double>() * i / corners;
-    points.push_back({radius_m * std::cos(angle), radius_m * std::sin(angle)});
+/// In the entity frame: points whose hull from above, however the body is turned, is its outline. A sphere's is the
+/// circle that no turn changes.
+std::vector<glm::dvec3> rim(const config::Shape& shape, const rtstdb::Bounds& bounds) {
+  std::vector<glm::dvec3> points;
+  if (const auto* cylinder = std::get_if<config::CylinderShape>(&shape)) {
+    constexpr int corners = 24;
+    for (int i = 0; i < corners; ++i) {
+      const double angle = 2.0 * glm::pi<double>() * i / corners;
+      for (const float z : {bounds.minimum_m.z, bounds.maximum_m.z})
+        points.emplace_back(cylinder->radius_m * std::cos(angle), cylinder->radius_m * std::sin(angle), z);
+    }
+    return points;
+  }
+  for (const float x : {bounds.minimum_m.x, bounds.maximum_m.x}) {
+    for (const float y : {bounds.minimum_m.y, bounds.maximum_m.y}) {
+      for (const float z : {bounds.minimum_m.z, bounds.maximum_m.z})
+        points.emplace_back(x, y, z);
+    }
   }
   return points;
 }
 
-std::vector<report::PointM> rectangle(double x0, double y0, double x1, double y1) {
-  return {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
+std::vector<report::PointM> circle(const glm::dvec3& center_m, double radius_m) {
+  constexpr int corners = 24;
+  std::vector<report::PointM> points;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = 2.0 * glm::pi<double>() * i / corners;
+    points.push_back({center_m.x + radius_m * std::cos(angle), center_m.y + radius_m * std::sin(angle)});
+  }
+  return points;
 }
 
-/// In the entity frame, seen along z; a mesh by its box.
-std::vector<report::PointM> footprint(const config::Shape& shape, const rtstdb::Bounds& bounds) {
-  if (const auto* cylinder = std::get_if<config::CylinderShape>(&shape)) return circle(cylinder->radius_m);
-  if (const auto* sphere = std::get_if<config::SphereShape>(&shape)) return circle(sphere->radius_m);
-  return rectangle(bounds.minimum_m.x, bounds.minimum_m.y, bounds.maximum_m.x, bounds.maximum_m.y);
+/// Convex hull, counter-clockwise (Andrew's monotone chain).
+std::vector<report::PointM> hull(std::vector<report::PointM> points) {
+  std::sort(points.begin(), points.end(),
+            [](const auto& a, const auto& b) { return std::pair(a.x_m, a.y_m) < std::pair(b.x_m, b.y_m); });
+  const auto turns_left = [](const report::PointM& a, const report::PointM& b, const report::PointM& c) {
+    return (b.x_m - a.x_m) * (c.y_m - a.y_m) - (b.y_m - a.y_m) * (c.x_m - a.x_m) > 1e-12;
+  };
+  std::vector<report::PointM> result;
+  const auto walk = [&](auto begin, auto end) {
+    const std::size_t base = result.size();
+    for (auto at = begin; at != end; ++at) {
+      while (result.size() >= base + 2 && !turns_left(result[result.size() - 2], result.back(), *at))
+        result.pop_back();
+      result.push_back(*at);
+    }
+    result.pop_back();  // the other half begins with it
+  };
+  walk(points.begin(), points.end());
+  walk(points.rbegin(), points.rend());
+  return result;
+}
+
+std::vector<report::PointM> footprint(const config::WorldEntity& entity, const rtstdb::Bounds& bounds,
+                                      const rtstdb::Pose& pose) {
+  if (const auto* sphere = std::get_if<config::SphereShape>(&entity.shape))
+    return circle(pose.p_world_m, entity.scale * sphere->radius_m);
+  std::vector<report::PointM> points;
+  for (const glm::dvec3& point : rim(entity.shape, bounds)) {
+    const glm::dvec3 p = pose.p_world_m + pose.q_world * (entity.scale * point);
+    points.push_back({p.x, p.y});
+  }
+  return hull(std::move(points));
 }
 
 }  // namespace
@@ -152,20 +198,16 @@ void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules:
   }
 }
 
-std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scenery& scenery) {
+std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scenery& scenery,
+                                    std::int64_t time_ns) {
   std::vector<report::Shape> shapes;
   for (std::size_t i = 0; i < scenario.world.entities.size(); ++i) {
     const config::WorldEntity& entity = scenario.world.entities[i];
-    report::Shape shape{.layer = report_layer(entity),
-                        .label = entity.name.text,
-                        .footprint = footprint(entity.shape, scenery.bounds[scenery.mesh_of[i]])};
-    const rtstdb::Motion motion = motion_of(entity);
-    for (report::PointM& point : shape.footprint) {
-      const glm::dvec3 p =
-          motion.p_world_m + motion.q_world * (entity.scale * glm::dvec3(point.x_m, point.y_m, 0.0));
-      point = {p.x, p.y};
-    }
-    shapes.push_back(std::move(shape));
+    const rtstdb::Pose pose = rtstdb::pose_at(motion_of(entity), rtstdb::world_time_ns(time_ns));
+    shapes.push_back({.layer = report_layer(entity),
+                      .label = entity.name.text,
+                      .footprint = footprint(entity, scenery.bounds[scenery.mesh_of[i]], pose),
+                      .body_layer = entity.mask.empty() ? std::string() : entity.mask.front().text});
   }
   return shapes;
 }

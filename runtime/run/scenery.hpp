@@ -3,6 +3,7 @@
 // for the report.
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "runtime/config/scenario.hpp"
@@ -27,7 +28,8 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
 /// modules::SetupError.
 void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world);
 
-/// Outlines of the scenery from above.
-std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scenery& scenery);
+/// Outlines of the scenery from above, as it stands at an instant of run time. A mesh is seen as its turned box.
+std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scenery& scenery,
+                                    std::int64_t time_ns);
 
 }  // namespace hil::run

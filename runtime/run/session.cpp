@@ -301,7 +301,7 @@ void LiveSession::fill_record(const executive::RunResult& result, bool interrupt
                    [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; });
   record.top_view.emplace();
   record.top_view->time_ns = result.run_time_ns;
-  record.top_view->shapes = outlines(scenario_, wiring_.scenery);
+  record.top_view->shapes = outlines(scenario_, wiring_.scenery, result.run_time_ns);
   for (const WiredModule& wired : wiring_.modules)
     wired.module->contribute(record);
   if (log_->lost_rows() > 0) {

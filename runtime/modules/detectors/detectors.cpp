@@ -80,7 +80,8 @@ class Detectors final : public Module {
           0.5 * loop.size_m.x * glm::dvec2(std::cos(loop.heading_rad), std::sin(loop.heading_rad));
       const glm::dvec2 across =
           0.5 * loop.size_m.y * glm::dvec2(-std::sin(loop.heading_rad), std::cos(loop.heading_rad));
-      report::Shape shape{.layer = report::Layer::detector, .label = loop.name, .footprint = {}};
+      report::Shape shape{
+          .layer = report::Layer::detector, .label = loop.name, .footprint = {}, .body_layer = {}};
       for (const glm::dvec2& p : {center + along + across, center - along + across, center - along - across,
                                   center + along - across}) {
         shape.footprint.push_back({p.x, p.y});

@@ -361,8 +361,10 @@ void Vehicles::contribute(report::RunRecord& record) const {
     const glm::dvec2 at = v.center_m();
     const glm::dvec2 along = 0.5 * v.size_m.x * v.direction;
     const glm::dvec2 across = 0.5 * v.size_m.y * glm::dvec2(-v.direction.y, v.direction.x);
-    report::Shape shape{
-        .layer = v.is_ego ? report::Layer::ego : report::Layer::vehicle, .label = v.name, .footprint = {}};
+    report::Shape shape{.layer = v.is_ego ? report::Layer::ego : report::Layer::vehicle,
+                        .label = v.name,
+                        .footprint = {},
+                        .body_layer = v.layer};
     for (const glm::dvec2& p :
          {at + along + across, at - along + across, at - along - across, at + along - across}) {
       shape.footprint.push_back({p.x, p.y});

@@ -47,12 +47,13 @@ void can_table(Markup& out, const RunRecord& record) {
                     {"Bad checksum", true},
                     {"Bad counter", true},
                     {"Unknown id", true},
-                    {"Bus load", true}});
+                    {"Mean load", true},
+                    {"Peak in 0.1 s", true}});
   for (const CanBus& bus : record.can) {
     table.row({bus.bus, bus.driver, count_text(bus.rx), count_text(bus.tx), count_cell(bus.dropped, true),
                count_cell(bus.errors, true), count_cell(bus.no_buffer, true),
                count_cell(bus.bad_checksum, true), count_cell(bus.bad_counter, true),
-               count_text(bus.unknown_id), percent(bus.bus_load)});
+               count_text(bus.unknown_id), percent(bus.bus_load_mean), percent(bus.bus_load_peak)});
   }
   table.end();
   can_sentences(out, record);

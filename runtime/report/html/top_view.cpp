@@ -30,7 +30,7 @@ constexpr std::array<std::pair<Layer, LegendEntry>, 7> layer_legend{{
     {Layer::road, {"road", LegendEntry::Symbol::area, "road"}},
     {Layer::marking, {"marking", LegendEntry::Symbol::area, "marking"}},
     {Layer::detector, {"detector", LegendEntry::Symbol::area, "detector loop"}},
-    {Layer::structure, {"static", LegendEntry::Symbol::area, "building, standing body"}},
+    {Layer::structure, {"static", LegendEntry::Symbol::area, "building, other body"}},
     {Layer::pole, {"pole", LegendEntry::Symbol::area, "pole"}},
     {Layer::vehicle, {"vehicle", LegendEntry::Symbol::area, "vehicle"}},
     {Layer::ego, {"ego", LegendEntry::Symbol::area, "ego"}},

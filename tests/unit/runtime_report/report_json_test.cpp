@@ -134,15 +134,15 @@ TEST(ReportJson, KeepsTheExtremesOfEveryType) {
 
 TEST(ReportJson, WritesWhatIsNotANumberAsNull) {
   RunRecord record = test::full_record();
-  record.can.at(0).bus_load = not_known;
+  record.can.at(0).bus_load_mean = not_known;
   record.scan_comparison.at(0).measured_length_m = HUGE_VAL;
   record.top_view->scan_points.at(0).x_m = -HUGE_VAL;
   const std::string text = report_json(record);
   const Json json = Json::parse(text);
-  EXPECT_TRUE(json.at("can").at(0).at("bus_load").is_null());
+  EXPECT_TRUE(json.at("can").at(0).at("bus_load_mean").is_null());
   EXPECT_TRUE(json.at("scan_comparison").at(0).at("measured_length_m").is_null());
   EXPECT_TRUE(json.at("top_view").at("scan_points").at(0).at(0).is_null());
-  EXPECT_TRUE(std::isnan(parse_report(text).can.at(0).bus_load));
+  EXPECT_TRUE(std::isnan(parse_report(text).can.at(0).bus_load_mean));
   EXPECT_EQ(report_json(parse_report(text)), text);
 }
 
@@ -214,8 +214,8 @@ TEST(ParseReport, RefusesWithThePlace) {
   changed["verdict"] = "excellent";
   refused_with(changed, "verdict is string, not a verdict");
   changed = json;
-  changed["top_view"]["shapes"][0]["layer"] = 3;
-  refused_with(changed, "top_view.shapes[0].layer is number, not a layer");
+  changed["top_view"]["shapes"][0]["drawn_as"] = 3;
+  refused_with(changed, "top_view.shapes[0].drawn_as is number, not a layer");
   changed = json;
   changed["top_view"]["scan_points"][0] = {1, 2};
   refused_with(changed, "top_view.scan_points[0] is array, not a list of 7");

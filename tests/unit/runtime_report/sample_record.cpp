@@ -133,7 +133,7 @@ TopView crossing() {
                  {Layer::structure, "house_south_west", rectangle(-28, -22, 30, 20)},
                  {Layer::structure, "house_north_west", rectangle(-28, 22, 30, 20)},
                  {Layer::pole, "light", rectangle(-6, -5.4, 0.4, 0.4)},
-                 {Layer::vehicle, "car_1", rectangle(2, 14, 4.5, 1.8, north)},
+                 {Layer::vehicle, "car_1", rectangle(2, 14, 4.5, 1.8, north), "vehicle"},
                  {Layer::vehicle, "car_2", rectangle(2, 24, 4.5, 1.8, north)},
                  {Layer::ego, "ego", rectangle(-11, -2, 4.6, 1.9)}};
   view.tracks = {straight_track("ego", true, {-50, -2}, {-11, -2}),
@@ -279,8 +279,8 @@ RunRecord full_record() {
       4'158'976, 221,         2,          1,
       3'993'027, 123'931'859, 16'777'216, 28'288,
       1,         5,           3,          "write of segment.0000000002: Input/output error"};
-  record.can = {
-      {"car", "virtual", 1'000, 3'021, 0, 0, 0, 2, 1, 0, 0.124, 1, 3, 5, 7, 11, 13, 17, 19, 23, 29, 1'031}};
+  record.can = {{"car", "virtual", 1'000, 3'021, 0,  0,  0,  2,  1,  0,  0.124, 0.31,
+                 1,     3,         5,     7,     11, 13, 17, 19, 23, 29, 1'031}};
   record.modbus = {{"plc at 127.0.0.1:40213", 400, 398, 2, 0, 1}};
   record.processes = {{"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
                        "signal 11 (SIGSEGV)", 6'210 * millisecond},

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+
 #include "runtime/run/wiring.hpp"
 #include "tests/unit/runtime_run/run_test.hpp"
 
@@ -162,6 +165,47 @@ TEST_F(WorldWiringOf, DetectorsHaveALoop) {
       mistakes_of("scenario: a\nworld: {layers: [car]}\ntasks:\n  - module: loops\n    type: detectors\n"
                   "    rate: 50 Hz\n    parameters: {layers: [car], loops: {}}\n"),
       "scenario.yaml:7:40: 'loops': 0 loops; from 1 to 65535 are possible\n");
+}
+
+/// Extents of an outline: smallest and largest x, then y.
+std::array<double, 4> extents(const report::Shape& shape) {
+  std::array<double, 4> box{1e9, -1e9, 1e9, -1e9};
+  for (const report::PointM& p : shape.footprint)
+    box = {std::min(box[0], p.x_m), std::max(box[1], p.x_m), std::min(box[2], p.y_m),
+           std::max(box[3], p.y_m)};
+  return box;
+}
+
+void expect_extents(const report::Shape& shape, const std::array<double, 4>& wanted) {
+  const std::array<double, 4> box = extents(shape);
+  for (std::size_t i = 0; i < box.size(); ++i)
+    EXPECT_NEAR(box[i], wanted[i], 1e-6) << shape.label << ' ' << i;
+}
+
+TEST_F(WorldWiringOf, OutlinesStandWhereTheBodiesAreAtTheInstant) {
+  ASSERT_EQ(mistakes_of(R"(
+scenario: a
+world:
+  layers: [ground, thing]
+  entities:
+    - {name: mover, shape: {box: [4 m, 2 m, 1 m]}, position: [-10 m, 0 m, 1 m], velocity: [10 m/s, 0 m/s, 0 m/s], mask: [thing]}
+    - {name: spinner, shape: {box: [10 m, 1 m, 1 m]}, angular_velocity: [0 deg/s, 0 deg/s, 45 deg/s], mask: [ground]}
+    - {name: pitched, shape: {box: [10 m, 1 m, 2 m]}, rotation: {pitch: 90 deg}, position: [-10 m, -10 m, 6 m], mask: [thing]}
+    - {name: lying, shape: {cylinder: {radius: 1 m, height: 6 m}}, scale: 2, rotation: {pitch: 90 deg}, mask: [thing]}
+    - {name: ball, shape: {sphere: 1 m}, rotation: {pitch: 90 deg}, scale: 3, mask: [thing]}
+)"),
+            "");
+  const auto shapes = outlines(*scenario_, wiring_->scenery, 2'000'000'000);
+  ASSERT_EQ(shapes.size(), 5U);
+  expect_extents(shapes[0], {8.0, 12.0, -1.0, 1.0});
+  expect_extents(shapes[1], {-0.5, 0.5, -5.0, 5.0});
+  expect_extents(shapes[2], {-11.0, -9.0, -10.5, -9.5});
+  expect_extents(shapes[3], {-6.0, 6.0, -2.0, 2.0});
+  expect_extents(shapes[4], {-3.0, 3.0, -3.0, 3.0});
+  EXPECT_EQ(shapes[0].footprint.size(), 4U);
+  EXPECT_EQ(shapes[0].body_layer, "thing");
+  EXPECT_EQ(shapes[0].layer, report::Layer::structure) << "how it is drawn";
+  EXPECT_EQ(shapes[1].body_layer, "ground");
 }
 
 }  // namespace
