@@ -29,7 +29,10 @@ struct CanCounters {
   std::uint64_t log_dropped = 0;       ///< frames missing in the log
   std::uint64_t lost_arrivals = 0;     ///< CanDevice::lost_arrivals
   InjectedFaults injected;
-  double bus_load = 0.0;  ///< share of the bit rate in the last whole tenth of a second, stuff bits left out
+  // Shares of the bit rate, stuff bits left out, over whole tenths of a second from run time 0 until the safe state.
+  double bus_load = 0.0;                                            ///< in the latest one
+  double bus_load_peak = 0.0;                                       ///< in the busiest one
+  double bus_load_mean = std::numeric_limits<double>::quiet_NaN();  ///< in all of them; NaN: there was none
 };
 
 /// One thread adds, any thread reads.
@@ -48,28 +51,41 @@ class BusLoadMeter {
   explicit BusLoadMeter(double bits_per_second) : bits_per_window_(bits_per_second * window_s) {}
 
   void advance(RunTimeNs now_ns) noexcept {
-    if (now_ns < window_end_ns_) return;
-    const bool just_ended = window_end_ns_ > never_ns && now_ns - window_end_ns_ < window_ns;
-    load_.store(just_ended ? static_cast<double>(bits_) / bits_per_window_ : 0.0, std::memory_order_relaxed);
+    if (ended_ || now_ns < window_end_ns_) return;
+    const auto silent = static_cast<std::uint64_t>((now_ns - window_end_ns_) / window_ns);
+    const double load = static_cast<double>(bits_) / bits_per_window_;
+    latest_.store(silent == 0 ? load : 0.0, std::memory_order_relaxed);
+    if (load > peak_.load(std::memory_order_relaxed)) peak_.store(load, std::memory_order_relaxed);
+    whole_bits_.add(bits_);
+    windows_.add(silent + 1);
     bits_ = 0;
-    const RunTimeNs into_window_ns = (now_ns % window_ns + window_ns) % window_ns;  // also before the run
-    window_end_ns_ = now_ns - into_window_ns + window_ns;
+    window_end_ns_ = (now_ns / window_ns + 1) * window_ns;
   }
   void add(const Frame& frame) noexcept {
     advance(frame.time_ns);
-    bits_ += wire_bits(frame);
+    if (frame.time_ns >= 0) bits_ += wire_bits(frame);
   }
-  double load() const noexcept { return load_.load(std::memory_order_relaxed); }
+  /// What comes from here on is not the run's.
+  void end() noexcept { ended_ = true; }
+
+  double latest() const noexcept { return latest_.load(std::memory_order_relaxed); }
+  double peak() const noexcept { return peak_.load(std::memory_order_relaxed); }
+  double mean() const noexcept {
+    const auto windows = static_cast<double>(windows_.get());
+    return windows > 0.0 ? static_cast<double>(whole_bits_.get()) / (windows * bits_per_window_)
+                         : std::numeric_limits<double>::quiet_NaN();
+  }
 
  private:
   static constexpr double window_s = 0.1;
   static constexpr RunTimeNs window_ns = 100'000'000;
-  static constexpr RunTimeNs never_ns = std::numeric_limits<RunTimeNs>::min();
 
   double bits_per_window_;
   std::uint64_t bits_ = 0;
-  RunTimeNs window_end_ns_ = never_ns;
-  std::atomic<double> load_{0.0};
+  RunTimeNs window_end_ns_ = window_ns;
+  bool ended_ = false;
+  std::atomic<double> latest_{0.0}, peak_{0.0};
+  Count whole_bits_, windows_;
 };
 
 }  // namespace hil::io::can

@@ -163,7 +163,9 @@ CanCounters CanDevice::counters() const noexcept {
   all.dropped_releases = counts_.dropped_releases.get();
   all.log_dropped = log_ ? log_->dropped() : 0;
   all.lost_arrivals = counts_.lost_arrivals.get();
-  all.bus_load = load_.load();
+  all.bus_load = load_.latest();
+  all.bus_load_peak = load_.peak();
+  all.bus_load_mean = load_.mean();
   return all;
 }
 
@@ -283,6 +285,7 @@ void CanDevice::send_message(Sent& sent) {
 
 void CanDevice::send_safe_values_if_asked() {
   if (!safe_state_asked_.exchange(false, std::memory_order_acq_rel)) return;
+  load_.end();
   for (Sent& sent : sent_) {
     for (std::size_t output = 0; output < sent.output_signal.size(); ++output) {
       sent.values[sent.output_signal[output]] = safe_outputs_[sent.first_output + output];

@@ -232,7 +232,8 @@ report::CanBus can_bus_of(const io::can::CanDevice& device) {
   bus.bad_checksum = counters.bad_checksum;
   bus.bad_counter = counters.bad_counter;
   bus.unknown_id = counters.unknown_id;
-  bus.bus_load = counters.bus_load;
+  bus.bus_load_mean = counters.bus_load_mean;
+  bus.bus_load_peak = counters.bus_load_peak;
   bus.send_errors = counters.send_errors;
   bus.wrong_length = counters.wrong_length;
   bus.saturated = counters.saturated;

@@ -1,8 +1,6 @@
-// The bus load before a run and in it.
-
 #include <gtest/gtest.h>
 
-#include <vector>
+#include <cmath>
 
 #include "io/can/can_counters.hpp"
 
@@ -11,35 +9,55 @@ namespace {
 
 constexpr RunTimeNs ms = 1'000'000;
 
-/// 111 bits on the wire.
+/// 47 bits and one byte: 55, on a bus where 5500 bits are a tenth of a second.
+constexpr double bits_per_second = 55'000.0;
 Frame frame_at(RunTimeNs time_ns) {
-  Frame frame = make_frame(0x100, std::vector<std::uint8_t>(8));
+  Frame frame;
+  frame.raw.len = 1;
   frame.time_ns = time_ns;
   return frame;
 }
 
-TEST(BusLoad, CountsTheLastWholeTenthOfASecondBeforeTheRunToo) {
-  BusLoadMeter meter(11'100.0);  // ten such frames in a tenth of a second
-  for (const RunTimeNs begin_ns : {-1000 * ms, 0 * ms, 1000 * ms}) {
-    for (int frame = 0; frame < 5; ++frame)
-      meter.add(frame_at(begin_ns + (10 + frame) * ms));
-    meter.advance(begin_ns + 99 * ms);
-    EXPECT_EQ(meter.load(), 0.0);
-    meter.advance(begin_ns + 100 * ms);
-    EXPECT_DOUBLE_EQ(meter.load(), 0.5) << "from " << begin_ns;
-    meter.advance(begin_ns + 200 * ms);
-    EXPECT_EQ(meter.load(), 0.0);
-  }
+void send(BusLoadMeter& meter, RunTimeNs from_ns, int frames) {
+  for (int i = 0; i < frames; ++i)
+    meter.add(frame_at(from_ns + i * ms / 4));
 }
 
-TEST(BusLoad, WhatCameBeforeTheRunIsNoneOfItsFirstWindow) {
-  BusLoadMeter meter(11'100.0);
-  for (RunTimeNs now_ns = -10'000'000 * ms; now_ns < -9'990'000 * ms; now_ns += 10 * ms)
-    meter.add(frame_at(now_ns));
-  meter.add(frame_at(-1 * ms));  // run time has leapt
-  meter.add(frame_at(5 * ms));
+TEST(BusLoad, IsOfWholeWindowsAlone) {
+  BusLoadMeter meter(bits_per_second);
+  send(meter, 0, 50);
+  meter.advance(99 * ms);
+  EXPECT_TRUE(std::isnan(meter.mean())) << "no window is whole";
+  EXPECT_EQ(meter.peak(), 0.0);
   meter.advance(100 * ms);
-  EXPECT_DOUBLE_EQ(meter.load(), 0.1);
+  EXPECT_DOUBLE_EQ(meter.mean(), 0.5);
+  EXPECT_DOUBLE_EQ(meter.latest(), 0.5);
+  send(meter, 100 * ms, 20);
+  send(meter, 200 * ms, 90);  // of a window that the run's end cuts
+  EXPECT_DOUBLE_EQ(meter.mean(), 0.35);
+  EXPECT_DOUBLE_EQ(meter.peak(), 0.5);
+  EXPECT_DOUBLE_EQ(meter.latest(), 0.2);
+}
+
+TEST(BusLoad, SilenceCountsInTheMean) {
+  BusLoadMeter meter(bits_per_second);
+  send(meter, 0, 80);
+  send(meter, 300 * ms, 1);
+  EXPECT_DOUBLE_EQ(meter.mean(), 0.8 / 3.0);
+  EXPECT_DOUBLE_EQ(meter.peak(), 0.8);
+  EXPECT_EQ(meter.latest(), 0.0);
+}
+
+TEST(BusLoad, LeavesOutWhatComesBeforeTheRunAndAfterIt) {
+  BusLoadMeter meter(bits_per_second);
+  send(meter, -200 * ms, 99);
+  send(meter, 0, 10);
+  meter.advance(100 * ms);
+  meter.end();
+  send(meter, 110 * ms, 99);
+  meter.advance(900 * ms);
+  EXPECT_DOUBLE_EQ(meter.mean(), 0.1);
+  EXPECT_DOUBLE_EQ(meter.peak(), 0.1);
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ TEST(CanDevice, WhatFaultsDroppedIsCountedAndTheLogHoldsTheRest) {
   const Logged silent = logged_under({.drop_probability = 1.0});
   EXPECT_EQ(silent.counters.injected.dropped_tx, 360U);
   EXPECT_EQ(silent.tx + silent.rx, 0U);
-  EXPECT_EQ(silent.counters.bus_load, 0.0);
+  EXPECT_EQ(silent.counters.bus_load_peak, 0.0);
 
   const Logged late = logged_under({.delay_probability = 1.0, .delay_ns = 25 * ms});
   EXPECT_GE(late.counters.injected.delayed, 360U);
