@@ -5,7 +5,12 @@
 namespace hil::modules {
 namespace {
 
-constexpr std::uint32_t most_hits = 32;
+/// Bodies that are told apart; of more that touch at once only their number is known.
+constexpr std::uint32_t most_hits = 1024;
+
+bool before(const rtstdb::EntityId& a, const rtstdb::EntityId& b) noexcept {
+  return a.index != b.index ? a.index < b.index : a.generation < b.generation;
+}
 
 class Collision final : public Module {
  public:
@@ -35,7 +40,12 @@ class Collision final : public Module {
     query_ = std::move(query).value();
     transaction_ = database_->make_transaction({.max_queries = 1});
     touching_.reserve(most_hits);
+    touched_.reserve(most_hits);
     began_ = events.add_kind("COLLISION of " + body_ + " with {} bodies", 0);
+    cut_ =
+        events.add_kind("COLLISION of " + body_ + ": {} bodies touch it at once, more than the " +
+                            std::to_string(most_hits) + " that are told apart; 'total' is at least so many",
+                        0);
   }
 
   void step(StepContext& context) noexcept override {
@@ -48,17 +58,29 @@ class Collision final : public Module {
     transaction_->ask(*query_, 1);
     if (!context.execute(*database_, *transaction_).done()) return;
     const rtstdb::OverlapAnswer& answer = query_->answers()[0];
-    double begun = 0.0;
-    for (const rtstdb::EntityId& other : answer.entities) {
-      if (std::find(touching_.begin(), touching_.end(), other) == touching_.end()) begun += 1.0;
-    }
-    touching_.assign(answer.entities.begin(), answer.entities.end());
+    const double begun = begun_to_touch(answer);
+    if (answer.found > most_hits && found_ <= most_hits)
+      context.events->note(cut_, context.time_ns, answer.found);
+    found_ = answer.found;
     context.outputs[0] = answer.found;
     context.outputs[1] += begun;
     if (begun > 0.0) context.events->note(began_, context.time_ns, begun);
   }
 
  private:
+  /// How many bodies touch that did not touch at the last answer. Where the list was cut, at least so many.
+  double begun_to_touch(const rtstdb::OverlapAnswer& answer) noexcept {
+    touched_.swap(touching_);
+    touching_.assign(answer.entities.begin(), answer.entities.end());
+    std::sort(touching_.begin(), touching_.end(), before);
+    if (std::max(answer.found, found_) > most_hits)
+      return answer.found > found_ ? static_cast<double>(answer.found - found_) : 0.0;
+    return static_cast<double>(
+        std::count_if(touching_.begin(), touching_.end(), [this](const rtstdb::EntityId& other) {
+          return !std::binary_search(touched_.begin(), touched_.end(), other, before);
+        }));
+  }
+
   const std::string body_;
   std::vector<std::string> layers_;
   Ports ports_;
@@ -67,8 +89,9 @@ class Collision final : public Module {
   std::uint32_t mask_ = 0;
   std::unique_ptr<rtstdb::OverlapQuery> query_;
   std::unique_ptr<rtstdb::Transaction> transaction_;
-  std::vector<rtstdb::EntityId> touching_;
-  EventLog::Kind began_;
+  std::vector<rtstdb::EntityId> touching_, touched_;  // now, and at the answer before; sorted
+  std::uint32_t found_ = 0;                           // at the answer before
+  EventLog::Kind began_, cut_;
 };
 
 }  // namespace
