@@ -10,10 +10,12 @@
 
 #include "runtime/cli/load.hpp"
 #include "runtime/cli/subcommands.hpp"
+#include "runtime/cli/told.hpp"
 #include "runtime/report/report_files.hpp"
 #include "runtime/report/report_json.hpp"
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/run_folder.hpp"
+#include "runtime/run/run_log.hpp"
 #include "runtime/run/session.hpp"
 
 namespace hil::cli {
@@ -94,32 +96,46 @@ std::size_t terminal_columns() {
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-/// Leaves the report and prints it. A folder that does not take the report whole is a failure of its own: then the
-/// console tells how the run ended, and no file there claims that it passed.
-int leave_report(run::SessionResult& result, const std::filesystem::path& directory) {
+/// Writes the report, then the trace, which is large. What the folder does not take makes the run one that failed, and no
+/// file there claims that it passed. Whether there is a report.
+bool write_files(run::SessionResult& result, const std::filesystem::path& directory) {
   report::RunRecord& record = result.record;
   try {
-    report::write_trace(result.trace, directory);
     report::write_report(record, directory);
+    report::write_trace(result.trace, directory);
+    return true;
   } catch (const report::ReportError& error) {
-    std::fputs(report::report_text(record, directory.string()).c_str(), stdout);
     std::fprintf(stderr, "hil run: %s\n", error.what());
     if (record.exit_code != run::exit_gpu_failed) {
       record.reason = std::string(error.what()) + " (before that: " + report::reason_sentence(record) + ")";
       record.verdict = report::Verdict::io_failed;
       record.exit_code = run::exit_io_failed;
     }
-    try {
-      report::write_report(record, directory);
-    } catch (const report::ReportError&) {
-      std::error_code ignored;
-      for (const char* file : {"report.json", "junit.xml", "report.html"})
-        std::filesystem::remove(directory / file, ignored);
-    }
-    return record.exit_code;
   }
-  std::fputs(report::report_text(record, directory.string()).c_str(), stdout);
-  return record.exit_code;
+  try {
+    report::write_report(record, directory);
+    return true;
+  } catch (const report::ReportError&) {
+    std::error_code ignored;
+    for (const char* file : {"report.json", "junit.xml", "report.html"})
+      std::filesystem::remove(directory / file, ignored);
+    return false;
+  }
+}
+
+/// Leaves the report and prints it; the exit code is that of both.
+int leave_report(run::SessionResult& result, const run::SessionOptions& options) {
+  const report::RunRecord& record = result.record;
+  const bool is_there = write_files(result, options.directory);
+  std::fputs(report::report_text(record, is_there ? options.directory.string() : "").c_str(), stdout);
+  const int exit_code = told("run", record.exit_code);
+  try {
+    run::RunLog(options.directory / "run.log", options.verbose, false)
+        .info("exit code " + std::to_string(exit_code) + ": " + record.reason);
+  } catch (const io::DeviceError& error) {
+    std::fprintf(stderr, "hil run: %s\n", error.what());
+  }
+  return exit_code;
 }
 
 /// A scenario that is refused leaves no report, and none of an earlier run is to be taken for it.
@@ -153,7 +169,7 @@ int run_in_folder(Loaded& loaded, const run::SessionOptions& options, const run:
   } catch (const modules::SetupError& error) {
     refuse(error, report::Verdict::refused, run::exit_bad_config);
   }
-  return leave_report(result, options.directory);
+  return leave_report(result, options);
 }
 
 int run(const Arguments& arguments, bool seed_given) {

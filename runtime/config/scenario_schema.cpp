@@ -217,16 +217,18 @@ Schema can_schema() {
                       "The real-time priority of its thread; left out: an ordinary thread."),
       Field::with_default("send", Schema::list(sent_schema()), "[]", "The messages the run sends."),
       Field::with_default("receive", Schema::list(received_schema()), "[]", "The messages the run reads."),
-      Field::optional(
-          "faults",
-          Schema::record({
-              Field::with_default("drop", Schema::number(0.0, 1.0), "0",
-                                  "The probability that a frame is lost."),
-              Field::with_default("corrupt", Schema::number(0.0, 1.0), "0",
-                                  "The probability that a bit of a frame flips."),
-              Field::with_default("delay", duration(0.0, 60.0), "0 ms", "By how much frames are delayed."),
-          }),
-          "What a virtual bus does to frames."),
+      Field::optional("faults",
+                      Schema::record({
+                          Field::with_default("drop", Schema::number(0.0, 1.0), "0",
+                                              "The probability that a frame is lost."),
+                          Field::with_default("corrupt", Schema::number(0.0, 1.0), "0",
+                                              "The probability that a bit of a frame flips."),
+                          Field::with_default("delay", duration(0.0, 60.0), "0 ms",
+                                              "By how much frames are delayed; under clock: virtual up to "
+                                              "the bus's next exchange after it, so by whole "
+                                              "periods of its rate."),
+                      }),
+                      "What a virtual bus does to frames."),
   });
 }
 

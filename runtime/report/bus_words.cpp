@@ -35,9 +35,12 @@ std::vector<std::string> can_shortfalls(const CanBus& bus) {
 std::vector<std::string> can_remarks(const CanBus& bus) {
   Sentences sentences;
   sentences.add(bus.fault_dropped_tx, "sent frame", "sent frames",
-                "dropped on purpose (faults): counted as sent, never on the bus, not in the log");
+                "dropped on purpose (faults: drop, or delay beyond the end of the run): counted as sent, "
+                "never on the bus, "
+                "not in the log");
   sentences.add(bus.fault_dropped_rx, "frame of other stations", "frames of other stations",
-                "dropped on purpose (faults): neither received nor in the log");
+                "dropped on purpose (faults: drop, or delay beyond the end of the run): neither received nor "
+                "in the log");
   sentences.add(bus.fault_corrupted, "frame", "frames",
                 "corrupted on purpose (faults): the log shows them as they were on the bus");
   sentences.add(bus.fault_delayed, "frame", "frames",

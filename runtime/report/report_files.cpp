@@ -37,10 +37,16 @@ void write_file(const fs::path& path, const std::function<void(std::ostream&)>& 
   std::ofstream out(unfinished, std::ios::binary | std::ios::trunc);
   if (out) content(out);
   out.close();
-  if (!out) refuse(path, "written", last_system_answer());
   std::error_code error;
-  fs::rename(unfinished, path, error);
-  if (error) refuse(path, "written", error.message());
+  std::string answer;
+  if (!out) {
+    answer = last_system_answer();
+  } else if (fs::rename(unfinished, path, error); error) {
+    answer = error.message();
+  }
+  if (answer.empty()) return;
+  fs::remove(unfinished, error);  // on a full disk it takes the room of what is to be written yet
+  refuse(path, "written", answer);
 }
 
 void write_text(const fs::path& path, const std::string& text) {

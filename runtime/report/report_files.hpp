@@ -3,7 +3,7 @@
 // junit.xml, the pictures as SVG files, and trace.json.
 //
 // Each file is written beside its final name and renamed when it is whole, so a reader never meets half a
-// file. All throw ReportError with the path and the system's answer.
+// file, and none stays when the disk does not take it. All throw ReportError with the path and the system's answer.
 
 #include <filesystem>
 

@@ -97,7 +97,8 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   for (const std::string& sentence : record.realtime.degraded)
     out += "  degraded: " + one_line(sentence) + '\n';
   out += "  " + to_ascii(counted(record.ticks, "tick", "ticks")) + " in " +
-         to_ascii(measured_time(record.wall_ns)) + ", report in " + one_line(report_place) + '\n';
+         to_ascii(measured_time(record.wall_ns)) +
+         (report_place.empty() ? ", no report" : ", report in " + one_line(report_place)) + '\n';
   return out;
 }
 

@@ -30,7 +30,7 @@ struct LiveStatus {
 std::string live_line(const LiveStatus& status, std::size_t columns);
 
 /// Verdict, reason, failed expectations, misses by task and cause, ticks given up, what was degraded, where the report lies.
-/// Each line ends with a newline.
+/// Each line ends with a newline. An empty place: there is no report.
 std::string report_text(const RunRecord& record, const std::string& report_place);
 
 /// How many ticks were given up, of how many, and why; empty when none was. Typographic.

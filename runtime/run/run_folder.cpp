@@ -45,8 +45,8 @@ void remove_results(const fs::path& directory) {
     if (error)
       throw io::DeviceError(file.string() + " of an earlier run can not be removed: " + error.message());
   };
-  for (const char* file :
-       {"report.json", "report.html", "junit.xml", "trace.json", "world.json", "pictures/top-view.svg"})
+  for (const char* file : {"report.json", "report.html", "junit.xml", "trace.json", "world.json", "run.log",
+                           "pictures/top-view.svg"})
     remove(directory / file);
   for (int i = 1; fs::exists(directory / "pictures" / ("scan-" + std::to_string(i) + ".svg")); ++i)
     remove(directory / "pictures" / ("scan-" + std::to_string(i) + ".svg"));

@@ -18,7 +18,7 @@ namespace hil::run {
 class RunLog {
  public:
   /// Throws io::DeviceError when the file can not be written.
-  RunLog(const std::filesystem::path& file, bool to_console);
+  RunLog(const std::filesystem::path& file, bool to_console, bool anew = true);
 
   void info(const std::string& sentence);
   /// Something is not as it should be; the run goes on, or says elsewhere why not.

@@ -210,7 +210,6 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
     run_log_.warn(report::to_ascii(sentence));
   for (const std::string& sentence : record.realtime.degraded)
     run_log_.warn("degraded: " + sentence);
-  run_log_.info("exit code " + std::to_string(record.exit_code) + ": " + record.reason);
   session.trace = trace_of(result, record.events);
   return session;
 }

@@ -78,5 +78,59 @@ TEST(WhatIsTold, FilesAmongTheLogsAreReportedAndStay) {
   EXPECT_NE(read_text(folder / "out/junit.xml").find("<error"), std::string::npos);
 }
 
+/// A body in the middle of `others`.
+std::string crowd(int others) {
+  std::string text =
+      "scenario: crowd\nbase_rate: 100 Hz\nduration: 100 ms\nclock: virtual\nworld:\n  entities:\n"
+      "    - {name: hub, shape: {sphere: 1 m}, mask: [hub]}\n";
+  for (int i = 0; i < others; ++i)
+    text += "    - {name: b" + std::to_string(i) + ", shape: {sphere: 0.5 m}, mask: [crowd]}\n";
+  return text +
+         "tasks:\n  - {module: c, type: collision, rate: 100 Hz, parameters: {body: hub, against: "
+         "[crowd]}}\n";
+}
+
+TEST(WhatIsTold, NoCollisionIsLost) {
+  for (const int others : {40, 1'100}) {
+    const Folder folder;
+    write_text(folder / "crowd.yaml", crowd(others));
+    const Ended ended = run_hil({"run", folder / "crowd.yaml", "--out", folder / "out"});
+    EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
+    const Signals signals(folder / "out");
+    EXPECT_EQ(signals["c.hits"].back(), others);
+    EXPECT_EQ(signals["c.total"].back(), others);
+    bool said = false;
+    const auto report = read_report(folder / "out");
+    for (const nlohmann::json& event : report["events"])
+      said = said || event["text"].get<std::string>().find("more than the 1024") != std::string::npos;
+    EXPECT_EQ(said, others > 1024);
+  }
+}
+
+TEST(WhatIsTold, AFolderThatTakesNoReportLeavesNoClaimOfOne) {
+  const Folder folder;
+  std::filesystem::create_directories(folder / "out");
+  std::filesystem::create_symlink("/dev/full", folder / "out/report.json.part");
+  write_text(folder / "crowd.yaml", crowd(1));
+  const Ended once = run_hil({"run", folder / "crowd.yaml", "--out", folder / "out"});
+  EXPECT_EQ(once.code, 4) << once.output << once.errors;
+  EXPECT_TRUE(once.output.starts_with("I/O failed: ")) << once.output;
+  EXPECT_NE(once.output.find("report in"), std::string::npos) << "the second try had room";
+  EXPECT_EQ(read_report(folder / "out")["exit_code"], 4);
+  EXPECT_NE(read_text(folder / "out/run.log").find("exit code 4: "), std::string::npos);
+}
+
+TEST(WhatIsTold, AnOutputThatIsLostIsExitCode4) {
+  const Folder folder;
+  write_text(folder / "crowd.yaml", crowd(1));
+  Program run(
+      {"sh", "-c",
+       built("hil") + " run " + (folder / "crowd.yaml") + " --out " + (folder / "out") + " > /dev/full"});
+  const Ended ended = run.wait();
+  EXPECT_EQ(ended.code, 4) << ended.errors;
+  EXPECT_NE(ended.errors.find("the output can not be written"), std::string::npos) << ended.errors;
+  EXPECT_NE(read_text(folder / "out/run.log").find("exit code 4: "), std::string::npos);
+}
+
 }  // namespace
 }  // namespace hil::scenario_test

@@ -107,6 +107,7 @@ TEST_F(ReportFiles, AFullDiskIsToldNotSwallowed) {
   fs::create_symlink("/dev/full", directory_ / "report.json.part");
   EXPECT_THROW(write_report(test::full_record(), directory_), ReportError);
   EXPECT_FALSE(fs::exists(directory_ / "report.json"));
+  EXPECT_FALSE(fs::is_symlink(directory_ / "report.json.part")) << "it would take room from the others";
 }
 
 }  // namespace
