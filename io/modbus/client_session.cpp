@@ -1,11 +1,13 @@
 #include "io/modbus/client_session.hpp"
 
+#include <modbus/modbus.h>
+#include <poll.h>
 #include <sys/socket.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <new>
+#include <ctime>
 #include <system_error>
 #include <utility>
 
@@ -32,36 +34,61 @@ std::string exception_text(int code) {
   return std::string(names.at(static_cast<std::size_t>(code))) + " (exception " + std::to_string(code) + ")";
 }
 
-bool is_exception(int error) {
-  return error > MODBUS_ENOBASE && error < MODBUS_ENOBASE + MODBUS_EXCEPTION_MAX;
-}
-
 std::string words_of(int error) {
-  if (error == EMBBADEXC) return "the reply is an exception that the protocol does not have";
-  if (error == EMBBADDATA) return "the reply does not fit the request";
   if (error == ECONNRESET || error == EPIPE) return "the other side closed the connection";
   return std::generic_category().message(error);
 }
 
+// A frame: transaction, protocol (0), length of what follows, unit; then function and data. All big-endian.
+constexpr std::size_t transaction_at = 0, protocol_at = 2, length_at = 4, unit_at = 6, function_at = 7;
+constexpr std::size_t exception_bytes = 2;  // from the function code on
+constexpr std::uint8_t exception_flag = 0x80;
+
+void put_word(std::span<std::uint8_t> bytes, std::size_t at, std::size_t word) {
+  bytes[at] = static_cast<std::uint8_t>(word >> 8U);
+  bytes[at + 1] = static_cast<std::uint8_t>(word & 0xFFU);
+}
+
+std::uint16_t word_of(std::span<const std::uint8_t> bytes, std::size_t at) {
+  return static_cast<std::uint16_t>(bytes[at] << 8U | bytes[at + 1]);
+}
+
+std::uint8_t read_function(Table table) {
+  switch (table) {
+    case Table::coil:
+      return MODBUS_FC_READ_COILS;
+    case Table::discrete_input:
+      return MODBUS_FC_READ_DISCRETE_INPUTS;
+    case Table::holding:
+      return MODBUS_FC_READ_HOLDING_REGISTERS;
+    case Table::input:
+      return MODBUS_FC_READ_INPUT_REGISTERS;
+  }
+  return 0;
+}
+
+/// False when the time is over.
+bool wait_for(int socket, short what, std::chrono::steady_clock::time_point until) {
+  const auto left =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(until - std::chrono::steady_clock::now());
+  if (left.count() <= 0) return false;
+  const timespec time{left.count() / 1'000'000'000, left.count() % 1'000'000'000};
+  pollfd watched{socket, what, 0};
+  return ::ppoll(&watched, 1, &time, nullptr) != 0;  // a signal is no end of the wait: the caller comes again
+}
+
 }  // namespace
 
-ClientSession::ClientSession(std::uint8_t unit)
-    // The address is never used: only connected sockets are handed over.
-    : context_(modbus_new_tcp_pi("127.0.0.1", "502")) {
-  if (context_ == nullptr) throw std::bad_alloc();
-  require(modbus_set_slave(context_.get(), unit) == 0,
-          "ClientSession: the unit identifier is not 0..247 or 255");
-  modbus_set_byte_timeout(context_.get(), 0, 0);
+ClientSession::ClientSession(std::uint8_t unit) : unit_(unit) {
+  require(unit <= 247 || unit == 255, "ClientSession: the unit identifier is not 0..247 or 255");
 }
 
 void ClientSession::adopt(Descriptor socket) {
   socket_ = std::move(socket);
-  modbus_set_socket(context_.get(), socket_.get());
   fault_.clear();
 }
 
 void ClientSession::disconnect() noexcept {
-  modbus_set_socket(context_.get(), -1);
   socket_.reset();
 }
 
@@ -83,80 +110,144 @@ bool ClientSession::usable() {
   return false;
 }
 
-bool ClientSession::prepare(std::chrono::microseconds limit) {
-  if (!connected()) {
-    fault_ = "not connected";
-    return false;
-  }
-  if (!usable()) return false;
-  // libmodbus takes no time-out of zero.
-  const auto microseconds = static_cast<std::uint64_t>(std::max<std::int64_t>(limit.count(), 1));
-  constexpr std::uint64_t second = 1'000'000;
-  require(modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(microseconds / second),
-                                      static_cast<std::uint32_t>(microseconds % second)) == 0,
-          "ClientSession: libmodbus refused the response time-out");
-  return true;
+bool ClientSession::prepare() {
+  if (connected()) return usable();
+  fault_ = "not connected";
+  return false;
 }
 
-Reply ClientSession::outcome_of(int rc, int wanted, std::chrono::microseconds limit) {
-  const int error = errno;
-  if (rc == wanted) {
-    fault_.clear();
-    return Reply::good;
+Reply ClientSession::does_not_fit(const std::string& what) {
+  return close_with(Reply::broken, "the reply does not fit the request: " + what);
+}
+
+Reply ClientSession::send_whole(std::size_t size, std::chrono::steady_clock::time_point until) {
+  for (std::size_t sent = 0; sent < size;) {
+    const ssize_t rc = ::send(socket_.get(), request_.data() + sent, size - sent, MSG_NOSIGNAL);
+    if (rc >= 0) {
+      sent += static_cast<std::size_t>(rc);
+    } else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) {
+      return close_with(Reply::broken, words_of(errno));
+    } else if (!wait_for(socket_.get(), POLLOUT, until)) {
+      return close_with(Reply::timeout,
+                        "the request could not be sent within " + std::to_string(limit_.count()) + " us");
+    }
   }
-  if (rc >= 0) return close_with(Reply::broken, words_of(EMBBADDATA));
-  if (is_exception(error)) {
-    fault_ = exception_text(error - MODBUS_ENOBASE);
-    return Reply::exception;
+  return Reply::good;
+}
+
+Reply ClientSession::receive_up_to(std::size_t size, std::chrono::steady_clock::time_point until) {
+  while (received_ < size) {
+    const ssize_t rc = ::recv(socket_.get(), reply_.data() + received_, size - received_, MSG_DONTWAIT);
+    if (rc > 0) {
+      received_ += static_cast<std::size_t>(rc);
+    } else if (rc == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
+      return close_with(Reply::broken, words_of(rc == 0 ? ECONNRESET : errno));
+    } else if (!wait_for(socket_.get(), POLLIN, until)) {
+      return close_with(Reply::timeout, "no whole reply within " + std::to_string(limit_.count()) + " us");
+    }
   }
-  if (error == ETIMEDOUT) {
-    return close_with(Reply::timeout, "no whole reply within " + std::to_string(limit.count()) + " us");
-  }
-  return close_with(Reply::broken, words_of(error));
+  return Reply::good;
+}
+
+/// Everything that the protocol lets the other side repeat has to be what was asked.
+Reply ClientSession::check_head(std::size_t reply_bytes) {
+  const std::uint8_t function = request_[function_at];
+  const auto differs = [&](const char* what, int is, int wanted) {
+    return does_not_fit(std::string(what) + ' ' + std::to_string(is) + ", not " + std::to_string(wanted));
+  };
+  if (word_of(reply_, transaction_at) != transaction_)
+    return differs("transaction", word_of(reply_, transaction_at), transaction_);
+  if (word_of(reply_, protocol_at) != 0) return differs("protocol", word_of(reply_, protocol_at), 0);
+  if (reply_[unit_at] != unit_) return differs("unit identifier", reply_[unit_at], unit_);
+  const bool exception = reply_[function_at] == (function | exception_flag);
+  if (!exception && reply_[function_at] != function)
+    return differs("function", reply_[function_at], function);
+  const std::size_t wanted = 1 + (exception ? exception_bytes : reply_bytes);
+  if (word_of(reply_, length_at) != wanted)
+    return differs("length", word_of(reply_, length_at), static_cast<int>(wanted));
+  if (!exception) return Reply::good;
+  const int code = reply_[function_at + 1];
+  if (code == 0 || code >= MODBUS_EXCEPTION_MAX)
+    return close_with(Reply::broken, "the reply is an exception that the protocol does not have");
+  fault_ = exception_text(code);
+  return Reply::exception;
+}
+
+Reply ClientSession::exchange(std::size_t request_bytes, std::size_t reply_bytes,
+                              std::chrono::microseconds limit) {
+  if (!prepare()) return Reply::broken;
+  limit_ = limit;
+  received_ = 0;
+  const auto until = std::chrono::steady_clock::now() + limit;
+  put_word(request_, transaction_at, ++transaction_);
+  put_word(request_, protocol_at, 0);
+  put_word(request_, length_at, 1 + request_bytes);
+  request_[unit_at] = unit_;
+  Reply reply = send_whole(function_at + request_bytes, until);
+  if (reply == Reply::good) reply = receive_up_to(function_at + exception_bytes, until);
+  if (reply == Reply::good) reply = check_head(reply_bytes);
+  if (reply == Reply::good) reply = receive_up_to(function_at + reply_bytes, until);
+  if (reply == Reply::good) fault_.clear();
+  return reply;
 }
 
 Reply ClientSession::read(Table table, std::uint16_t address, std::span<std::uint16_t> registers,
                           std::chrono::microseconds limit) {
-  require(
-      !registers.empty() && registers.size() <= (is_bit_table(table) ? max_bits_read : max_registers_read),
-      "ClientSession::read: a number of addresses that no request can carry");
-  if (!prepare(limit)) return Reply::broken;
-  const int count = static_cast<int>(registers.size());
-  if (table == Table::holding) {
-    return outcome_of(modbus_read_registers(context_.get(), address, count, registers.data()), count, limit);
+  const bool bits = is_bit_table(table);
+  require(!registers.empty() && registers.size() <= (bits ? max_bits_read : max_registers_read),
+          "ClientSession::read: a number of addresses that no request can carry");
+  const std::size_t data_bytes = bits ? (registers.size() + 7) / 8 : 2 * registers.size();
+  request_[function_at] = read_function(table);
+  put_word(request_, function_at + 1, address);
+  put_word(request_, function_at + 3, registers.size());
+  const Reply reply = exchange(5, 2 + data_bytes, limit);
+  if (reply != Reply::good) return reply;
+  if (reply_[function_at + 1] != data_bytes)
+    return does_not_fit(std::to_string(reply_[function_at + 1]) + " bytes of data, not " +
+                        std::to_string(data_bytes));
+  const std::span data = std::span(reply_).subspan(function_at + 2);
+  for (std::size_t i = 0; i < registers.size(); ++i) {
+    registers[i] = bits ? static_cast<std::uint16_t>(data[i / 8] >> (i % 8) & 1U) : word_of(data, 2 * i);
   }
-  if (table == Table::input) {
-    return outcome_of(modbus_read_input_registers(context_.get(), address, count, registers.data()), count,
-                      limit);
-  }
-  std::array<std::uint8_t, max_bits_read> bits{};
-  const int rc = table == Table::coil ? modbus_read_bits(context_.get(), address, count, bits.data())
-                                      : modbus_read_input_bits(context_.get(), address, count, bits.data());
-  const Reply reply = outcome_of(rc, count, limit);
-  std::copy_n(bits.begin(), registers.size(), registers.begin());
   return reply;
 }
 
 Reply ClientSession::write(Table table, std::uint16_t address, std::span<const std::uint16_t> registers,
                            std::chrono::microseconds limit) {
+  const bool bits = is_bit_table(table);
   require(table == Table::coil || table == Table::holding,
           "ClientSession::write: this table can not be written");
-  require(!registers.empty() &&
-              registers.size() <= (is_bit_table(table) ? max_bits_written : max_registers_written),
+  require(!registers.empty() && registers.size() <= (bits ? max_bits_written : max_registers_written),
           "ClientSession::write: a number of addresses that no request can carry");
-  if (!prepare(limit)) return Reply::broken;
-  const int count = static_cast<int>(registers.size());
-  if (table == Table::holding) {
-    const int rc = count == 1 ? modbus_write_register(context_.get(), address, registers.front())
-                              : modbus_write_registers(context_.get(), address, count, registers.data());
-    return outcome_of(rc, count, limit);
+  constexpr std::size_t echoed = 5;  // function, address, and the value or how many: the reply repeats them
+  std::size_t request_bytes = echoed;
+  put_word(request_, function_at + 1, address);
+  if (registers.size() == 1) {
+    request_[function_at] = bits ? MODBUS_FC_WRITE_SINGLE_COIL : MODBUS_FC_WRITE_SINGLE_REGISTER;
+    const std::uint16_t word = registers.front();
+    put_word(request_, function_at + 3, bits && word != 0 ? 0xFF00U : word);
+  } else {
+    request_[function_at] = bits ? MODBUS_FC_WRITE_MULTIPLE_COILS : MODBUS_FC_WRITE_MULTIPLE_REGISTERS;
+    put_word(request_, function_at + 3, registers.size());
+    const std::size_t data_bytes = bits ? (registers.size() + 7) / 8 : 2 * registers.size();
+    request_[function_at + echoed] = static_cast<std::uint8_t>(data_bytes);
+    const std::span data = std::span(request_).subspan(function_at + echoed + 1, data_bytes);
+    std::fill(data.begin(), data.end(), std::uint8_t{0});
+    for (std::size_t i = 0; i < registers.size(); ++i) {
+      if (!bits) {
+        put_word(data, 2 * i, registers[i]);
+      } else if (registers[i] != 0) {
+        data[i / 8] = static_cast<std::uint8_t>(data[i / 8] | 1U << (i % 8));
+      }
+    }
+    request_bytes += 1 + data_bytes;
   }
-  if (count == 1)
-    return outcome_of(modbus_write_bit(context_.get(), address, registers.front() != 0), 1, limit);
-  std::array<std::uint8_t, max_bits_written> bits{};
-  std::transform(registers.begin(), registers.end(), bits.begin(),
-                 [](std::uint16_t word) { return static_cast<std::uint8_t>(word != 0); });
-  return outcome_of(modbus_write_bits(context_.get(), address, count, bits.data()), count, limit);
+  const Reply reply = exchange(request_bytes, echoed, limit);
+  if (reply != Reply::good) return reply;
+  const auto sent = request_.begin() + function_at;
+  if (!std::equal(sent, sent + echoed, reply_.begin() + function_at))
+    return does_not_fit("it repeats another address or value than was written");
+  return reply;
 }
 
 }  // namespace hil::io::modbus

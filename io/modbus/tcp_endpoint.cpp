@@ -4,7 +4,6 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
-#include <sys/select.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -114,12 +113,6 @@ Connection connect_within(const SocketAddress& address, std::chrono::microsecond
   const auto until = std::chrono::steady_clock::now() + limit;
   Descriptor socket(::socket(address.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!socket.open()) return {Descriptor(), words_of(errno)};
-  if (socket.get() >= FD_SETSIZE) {
-    // libmodbus waits with select(), which writes out of bounds beyond this.
-    return {Descriptor(), "the process has " + std::to_string(socket.get()) +
-                              " open files; libmodbus can not wait on descriptors from " +
-                              std::to_string(FD_SETSIZE) + " on"};
-  }
   const int on = 1;
   ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
   int error = 0;

@@ -1,7 +1,5 @@
 #pragma once
-// Sockets for Modbus TCP: resolving, connecting within a limit, listening. libmodbus gets connected sockets
-// only, because its own connect tells a refusal from a silent host by nothing but a missing errno, and uses
-// FD_SET on any descriptor.
+// Sockets for Modbus TCP: resolving, connecting within a limit, listening.
 //
 // Threads: free functions, callable from any thread. They block as stated.
 

@@ -148,7 +148,38 @@ TEST(ClientFaults, AnExceptionOfAnotherFunctionIsNoAnswer) {
         connection.send(bench::frame(static_cast<std::uint16_t>(request[0] << 8U | request[1]), {0x83, 2}));
         connection.receive();
       },
+      false, "the reply does not fit the request: function 131, not 6");
+}
+
+TEST(ClientFaults, AnExceptionThatTheProtocolDoesNotHaveIsNoAnswer) {
+  expect_one_lost_exchange(
+      [](FakeConnection& connection) {
+        const Bytes request = connection.receive();
+        connection.send(bench::frame(static_cast<std::uint16_t>(request[0] << 8U | request[1]), {0x86, 12}));
+        connection.receive();
+      },
       false, "exception that the protocol does not have");
+}
+
+/// The reply to the first request, a write, with one byte changed.
+void expect_lost_when(std::size_t byte, std::uint8_t changed, const char* words) {
+  expect_one_lost_exchange(
+      [=](FakeConnection& connection) {
+        Bytes reply = FakeConnection::reply_to(connection.receive(), 1);
+        reply[byte] = changed;
+        connection.send(reply);
+        connection.receive();
+      },
+      false, words);
+}
+
+TEST(ClientFaults, AReplyThatRepeatsSomethingElseIsNoAnswer) {
+  expect_lost_when(3, 5, "does not fit the request: protocol 5, not 0");
+  expect_lost_when(4, 0xFF, "does not fit the request: length ");
+  expect_lost_when(5, 7, "does not fit the request: length 7, not 6");
+  expect_lost_when(6, 9, "does not fit the request: unit identifier 9, not ");
+  expect_lost_when(9, 1, "it repeats another address or value than was written");
+  expect_lost_when(11, 0xEE, "it repeats another address or value than was written");
 }
 
 TEST(ClientFaults, TooFewRegistersAreNoAnswer) {
