@@ -99,6 +99,17 @@ void ProcessWatch::end_watch() {
   thread_.join();
 }
 
+void ProcessWatch::end_watch_after_an_end(std::chrono::milliseconds at_most) {
+  end_watch();
+  std::vector<pollfd> waiting;
+  for (const Watched& watched : watched_) {
+    if (watched.fate.ended_early) return;
+    waiting.push_back({.fd = watched.child->exit_fd(), .events = POLLIN, .revents = 0});
+  }
+  poll(waiting.data(), waiting.size(), static_cast<int>(at_most.count()));
+  look_at_children();
+}
+
 std::vector<ProcessFate> ProcessWatch::stop() {
   end_watch();
   std::vector<ProcessFate> fates;

@@ -165,7 +165,9 @@ executive::RunResult LiveSession::run_watched(executive::Executive& executive) {
         });
         if (options_.every_second) options_.every_second(live_status(executive));
       });
-  return executive.run(stop_);
+  executive::RunResult result = executive.run(stop_);
+  if (!io_fault().empty()) processes_->end_watch_after_an_end(std::chrono::milliseconds(100));
+  return result;
 }
 
 SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {

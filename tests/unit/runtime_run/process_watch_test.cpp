@@ -54,6 +54,19 @@ class Deaths {
   std::vector<ProcessFate> fates_;
 };
 
+/// Its connection was seen to close, and the run ended, before it could be seen to end.
+TEST(ProcessWatch, WaitsForTheEndOfOneThatIsAboutToEnd) {
+  Deaths deaths;
+  ProcessWatch watch({shell("plc", "sleep 100"), shell("dut", "sleep 0.2; kill -9 $$")}, [] { return 5; });
+  {
+    const ProcessWatch::Watching watching = watch.watch(deaths.watcher(), {});
+    watch.end_watch_after_an_end(20s);
+  }
+  ASSERT_EQ(deaths.all().size(), 1u);
+  EXPECT_EQ(deaths.all().front().name, "dut");
+  EXPECT_NE(deaths.all().front().exit.find("signal 9"), std::string::npos) << deaths.all().front().exit;
+}
+
 TEST(ProcessWatch, TellsOfAProgramThatEndsByItself) {
   Deaths deaths;
   std::atomic<std::int64_t> now_ns{0};
