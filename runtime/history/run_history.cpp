@@ -114,10 +114,14 @@ fs::path find_log(const fs::path& directory) {
     throw HistoryError(Kind::file, directory.string() + " is no directory");
   if (is_log(directory)) return directory;
   if (is_log(directory / "database")) return directory / "database";
-  throw HistoryError(Kind::file, directory.string() + " holds no database's log" +
-                                     (fs::exists(directory / "world.json", error)
-                                          ? ": the run kept none (world.durability: volatile)"
-                                          : ", and no run that kept one"));
+  const auto why = [&] {
+    if (fs::exists(directory / "database", error))
+      return ": there is no segment of one in its folder 'database'";
+    if (fs::exists(directory / "world.json", error))
+      return ": the run kept none (world.durability: volatile)";
+    return ", and no run that kept one";
+  };
+  throw HistoryError(Kind::file, directory.string() + " holds no database's log" + why());
 }
 
 RunHistory::RunHistory(const fs::path& directory, bool salvage)

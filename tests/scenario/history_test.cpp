@@ -229,6 +229,14 @@ TEST_F(TwoBlocks, AGeometryThatIsGoneIsNamed) {
   EXPECT_EQ(run_hil({"db", "verify", out()}).code, 4);
 }
 
+TEST_F(TwoBlocks, ALogThatIsGoneIsNoRunThatKeptNone) {
+  for (const auto& file : std::filesystem::directory_iterator(out() + "/database"))
+    if (!file.path().filename().string().starts_with("geometry")) std::filesystem::remove(file.path());
+  const Ended ended = run_hil({"db", "verify", out()});
+  EXPECT_EQ(ended.code, 4);
+  EXPECT_NE(ended.errors.find("no segment"), std::string::npos) << ended.errors;
+}
+
 TEST_F(TwoBlocks, TheSameRunInTheSameFolderBeginsALogOfItsOwn) {
   const Json before = answer({"db", "info", out(), "--json"});
   ASSERT_EQ(run_hil({"run", folder_ / "two_blocks.yaml", "--out", out()}).code, 0);
