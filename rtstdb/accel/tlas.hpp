@@ -36,7 +36,6 @@ struct TlasOptions {
   std::uint32_t slots = 4;
   bool refits = true;   ///< false: every tree is built anew, to measure that
   bool patches = true;  ///< false: windows reach no further than their times, to measure refits
-  bool ahead = true;  ///< false: a slot is made when it is asked for, to measure what making it ahead spares
 };
 
 /// Instants at which rows are written down in single precision lie this far apart; see shaders/shared/entity.h.
@@ -167,8 +166,8 @@ class Tlas {
     float built_cost = 0.0f;            // 0: not known yet
     std::uint32_t root() const noexcept;
     void take_window(WorldTime begin, WorldTime end) noexcept;
-    /// There is another one now for what asks from its version on.
-    bool is_superseded(Version version, const Wanted& wanted) const noexcept;
+    /// There is another one now, made ahead, for what asks for this version.
+    bool is_superseded(Version asked, const Wanted& wanted) const noexcept;
     /// Whatever its version.
     bool holds(const Wanted& wanted) const noexcept;
   };

@@ -28,7 +28,7 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   tlas.late_base_ = (options.max_entities + 15) / 16 * 16;
   tlas.refits_ = options.refits;
   tlas.patches_ = options.refits && options.patches;
-  tlas.makes_ahead_ = tlas.patches_ && options.ahead && options.slots > 1;
+  tlas.makes_ahead_ = tlas.patches_ && options.slots > 1;
   tlas.changed_.reserve(options.max_entities);
   const std::pair<gpu::Pipeline*, gpu::ShaderId> pipelines[] = {
       {&tlas.apply_rows_, gpu::ShaderId::apply_rows},

@@ -74,7 +74,7 @@ std::optional<Number> number_of(std::string_view word) {
   return value;
 }
 
-/// The coordinates of a vertex; a weight that is not 1, for curves, moves no corner that anybody could mean.
+/// The coordinates of a vertex. A weight belongs to curves; readers differ in what another than 1 does to a polygon.
 glm::vec3 vertex_of(const Statements& statement, std::string_view rest, double scale) {
   std::array<double, 7> values{};
   std::size_t count = 0;

@@ -138,12 +138,13 @@ int leave_report(run::SessionResult& result, const run::SessionOptions& options)
   return exit_code;
 }
 
-/// A scenario that is refused leaves no report, and none of an earlier run is to be taken for it.
+/// A scenario that is refused leaves no report, and none of an earlier run is to be taken for it. That run's world stays: a mistake in
+/// the arguments takes no history away.
 int refuse_scenario(const std::string& directory) {
   std::error_code absent;
   if (directory.empty() || !std::filesystem::is_directory(directory, absent)) return run::exit_bad_config;
   try {
-    run::RunFolder(directory).clear();
+    run::RunFolder(directory).clear_reports();
   } catch (const io::DeviceError& error) {
     std::fprintf(stderr, "hil run: %s\n", error.what());
   }

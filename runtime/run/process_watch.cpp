@@ -103,7 +103,8 @@ void ProcessWatch::end_watch_after_an_end(std::chrono::milliseconds at_most) {
   end_watch();
   std::vector<pollfd> waiting;
   for (const Watched& watched : watched_) {
-    if (watched.fate.ended_early) return;
+    if (watched.fate.ended_early && watched.fate.safe_on_exit) return;
+    if (watched.fate.ended_early) continue;  // nobody waits for it
     waiting.push_back({.fd = watched.child->exit_fd(), .events = POLLIN, .revents = 0});
   }
   poll(waiting.data(), waiting.size(), static_cast<int>(at_most.count()));

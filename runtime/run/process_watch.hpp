@@ -64,7 +64,7 @@ class ProcessWatch {
   Watching watch(std::function<void(const ProcessFate&)> on_death, std::function<void()> every_second);
   /// Ends the watch; the programs run on. What ends from here on has ended because the run is over.
   void end_watch();
-  /// The same once a program has ended by itself, or after this time: one that dies lets go of its connections a moment before
+  /// The same once a program that the run needs has ended by itself, or after this time: one that dies lets go of its connections a moment before
   /// its end can be seen.
   void end_watch_after_an_end(std::chrono::milliseconds at_most);
   /// Ends the watch and then the programs. What became of each, in their order.

@@ -38,19 +38,11 @@ void remove_log(const fs::path& directory) {
     throw io::DeviceError(directory.string() + " of an earlier run can not be removed: " + error.message());
 }
 
-void remove_results(const fs::path& directory) {
-  const auto remove = [](const fs::path& file) {
-    std::error_code error;
-    fs::remove(file, error);
-    if (error)
-      throw io::DeviceError(file.string() + " of an earlier run can not be removed: " + error.message());
-  };
-  for (const char* file : {"report.json", "report.html", "junit.xml", "trace.json", "world.json", "run.log",
-                           "pictures/top-view.svg"})
-    remove(directory / file);
-  for (int i = 1; fs::exists(directory / "pictures" / ("scan-" + std::to_string(i) + ".svg")); ++i)
-    remove(directory / "pictures" / ("scan-" + std::to_string(i) + ".svg"));
-  remove_log(database_folder(directory));
+void remove_result(const fs::path& file) {
+  std::error_code error;
+  fs::remove(file, error);
+  if (error)
+    throw io::DeviceError(file.string() + " of an earlier run can not be removed: " + error.message());
 }
 
 }  // namespace
@@ -78,7 +70,17 @@ RunFolder::RunFolder(const fs::path& directory) : directory_(directory) {
 }
 
 void RunFolder::clear() const {
-  remove_results(directory_);
+  clear_reports();
+  for (const char* file : {"trace.json", "world.json", "run.log", "pictures/top-view.svg"})
+    remove_result(directory_ / file);
+  for (int i = 1; fs::exists(directory_ / "pictures" / ("scan-" + std::to_string(i) + ".svg")); ++i)
+    remove_result(directory_ / "pictures" / ("scan-" + std::to_string(i) + ".svg"));
+  remove_log(database_folder(directory_));
+}
+
+void RunFolder::clear_reports() const {
+  for (const char* file : {"report.json", "report.html", "junit.xml"})
+    remove_result(directory_ / file);
 }
 
 RunFolder::~RunFolder() {

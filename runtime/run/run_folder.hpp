@@ -22,6 +22,8 @@ class RunFolder {
   /// nobody takes them for this run's. Other files stay. Throws io::DeviceError when that can not be done, or files that are
   /// no run's lie among the log's; the report of the earlier run has gone then all the same.
   void clear() const;
+  /// Of them the verdict alone: report.json, report.html and junit.xml. Throws likewise.
+  void clear_reports() const;
 
  private:
   const std::filesystem::path directory_;

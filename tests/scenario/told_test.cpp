@@ -57,9 +57,15 @@ TEST(WhatIsTold, ARefusedScenarioLeavesNoReportOfAnEarlierRun) {
                                                   std::vector<std::string>{"--fail-on", "mises > 0"}}) {
     const Folder folder;
     leave_reports(folder);
+    std::filesystem::create_directories(folder / "out/database");
+    write_text(folder / "out/database/segment.0000000001", "its history");
+    write_text(folder / "out/world.json", "{}");
     const Ended ended = run_hil(joined({{"run", crossing(), "--out", folder / "out"}, mistake}));
     EXPECT_EQ(ended.code, 2) << ended.output << ended.errors;
-    EXPECT_TRUE(std::filesystem::is_empty(folder / "out"));
+    for (const char* report : {"report.json", "report.html", "junit.xml"})
+      EXPECT_FALSE(std::filesystem::exists(folder / "out/" + report)) << report;
+    EXPECT_EQ(read_text(folder / "out/database/segment.0000000001"), "its history");
+    EXPECT_TRUE(std::filesystem::exists(folder / "out/world.json"));
   }
 }
 

@@ -235,17 +235,20 @@ TEST(LogChronicle, IsEveryVersionInItsOrder) {
   EXPECT_TRUE(retelling.gaps.empty());
 }
 
+Result<std::unique_ptr<Writer>> start_writer(SimulatedDisk& disk, ManualClock& clock, LiveWorld& world) {
+  WriterOptions options;
+  options.segment_bytes = 16384;
+  options.checkpoint_every_bytes = 0;
+  return Writer::start(disk, clock, world.ring(), world, options, start_after(recover(disk).value(), 99));
+}
+
 /// A ring too small for what is committed while the disk stands still: behind the gap it goes on with a checkpoint.
 TEST(LogChronicle, GoesOnBehindAGap) {
   SimulatedDisk disk(1);
   ManualClock clock;
   History history;
   LiveWorld world(8, history, 1 << 12);
-  WriterOptions options;
-  options.segment_bytes = 16384;
-  options.checkpoint_every_bytes = 0;
-  auto writer =
-      Writer::start(disk, clock, world.ring(), world, options, start_after(recover(disk).value(), 99));
+  auto writer = start_writer(disk, clock, world);
   ASSERT_TRUE(writer.ok());
   const auto write_all = [&] {
     while (writer.value()->step(0).worked) {
@@ -280,11 +283,7 @@ TEST(LogChronicle, LeavesNoVersionOutBehindAGap) {
     ManualClock clock;
     History history;
     LiveWorld world(seed, history, 1 << 12);
-    WriterOptions options;
-    options.segment_bytes = 16384;
-    options.checkpoint_every_bytes = 0;
-    auto writer =
-        Writer::start(disk, clock, world.ring(), world, options, start_after(recover(disk).value(), 99));
+    auto writer = start_writer(disk, clock, world);
     ASSERT_TRUE(writer.ok());
     for (int round = 0; round < 6; ++round) {
       for (int k = 0; k < 80; ++k)
