@@ -76,7 +76,7 @@ class DiskFile {
   /// them beforehand.
   virtual DiskFault preallocate(std::uint64_t bytes) = 0;
   /// What was written is on the disk. After a fault what was written since the last call that had none may be lost, even
-  /// where a later call has none.
+  /// where a later call has none. A file that was deleted meanwhile is a fault.
   virtual DiskFault sync() = 0;
 
   /// As many bytes as there are: fewer than asked for at the end of the file.

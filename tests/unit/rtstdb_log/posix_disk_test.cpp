@@ -72,6 +72,20 @@ TEST_F(PosixDiskTest, FaultsSayWhatAndWhere) {
   EXPECT_FALSE(open_existing_directory(path_ / "none"));
 }
 
+TEST_F(PosixDiskTest, AFileThatWasDeletedIsNotOnTheDisk) {
+  auto opened = open_directory(path_);
+  ASSERT_TRUE(opened);
+  auto file = opened.value()->create("a");
+  ASSERT_TRUE(file);
+  EXPECT_FALSE(file.value()->write(0, bytes(50, 7)));
+  EXPECT_FALSE(file.value()->sync());
+  ASSERT_TRUE(std::filesystem::remove(path_ / "a"));
+  EXPECT_FALSE(file.value()->write(50, bytes(50, 7))) << "nothing else tells";
+  const DiskFault gone = file.value()->sync();
+  ASSERT_TRUE(gone);
+  EXPECT_EQ(gone->in_words(), "sync of a: No such file or directory");
+}
+
 TEST_F(PosixDiskTest, OneHoldsTheLock) {
   auto first = open_directory(path_);
   auto second = open_directory(path_);
