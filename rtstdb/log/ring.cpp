@@ -12,18 +12,12 @@ Ring::Ring(std::size_t bytes) : pages_(round_up(bytes, 8)), bytes_(pages_.bytes(
   RTSTDB_ASSERT(bytes >= 64);
 }
 
-std::size_t Ring::needed(std::uint64_t position, std::size_t bytes) const noexcept {
-  const std::size_t to_end = bytes_.size() - place_of(position);
-  return bytes <= to_end ? bytes : to_end + bytes;
-}
-
 bool Ring::room_for(std::size_t bytes, std::size_t more) const noexcept {
   const std::uint64_t head = head_.load(std::memory_order_relaxed);
   const std::size_t free =
       bytes_.size() - static_cast<std::size_t>(head - tail_.load(std::memory_order_acquire));
-  if (2 * (bytes + more) <= free) return true;  // whatever end has to be left out; spares two divisions
-  std::size_t all = needed(head, bytes);
-  if (more != 0) all += needed(head + all, more);
+  std::size_t all = needed(head_place_, bytes);
+  if (more != 0) all += needed(place_behind(head_place_, bytes), more);
   return all <= free;
 }
 
@@ -31,16 +25,17 @@ std::span<std::byte> Ring::reserve(std::size_t bytes) noexcept {
   RTSTDB_ASSERT(bytes >= sizeof(RecordHeader) && bytes % 8 == 0);
   if (!room_for(bytes)) return {};
   const std::uint64_t head = head_.load(std::memory_order_relaxed);
-  const std::size_t all = needed(head, bytes);
+  const std::size_t all = needed(head_place_, bytes);
   reserved_from_ = head + all - bytes;
   reserved_ = head + all;
-  return bytes_.subspan(place_of(reserved_from_), bytes);
+  return bytes_.subspan(all == bytes ? head_place_ : 0, bytes);
 }
 
 void Ring::commit() noexcept {
   const std::uint64_t head = head_.load(std::memory_order_relaxed);
   RTSTDB_ASSERT(reserved_ > head);
   if (reserved_from_ != head) left_out_from_.store(head, std::memory_order_relaxed);
+  head_place_ = place_behind(head_place_, static_cast<std::size_t>(reserved_ - reserved_from_));
   head_.store(reserved_, std::memory_order_release);
   const auto in_use = static_cast<std::size_t>(reserved_ - tail_.load(std::memory_order_relaxed));
   if (in_use > high_water_.load(std::memory_order_relaxed))

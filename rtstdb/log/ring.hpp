@@ -51,11 +51,20 @@ class Ring {
   std::size_t place_of(std::uint64_t position) const noexcept {
     return static_cast<std::size_t>(position % bytes_.size());
   }
-  /// Bytes that a record at `position` takes, with the end that is left out before it.
-  std::size_t needed(std::uint64_t position, std::size_t bytes) const noexcept;
+  /// Bytes that a record at a place takes, with the end that is left out before it.
+  std::size_t needed(std::size_t place, std::size_t bytes) const noexcept {
+    const std::size_t to_end = bytes_.size() - place;
+    return bytes <= to_end ? bytes : to_end + bytes;
+  }
+  /// Where the next one stands.
+  std::size_t place_behind(std::size_t place, std::size_t bytes) const noexcept {
+    const std::size_t end = (bytes <= bytes_.size() - place ? place : 0) + bytes;
+    return end == bytes_.size() ? 0 : end;
+  }
 
   // Positions only grow. What each thread changes lies in cache lines of its own.
   alignas(64) std::atomic<std::uint64_t> head_{0};
+  std::size_t head_place_ = 0;                      // kept, since a division takes as long as all else
   std::uint64_t reserved_from_ = 0, reserved_ = 0;  // where the reserved record begins; the head after commit
   /// The head from which the end was left out last. The next time is not before those behind it were taken.
   std::atomic<std::uint64_t> left_out_from_{0};
