@@ -5,6 +5,7 @@
 #include <cstring>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 #include <rtstdb/result.hpp>
 
@@ -18,11 +19,19 @@ class ByteWriter {
   /// Too little room is misuse.
   explicit ByteWriter(std::span<std::byte> room) : room_(room) {}
 
-  template <class Struct>
-  void put(const Struct& value) noexcept {
-    static_assert(std::has_unique_object_representations_v<Struct> || std::is_standard_layout_v<Struct>);
-    static_assert(std::is_trivially_copyable_v<Struct>);
-    put_bytes(std::as_bytes(std::span(&value, 1)));
+  /// Together, not one by one: each is at a place that is known when this is compiled.
+  template <class... Structs>
+  void put(const Structs&... values) noexcept {
+    static_assert(
+        ((std::has_unique_object_representations_v<Structs> || std::is_standard_layout_v<Structs>)&&...));
+    static_assert((std::is_trivially_copyable_v<Structs> && ...));
+    std::byte* at = next((sizeof(Structs) + ...));
+    ((std::memcpy(at, &values, sizeof values), at += sizeof values), ...);
+  }
+  /// Room for so many bytes, which are the caller's to fill.
+  std::byte* next(std::size_t bytes) noexcept {
+    RTSTDB_ASSERT(bytes <= room_.size() - count_);
+    return room_.data() + std::exchange(count_, count_ + bytes);
   }
   void put_bytes(std::span<const std::byte> bytes) noexcept {
     RTSTDB_ASSERT(bytes.size() <= room_.size() - count_);

@@ -11,7 +11,7 @@ namespace {
 
 const char* check_header(const CheckpointHeader& header, std::uint64_t number) {
   if (header.magic != checkpoint_magic) return "it does not begin as a checkpoint does";
-  if (header.format != format_version) return "it has a format that is not known";
+  if (!is_known_format(header.format)) return "it has a format that is not known";
   if (header.checksum != header_checksum(header, header.database_id)) return "its header is damaged";
   if (header.number != number) return "it was written under another number";
   const bool possible = header.index_limit <= max_entities && header.next_version > header.version;

@@ -32,7 +32,7 @@ class Following final : public RecordVisitor {
     listener_.world(now_);
   }
 
-  const char* record(const Record& record, const RecordPlace& place) override {
+  const char* record(Record& record, const RecordPlace& place) override {
     if (record.kind == RecordKind::taken_back) return taken_back(record.version);
     tell();
     if (record.kind == RecordKind::commit) return commit(record.commit, place.segment);
@@ -52,7 +52,7 @@ class Following final : public RecordVisitor {
     if (untold_) listener_.commit(untold_->set(), now_, segment_);
     untold_.reset();
   }
-  const char* commit(const store::WriteSet& set, std::uint64_t segment) {
+  const char* commit(store::WriteSet& set, std::uint64_t segment) {
     if (next_ && set.version > next_->latest.version) arrive();
     if (next_ || lost_) {
       before_last_ = behind_gap_.last;

@@ -1,5 +1,5 @@
 #pragma once
-// What lies where in the files of a log, format version 1. Little endian; numbers stand at multiples of their size.
+// What lies where in the files of a log, format version 2. Little endian; numbers stand at multiples of their size.
 //
 //     lock                    empty; who writes holds it
 //     segment.NNNNNNNNNN      SegmentHeader, then groups, each at a multiple of `sector_bytes`; zeros to its end;
@@ -14,6 +14,8 @@
 // Segments are read from the newest back: the groups of one count up to the first group of a later one. So a log goes on behind a
 // torn group, or a file that can not be trusted any more, without a byte of what is there being changed.
 //
+// Format 1 is read as well: it is format 2 in which no motion leaves anything out.
+//
 // Every checksum is seeded with the database's id, and covers what stands before it in its struct, or the payload.
 
 #include <array>
@@ -25,7 +27,11 @@ namespace rtstdb::log {
 
 static_assert(std::endian::native == std::endian::little, "structs are written as they lie in memory");
 
-inline constexpr std::uint32_t format_version = 1;
+inline constexpr std::uint32_t format_version = 2;
+inline constexpr std::uint32_t oldest_format = 1;
+constexpr bool is_known_format(std::uint32_t format) {
+  return format >= oldest_format && format <= format_version;
+}
 /// What a disk writes whole or not at all.
 inline constexpr std::size_t sector_bytes = 512;
 /// Beyond these a length is taken for damage before anything is made of it.
@@ -98,14 +104,21 @@ static_assert(sizeof(CommitBody) == 24);
 
 enum class StoredWriteKind : std::uint32_t { create = 1, update = 2, update_motion = 3, remove = 4 };
 
-/// Alone: a remove. Before a StoredMotion: update_motion. Before a StoredLook and a StoredMotion: create, update.
+/// Alone: a remove. Before what is told of a StoredMotion: update_motion. Before a StoredLook and a StoredMotion: create, update.
 struct StoredWrite {
   StoredWriteKind kind = StoredWriteKind::remove;
   std::uint32_t index = 0;
   std::uint32_t generation = 0;
-  std::uint32_t geometry = 0;  ///< create and update; else 0
+  /// create and update: the geometry. update_motion: left_out(unchanged, follows). remove: 0.
+  std::uint32_t what = 0;
 };
 static_assert(sizeof(StoredWrite) == 16);
+
+/// Low half, bit k: number k of the StoredMotion is what it was in the row before, and is left out. High half, where anything is left
+/// out: the low bits of the version that wrote that row, by which another row before is noticed.
+constexpr std::uint32_t left_out(std::uint16_t unchanged, std::uint16_t follows) {
+  return unchanged == 0 ? 0 : unchanged | std::uint32_t{follows} << 16;
+}
 
 /// A row but for its motion and its geometry.
 struct StoredLook {

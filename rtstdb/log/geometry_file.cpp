@@ -40,7 +40,7 @@ const char* decode(std::span<const std::byte> bytes, const GeometryHeader& expec
   GeometryHeader header;
   if (!reader.get(header)) return "it is shorter than its header";
   if (header.magic != geometry_magic) return "it does not begin as a geometry does";
-  if (header.format != format_version) return "it has a format that is not known";
+  if (!is_known_format(header.format)) return "it has a format that is not known";
   if (header.database_id != expected.database_id) return "it belongs to another database";
   if (header.checksum != header_checksum(header, header.database_id)) return "its header is damaged";
   if (header.checksum != expected.checksum || header.number != expected.number || header.reserved != 0)

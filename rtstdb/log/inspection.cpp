@@ -225,6 +225,7 @@ class Inspection {
   }
 
   void take(const ReadReport& report) {
+    if (report.format != 0) contents_.format = report.format;
     contents_.groups = report.groups;
     contents_.bytes = report.bytes;
     contents_.extent.closed = report.end == LogEnd::closed;

@@ -113,7 +113,7 @@ class PosixFile final : public DiskFile {
     if (unless_interrupted([&] { return ::fdatasync(descriptor_.get()); }) != 0)
       return fault(DiskCall::sync, errno);
     // A file that was deleted takes everything, and is gone with this process.
-    struct stat status{};
+    struct stat status {};
     if (::fstat(descriptor_.get(), &status) != 0) return fault(DiskCall::sync, errno);
     if (status.st_nlink == 0) return fault(DiskCall::sync, ENOENT);
     return std::nullopt;

@@ -177,6 +177,7 @@ Result<ReadReport> read_log(Disk& disk, const std::vector<std::uint64_t>& segmen
     for (const SegmentChain::Link& link : chain.value().links) {
       auto step = reading.segment(link, options.from);
       if (!step) return step.error();
+      report.format = std::max(report.format, link.header.format);
       if (step.value() == Reading::Step::end) break;
     }
     const bool all_read = report.damage.empty() && report.end != LogEnd::stopped;

@@ -29,8 +29,8 @@ struct RecordPlace {
 class RecordVisitor {
  public:
   virtual ~RecordVisitor() = default;
-  /// What is wrong with it after those before it, or null: then the next one follows.
-  virtual const char* record(const Record& record, const RecordPlace& place) = 0;
+  /// What is wrong with it after those before it, or null: then the next one follows. It may be changed.
+  virtual const char* record(Record& record, const RecordPlace& place) = 0;
   /// Asked after each record.
   virtual bool enough() const { return false; }
 };
@@ -48,6 +48,7 @@ struct ReadReport {
   LogEnd end = LogEnd::end_of_data;
   std::uint64_t segments = 0, groups = 0, records = 0, bytes = 0;
   std::uint64_t database_id = 0;  ///< 0: nothing tells
+  std::uint32_t format = 0;       ///< the newest of its segments; 0: there is none
   std::string damage;
 
   // Torn: what was cut.

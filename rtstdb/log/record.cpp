@@ -5,6 +5,7 @@
 #include "rtstdb/geometry/row_check.hpp"
 #include "rtstdb/log/bytes.hpp"
 #include "rtstdb/log/stored_row.hpp"
+#include "rtstdb/store/motion_words.hpp"
 
 namespace rtstdb::log {
 namespace {
@@ -12,17 +13,28 @@ namespace {
 using store::Write;
 using store::WriteKind;
 
-std::size_t write_bytes(WriteKind kind) noexcept {
+std::size_t write_bytes(WriteKind kind, std::uint16_t unchanged) noexcept {
   switch (kind) {
     case WriteKind::create:
     case WriteKind::update:
       return sizeof(StoredWrite) + row_bytes;
     case WriteKind::update_motion:
-      return sizeof(StoredWrite) + motion_bytes;
+      return sizeof(StoredWrite) + changed_bytes(unchanged);
     case WriteKind::remove:
       break;
   }
   return sizeof(StoredWrite);
+}
+
+/// `unchanged`: of a write.
+template <class Unchanged>
+std::size_t bytes_of(const store::WriteSet& set, Unchanged unchanged) noexcept {
+  std::size_t bytes = sizeof(RecordHeader) + sizeof(CommitBody);
+  for (const Write& write : set.writes)
+    bytes += write_bytes(write.kind, unchanged(write));
+  for (const store::ShapeWrite& write : set.shapes)
+    bytes += shape_bytes(write.positions_m.size());
+  return bytes;
 }
 
 StoredWriteKind stored(WriteKind kind) noexcept {
@@ -46,17 +58,29 @@ void put_header(ByteWriter& writer, RecordKind kind, std::span<std::byte> room) 
 
 void put_write(ByteWriter& writer, const Write& write) noexcept {
   const bool whole = write.kind == WriteKind::create || write.kind == WriteKind::update;
+  const bool moves = write.kind == WriteKind::update_motion;
   const EntityState& state = write.state;
-  writer.put(StoredWrite{stored(write.kind), state.id.index, state.id.generation,
-                         whole ? state.row.geometry.index : 0});
+  const std::uint32_t what = whole   ? state.row.geometry.index
+                             : moves ? left_out(write.unchanged, write.follows)
+                                     : 0;
+  writer.put(stored(write.kind), state.id.index, state.id.generation, what);  // a StoredWrite
   if (whole) put_row(writer, state.row);
-  if (write.kind == WriteKind::update_motion) put_motion(writer, state.row.motion);
+  if (moves) put_changed(writer, state.row.motion, write.unchanged);
+}
+
+const char* get_motion_write(ByteReader& reader, std::uint32_t what, Write& write) noexcept {
+  write.unchanged = static_cast<std::uint16_t>(what);
+  write.follows = static_cast<std::uint16_t>(what >> 16);
+  if (write.unchanged == 0 && write.follows != 0) return "a motion follows another and leaves nothing out";
+  if ((write.unchanged & ~store::all_motion_words) != 0) return "a motion leaves out what it does not have";
+  Motion& motion = write.state.row.motion;
+  return write.unchanged == 0 ? get_motion(reader, motion) : get_changed(reader, write.unchanged, motion);
 }
 
 const char* get_write(ByteReader& reader, Version version, Write& write) noexcept {
   StoredWrite stored_write;
   if (!reader.get(stored_write)) return "a write is cut short";
-  write.state = {{stored_write.index, stored_write.generation}, {}, version};
+  write = Write(WriteKind::create, {{stored_write.index, stored_write.generation}, {}, version});
   if (stored_write.index >= max_entities) return "an entity's index is beyond the limit";
   switch (stored_write.kind) {
     case StoredWriteKind::create:
@@ -75,12 +99,12 @@ const char* get_write(ByteReader& reader, Version version, Write& write) noexcep
       return "a write is of no known kind";
   }
   if (write.kind == WriteKind::create || write.kind == WriteKind::update) {
-    write.state.row.geometry = {stored_write.geometry};
-    if (const char* fault = check_geometry_index(stored_write.geometry)) return fault;
+    write.state.row.geometry = {stored_write.what};
+    if (const char* fault = check_geometry_index(stored_write.what)) return fault;
     return get_row(reader, write.state.row);
   }
-  if (stored_write.geometry != 0) return "a write has a geometry that it can not have";
-  return write.kind == WriteKind::update_motion ? get_motion(reader, write.state.row.motion) : nullptr;
+  if (write.kind == WriteKind::update_motion) return get_motion_write(reader, stored_write.what, write);
+  return stored_write.what == 0 ? nullptr : "a write has a geometry that it can not have";
 }
 
 }  // namespace
@@ -88,22 +112,19 @@ const char* get_write(ByteReader& reader, Version version, Write& write) noexcep
 // ---- commits
 
 std::size_t commit_bytes(const store::WriteSet& set) noexcept {
-  std::size_t bytes = sizeof(RecordHeader) + sizeof(CommitBody);
-  for (const Write& write : set.writes)
-    bytes += write_bytes(write.kind);
-  for (const store::ShapeWrite& write : set.shapes)
-    bytes += shape_bytes(write.positions_m.size());
-  return bytes;
+  return bytes_of(set, [](const Write& write) { return write.unchanged; });
+}
+
+std::size_t most_commit_bytes(const store::WriteSet& set) noexcept {
+  return bytes_of(set, [](const Write&) { return std::uint16_t{0}; });
 }
 
 void encode_commit(const store::WriteSet& set, std::span<std::byte> room) noexcept {
   ByteWriter writer(room);
   put_header(writer, RecordKind::commit, room);
   // A CommitBody, number by number (see put_motion).
-  writer.put(std::uint64_t{set.version});
-  writer.put(std::int64_t{set.time.time_since_epoch().count()});
-  writer.put(static_cast<std::uint32_t>(set.writes.size()));
-  writer.put(static_cast<std::uint32_t>(set.shapes.size()));
+  writer.put(std::uint64_t{set.version}, std::int64_t{set.time.time_since_epoch().count()},
+             static_cast<std::uint32_t>(set.writes.size()), static_cast<std::uint32_t>(set.shapes.size()));
   for (const Write& write : set.writes)
     put_write(writer, write);
   for (const store::ShapeWrite& write : set.shapes)

@@ -30,6 +30,8 @@ struct LoggedGeometry {
 
 // The set has been staged.
 std::size_t commit_bytes(const store::WriteSet& set) noexcept;
+/// Of a set that has not been staged.
+std::size_t most_commit_bytes(const store::WriteSet& set) noexcept;
 void encode_commit(const store::WriteSet& set, std::span<std::byte> room) noexcept;
 
 std::size_t geometry_bytes(const LoggedGeometry& geometry) noexcept;
@@ -44,7 +46,8 @@ void encode_gap(Version from, Version to, std::span<std::byte> room) noexcept;
 /// One record. By kind, the rest is as it was.
 struct Record {
   RecordKind kind = RecordKind::none;
-  /// Commit. Writes have what the record has: whole rows (create, update), `row.motion` (update_motion), the id (remove).
+  /// Commit. Writes have what the record has: whole rows (create, update), of `row.motion` what is not unchanged (update_motion: World::apply
+  /// completes it), the id (remove).
   store::WriteSet commit;
   LoggedGeometry geometry;
   Version version = 0;  ///< taken back; a gap's first
@@ -55,7 +58,7 @@ class RecordDecoder {
  public:
   /// `bytes` begin with a record; the record stays until the next call. What is wrong, or null.
   [[nodiscard]] const char* decode(std::span<const std::byte> bytes);
-  const Record& record() const noexcept { return record_; }
+  Record& record() noexcept { return record_; }
   /// Of the record that was decoded, or refused for something behind its header.
   std::size_t bytes() const noexcept { return bytes_; }
 

@@ -15,7 +15,7 @@ class Replay final : public RecordVisitor {
   Replay(Disk& disk, const RecoveryOptions& options, Recovered& recovered)
       : disk_(disk), options_(options), recovered_(recovered), begun_with_(recovered.world.latest.version) {}
 
-  const char* record(const Record& record, const RecordPlace& place) override {
+  const char* record(Record& record, const RecordPlace& place) override {
     if (place.group->number != group_) {
       group_ = place.group->number;
       version_before_group_ = recovered_.world.latest.version;
@@ -53,7 +53,7 @@ class Replay final : public RecordVisitor {
   }
 
  private:
-  const char* commit(const store::WriteSet& set) {
+  const char* commit(store::WriteSet& set) {
     if (set.version <= begun_with_) return nullptr;
     if ((options_.up_to_version && set.version > *options_.up_to_version) ||
         (options_.up_to_time && set.time > *options_.up_to_time)) {

@@ -28,9 +28,9 @@ Result<std::optional<SegmentHeader>> read_header(Disk& disk, std::uint64_t numbe
   if (!count) return Error{ErrorCode::file, count.error().in_words()};
   if (count.value() != sizeof header || header.magic != segment_magic) return std::optional<SegmentHeader>();
   if (header.checksum != header_checksum(header, header.database_id)) return std::optional<SegmentHeader>();
-  if (header.format != format_version)
-    return refuse(number, "it has format " + std::to_string(header.format) + ", and known is " +
-                              std::to_string(format_version));
+  if (!is_known_format(header.format))
+    return refuse(number, "it has format " + std::to_string(header.format) + ", and known are " +
+                              std::to_string(oldest_format) + " to " + std::to_string(format_version));
   // Renamed: what it is comes from the header, and nobody renames segments.
   if (header.number != number) return refuse(number, "it was written as " + segment_name(header.number));
   return std::optional(header);

@@ -1,13 +1,18 @@
 #include "rtstdb/log/stored_row.hpp"
 
+#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/row_check.hpp"
+#include "rtstdb/store/motion_words.hpp"
 
 namespace rtstdb::log {
 namespace {
+
+using store::MotionWords;
 
 /// What normalising leaves: a few last bits away from one.
 bool is_unit(const glm::dquat& q) noexcept {
@@ -18,17 +23,34 @@ glm::dvec3 vector(const double (&v)[3]) noexcept {
   return {v[0], v[1], v[2]};
 }
 
+constexpr std::size_t word_bytes = sizeof(MotionWords::value_type);
+static_assert(sizeof(StoredMotion) == sizeof(MotionWords), "its words, in their order");
+
+template <class Visit>
+void for_each_changed(std::uint16_t unchanged, Visit visit) noexcept {
+  for (std::uint32_t left = store::all_motion_words & ~std::uint32_t{unchanged}; left != 0; left &= left - 1)
+    visit(static_cast<std::size_t>(std::countr_zero(left)));
+}
+
 }  // namespace
 
 void put_motion(ByteWriter& writer, const Motion& motion) noexcept {
-  // A StoredMotion, part by part: one made first would be copied by wide loads, which wait for the narrow stores that made it.
+  // Part by part: a StoredMotion made first would be copied by wide loads, which wait for the narrow stores that made it.
   const auto& [p, q, v, w, valid_from] = motion;
-  writer.put(p);
-  for (const double number : {q.w, q.x, q.y, q.z})
-    writer.put(number);
-  writer.put(v);
-  writer.put(w);
-  writer.put(std::int64_t{valid_from.time_since_epoch().count()});
+  writer.put(p, q.w, q.x, q.y, q.z, v, w, std::int64_t{valid_from.time_since_epoch().count()});
+}
+
+std::size_t changed_bytes(std::uint16_t unchanged) noexcept {
+  return sizeof(StoredMotion) - word_bytes * static_cast<std::size_t>(std::popcount(unchanged));
+}
+
+void put_changed(ByteWriter& writer, const Motion& motion, std::uint16_t unchanged) noexcept {
+  const MotionWords words = store::words_of(motion);
+  std::byte* at = writer.next(changed_bytes(unchanged));
+  for_each_changed(unchanged, [&](std::size_t k) {
+    std::memcpy(at, &words[k], word_bytes);
+    at += word_bytes;
+  });
 }
 
 void put_row(ByteWriter& writer, const EntityRow& row) noexcept {
@@ -37,16 +59,28 @@ void put_row(ByteWriter& writer, const EntityRow& row) noexcept {
 }
 
 const char* get_motion(ByteReader& reader, Motion& motion) noexcept {
-  StoredMotion stored;
-  if (!reader.get(stored)) return "a motion is cut short";
-  const double* q = stored.q_world;
-  motion = {vector(stored.p_world_m),
-            {q[0], q[1], q[2], q[3]},
-            vector(stored.v_world_mps),
-            vector(stored.w_world_radps),
-            world_time_ns(stored.valid_from_ns)};
+  if (const char* fault = get_changed(reader, 0, motion)) return fault;
+  return check_stored(motion);
+}
+
+const char* get_changed(ByteReader& reader, std::uint16_t unchanged, Motion& motion) noexcept {
+  if (reader.left() < changed_bytes(unchanged)) return "a motion is cut short";
+  MotionWords words{};
+  for_each_changed(unchanged, [&](std::size_t k) { static_cast<void>(reader.get(words[k])); });
+  motion = store::motion_of(words);
+  return nullptr;
+}
+
+void complete(Motion& motion, const Motion& before, std::uint16_t unchanged) noexcept {
+  MotionWords words = store::words_of(before);
+  const MotionWords changed = store::words_of(motion);
+  for_each_changed(unchanged, [&](std::size_t k) { words[k] = changed[k]; });
+  motion = store::motion_of(words);
+}
+
+const char* check_stored(const Motion& motion) noexcept {
   if (check_motion(motion) || !is_unit(motion.q_world)) return "a motion is none that can be written";
-  return check_time(stored.valid_from_ns);
+  return check_time(motion.valid_from.time_since_epoch().count());
 }
 
 const char* get_row(ByteReader& reader, EntityRow& row) noexcept {

@@ -14,11 +14,18 @@ inline constexpr std::size_t motion_bytes = sizeof(StoredMotion);
 inline constexpr std::size_t row_bytes = sizeof(StoredLook) + sizeof(StoredMotion);
 
 void put_motion(ByteWriter& writer, const Motion& motion) noexcept;
+/// But for the words that are `unchanged`.
+void put_changed(ByteWriter& writer, const Motion& motion, std::uint16_t unchanged) noexcept;
+std::size_t changed_bytes(std::uint16_t unchanged) noexcept;
 /// All but the geometry.
 void put_row(ByteWriter& writer, const EntityRow& row) noexcept;
 
 /// What is wrong, or null.
 [[nodiscard]] const char* get_motion(ByteReader& reader, Motion& motion) noexcept;
+/// The words that are `unchanged` are zero in the motion, which is to be completed and then checked.
+[[nodiscard]] const char* get_changed(ByteReader& reader, std::uint16_t unchanged, Motion& motion) noexcept;
+void complete(Motion& motion, const Motion& before, std::uint16_t unchanged) noexcept;
+[[nodiscard]] const char* check_stored(const Motion& motion) noexcept;
 /// The row's geometry is taken as it is.
 [[nodiscard]] const char* get_row(ByteReader& reader, EntityRow& row) noexcept;
 /// Of an index that says whether there is a geometry at all.

@@ -28,7 +28,7 @@ std::string in_words(const Gap& gap) {
 class Survey final : public RecordVisitor {
  public:
   explicit Survey(Extent& extent) : extent_(extent), begun_with_(extent.first.version) {}
-  const char* record(const Record& record, const RecordPlace&) override {
+  const char* record(Record& record, const RecordPlace&) override {
     if (record.kind == RecordKind::commit) {
       ++extent_.commits;
       before_ = extent_.last;
@@ -54,7 +54,7 @@ class Collecting final : public RecordVisitor {
   Collecting(Disk& disk, std::uint64_t database_id, const ReadAt& to, Stretch& stretch)
       : disk_(disk), database_id_(database_id), to_(to), stretch_(stretch), now_(stretch.begin) {}
 
-  const char* record(const Record& record, const RecordPlace&) override {
+  const char* record(Record& record, const RecordPlace&) override {
     if (stretch_.ends) {
       // It ends with a version that may yet be taken back.
       enough_ = record.kind != RecordKind::taken_back || record.version != beyond_;
@@ -82,7 +82,7 @@ class Collecting final : public RecordVisitor {
  private:
   Version begun_with() const noexcept { return stretch_.begin.latest.version; }
 
-  const char* commit(const store::WriteSet& set) {
+  const char* commit(store::WriteSet& set) {
     if (set.version <= begun_with()) return nullptr;
     const bool beyond = to_.kind == ReadAt::Kind::version
                             ? set.version > to_.version

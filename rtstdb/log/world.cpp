@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "rtstdb/log/stored_row.hpp"
+
 namespace rtstdb::log {
 namespace {
 
@@ -10,6 +12,15 @@ bool same(const LoggedGeometry& a, const LoggedGeometry& b) {
   return a.id == b.id && a.name == b.name && a.file == b.file && a.file_checksum == b.file_checksum &&
          a.options.deforms == b.options.deforms && a.options.kept_shapes == b.options.kept_shapes &&
          a.options.rebuild_growth == b.options.rebuild_growth;
+}
+
+/// From the row before it.
+const char* complete_write(store::Write& write, const EntityState& before) {
+  if (write.follows != static_cast<std::uint16_t>(before.written_by))
+    return "it leaves out what was so in another version than the one before it";
+  complete(write.state.row.motion, before.row.motion, write.unchanged);
+  write.unchanged = 0;
+  return check_stored(write.state.row.motion);
 }
 
 }  // namespace
@@ -24,13 +35,13 @@ void World::restore(store::Store& store) const {
   store.restore(restored());
 }
 
-const char* World::apply(const store::WriteSet& set) {
+const char* World::apply(store::WriteSet& set) {
   if (set.version <= latest.version) return "its version is not after the one before it";
   if (set.time < latest.time) return "its world time is before that of the version before it";
   before_.clear();
   shapes_before_.clear();
   const char* fault = nullptr;
-  for (const store::Write& write : set.writes)
+  for (store::Write& write : set.writes)
     if (fault == nullptr) fault = apply(write);
   for (const store::ShapeWrite& write : set.shapes)
     if (fault == nullptr) fault = apply(write, set.version);
@@ -44,7 +55,7 @@ const char* World::apply(const store::WriteSet& set) {
   return nullptr;
 }
 
-const char* World::apply(const store::Write& write) {
+const char* World::apply(store::Write& write) {
   const EntityId id = write.state.id;
   const bool creates = write.kind == store::WriteKind::create;
   const bool known = id.index < rows.size();
@@ -63,6 +74,9 @@ const char* World::apply(const store::Write& write) {
   const bool whole = creates || write.kind == store::WriteKind::update;
   const GeometryId geometry = write.state.row.geometry;
   if (whole && geometry.valid() && !knows(geometry)) return "it names a geometry that is not there";
+  if (write.unchanged != 0) {
+    if (const char* fault = complete_write(write, state)) return fault;
+  }
 
   before_.push_back({id.index, generations[id.index], state});
   generations[id.index] = id.generation;

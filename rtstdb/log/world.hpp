@@ -30,8 +30,8 @@ class World {
   std::vector<WorldGeometry> geometries;   ///< by index
 
   // What is wrong, or null; then nothing has changed.
-  /// A version after the latest. It can be taken back until the next call.
-  const char* apply(const store::WriteSet& set);
+  /// A version after the latest. It can be taken back until the next call. Motions in the set that leave anything out are completed.
+  const char* apply(store::WriteSet& set);
   /// The latest version, which was applied last.
   const char* take_back(Version version);
   /// The next geometry, or one that is there and is the same; `mesh` is moved from.
@@ -58,7 +58,7 @@ class World {
     Version version = 0;
     std::vector<glm::vec3> positions_m;
   };
-  const char* apply(const store::Write& write);
+  const char* apply(store::Write& write);
   const char* apply(const store::ShapeWrite& write, Version version);
   void undo();
 

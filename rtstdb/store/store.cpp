@@ -7,6 +7,7 @@
 #include <rtstdb/result.hpp>
 
 #include "rtstdb/geometry/row_check.hpp"
+#include "rtstdb/store/motion_words.hpp"
 
 namespace rtstdb::store {
 
@@ -297,8 +298,12 @@ std::optional<BadInput> Store::stage_update_motion(Write& write) noexcept {
   const Motion motion = write.state.row.motion;
   if (auto fault = check_motion(motion)) return fault;
   if (!within_limits(motion.valid_from)) return time_out_of_limits(motion.valid_from);
-  write.state.row = find_staged(write.state.id)->row;
-  write.state.row.motion = normalised(motion);
+  const EntityState& before = *find_staged(write.state.id);
+  const Motion after = normalised(motion);
+  write.unchanged = same_words(words_of(before.row.motion), words_of(after));
+  write.follows = static_cast<std::uint16_t>(before.written_by);
+  write.state.row = before.row;
+  write.state.row.motion = after;
   return std::nullopt;
 }
 

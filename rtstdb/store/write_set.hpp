@@ -16,7 +16,14 @@ namespace rtstdb::store {
 enum class WriteKind : std::uint8_t { create, update, update_motion, remove };
 
 struct Write {
+  Write() = default;
+  Write(WriteKind what, const EntityState& wanted) noexcept : kind(what), state(wanted) {}
+
   WriteKind kind = WriteKind::create;
+  // After staging, of update_motion alone: what it need not have said (see store/motion_words), and the low bits of the version that
+  // wrote the row before it. Here they take no room.
+  std::uint16_t unchanged = 0;
+  std::uint16_t follows = 0;
   /// Given: `id` (not for create) and, by kind, `row` or `row.motion`. After staging: the entity as the write
   /// leaves it, orientation normalised; for remove only `id` and `written_by` mean something.
   EntityState state;

@@ -53,23 +53,21 @@ void TransactionImpl::expect_written_by(EntityId entity, Version version) noexce
 }
 
 std::uint32_t TransactionImpl::create(const EntityRow& row) noexcept {
-  declare(store::WriteKind::create, EntityId{}, row);
+  declare(store::WriteKind::create, EntityId{}) = row;
   creates_.push_back(static_cast<std::uint32_t>(write_set_.writes.size()) - 1);
   return static_cast<std::uint32_t>(creates_.size()) - 1;
 }
 
 void TransactionImpl::update(EntityId entity, const EntityRow& row) noexcept {
-  declare(store::WriteKind::update, entity, row);
+  declare(store::WriteKind::update, entity) = row;
 }
 
 void TransactionImpl::update_motion(EntityId entity, const Motion& motion) noexcept {
-  EntityRow row;
-  row.motion = motion;
-  declare(store::WriteKind::update_motion, entity, row);
+  declare(store::WriteKind::update_motion, entity).motion = motion;
 }
 
 void TransactionImpl::remove(EntityId entity) noexcept {
-  declare(store::WriteKind::remove, entity, EntityRow{});
+  declare(store::WriteKind::remove, entity);
 }
 
 void TransactionImpl::update_geometry(GeometryId geometry, std::span<const glm::vec3> positions_m) noexcept {
@@ -114,10 +112,13 @@ void TransactionImpl::declare(const Precondition& precondition) noexcept {
   preconditions_.push_back(precondition);
 }
 
-void TransactionImpl::declare(store::WriteKind kind, EntityId entity, const EntityRow& row) noexcept {
+EntityRow& TransactionImpl::declare(store::WriteKind kind, EntityId entity) noexcept {
   assert_declaring();
   RTSTDB_ASSERT(write_set_.writes.size() < options_.max_writes);
-  write_set_.writes.push_back({kind, {entity, row, 0}});
+  store::Write& write = write_set_.writes.emplace_back();
+  write.kind = kind;
+  write.state.id = entity;
+  return write.state.row;
 }
 
 void TransactionImpl::declare(query::PreparedQuery* query, std::uint32_t count) noexcept {

@@ -93,7 +93,8 @@ class TransactionImpl final : public Transaction, public HandOverLink {
 
  private:
   void declare(const Precondition& precondition) noexcept;
-  void declare(store::WriteKind kind, EntityId entity, const EntityRow& row) noexcept;
+  /// The write's row, to be filled.
+  EntityRow& declare(store::WriteKind kind, EntityId entity) noexcept;
   void declare(query::PreparedQuery* query, std::uint32_t count) noexcept;
   void assert_declaring() const noexcept;
 

@@ -12,7 +12,7 @@ import sys
 
 from xxh3 import xxh3_64
 
-SECTOR = 512
+SECTOR, FORMATS, WORDS_OF_MOTION = 512, (1, 2), 14
 MAX_ENTITIES, MAX_GEOMETRIES, NONE = 1 << 20, 1 << 16, 0xFFFFFFFF
 COMMIT, GEOMETRY, TAKEN_BACK, GAP = 1, 2, 3, 4
 CREATE, UPDATE, UPDATE_MOTION, REMOVE = 1, 2, 3, 4
@@ -64,7 +64,7 @@ class Segment:
             "<8sIIQQQQQQ", self.data)
         if magic != b"RTSTLOG1" or checksum != xxh3_64(self.data[:56], self.database):
             return
-        check(self.format == 1, f"segment {number}: format {self.format}")
+        check(self.format in FORMATS, f"segment {number}: format {self.format}")
         check(told == number, f"segment {number}: written as {told}")
         self.ok = True
 
@@ -100,6 +100,20 @@ class Directory:
         check(name in self.names, f"{name} is missing")
         with open(os.path.join(self.path, name), "rb") as file:
             return file.read()
+
+
+def completed(change, before, version):
+    """The motion that a write leaves behind where it says what is different alone."""
+    unchanged, follows, words = change
+    check(not unchanged or follows == before[0] & 0xFFFF, f"version {version} does not follow what it says")
+    motion, at = b"", 0
+    for k in range(WORDS_OF_MOTION):
+        if unchanged >> k & 1:
+            motion += before[3][8 * k:8 * k + 8]
+        else:
+            motion += words[at:at + 8]
+            at += 8
+    return motion
 
 
 class World:
@@ -138,7 +152,7 @@ class World:
             if kind == REMOVE:
                 del self.rows[index]
             elif kind == UPDATE_MOTION:
-                self.rows[index] = (version, lives[1], lives[2], body)
+                self.rows[index] = (version, lives[1], lives[2], completed(body, lives, version))
             else:
                 self.rows[index] = (version, geometry, body[:32], body[32:])
         for index, positions in shapes:
@@ -187,7 +201,7 @@ def read_geometry(cursor):
 def read_mesh(directory, geometry, database):
     data = directory.read(f"geometry.{geometry['file']:010}")
     magic, form, _, told, number, positions, triangles, payload, checksum = Cursor(data).get("8sIIQQIIQQ")
-    check(magic == b"RTSTGEO1" and form == 1 and told == database and number == geometry["file"], "another file")
+    check(magic == b"RTSTGEO1" and form in FORMATS and told == database and number == geometry["file"], "another file")
     check(checksum == geometry["checksum"] == xxh3_64(data[:48], database), f"geometry {number}: damaged header")
     check(len(data) == 56 + 12 * (positions + triangles), f"geometry {number}: another length")
     check(payload == xxh3_64(data[56:], database), f"geometry {number}: damaged mesh")
@@ -215,9 +229,15 @@ def read_records(payload):
             for _ in range(writes):
                 write, index, generation, geometry = body.get("IIII")
                 check(CREATE <= write <= REMOVE and index < MAX_ENTITIES, "no write")
-                check(write <= UPDATE or geometry == 0, "a geometry where none can be")
-                size = {CREATE: 144, UPDATE: 144, UPDATE_MOTION: 112, REMOVE: 0}[write]
-                listed.append((write, index, generation, geometry if write <= UPDATE else NONE, body.take(size)))
+                check(write != REMOVE or geometry == 0, "a geometry where none can be")
+                if write == UPDATE_MOTION:
+                    unchanged, follows = geometry & 0xFFFF, geometry >> 16
+                    check(unchanged >> WORDS_OF_MOTION == 0 and (unchanged or not follows), "no motion")
+                    told = WORDS_OF_MOTION - bin(unchanged).count("1")
+                    row = (unchanged, follows, body.take(8 * told))
+                else:
+                    row = body.take(0 if write == REMOVE else 144)
+                listed.append((write, index, generation, geometry if write <= UPDATE else NONE, row))
             value = (version, time, listed, [read_shape(body) for _ in range(shapes)])
         elif kind == GEOMETRY:
             value = read_geometry(body)
@@ -236,7 +256,7 @@ def read_checkpoint(directory, number, database):
     cursor = Cursor(directory.read(f"checkpoint.{number:010}"))
     (magic, form, limit, told, as_number, version, time, following, segment, offset, group, link, _,
      checksum) = cursor.get("8sIIQQQqQQQQQqQ")
-    check(magic == b"RTSTCKP1" and form == 1 and as_number == number, f"checkpoint {number}: another header")
+    check(magic == b"RTSTCKP1" and form in FORMATS and as_number == number, f"checkpoint {number}: another header")
     check(checksum == xxh3_64(cursor.data[:96], told), f"checkpoint {number}: damaged header")
     if told != database:
         raise LookupError(f"checkpoint {number}: of another database")

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "rtstdb/log/geometry_file.hpp"
+#include "rtstdb/store/motion_words.hpp"
 
 namespace rtstdb::log::test {
 namespace {
@@ -147,6 +148,27 @@ EntityRow LiveWorld::random_row() {
   return row;
 }
 
+EntityRow LiveWorld::moved(EntityId entity) {
+  EntityRow row = random_row();
+  if (below(3) == 0) return row;
+  store::MotionWords words = store::words_of(row.motion);
+  const store::MotionWords before = store::words_of(store_.latest_snapshot().row(entity.index)->row.motion);
+  const bool turns = below(2) == 0;  // a unit quaternion stays one only as a whole
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    const bool of_orientation = k >= 3 && k <= 6;
+    if (of_orientation ? !turns : below(3) != 0) words[k] = before[k];
+  }
+  row.motion = store::motion_of(words);
+  return row;
+}
+
+store::WriteSet LiveWorld::as_recorded(store::WriteSet set) const {
+  if (leaves_nothing_out_)
+    for (store::Write& write : set.writes)
+      write.unchanged = 0;
+  return set;
+}
+
 store::WriteSet LiveWorld::random_set() {
   using store::WriteKind;
   const auto latest_ns = std::max<std::int64_t>(store_.latest().time.time_since_epoch().count(), 0);
@@ -165,8 +187,13 @@ store::WriteSet LiveWorld::random_set() {
       set.writes.push_back({WriteKind::create, {EntityId{}, random_row(), 0}});
       ++count;
     } else if (kind < 7) {
-      set.writes.push_back(
-          {kind < 5 ? WriteKind::update_motion : WriteKind::update, {victim->second, random_row(), 0}});
+      const bool known = store_.latest_snapshot().row(victim->first) != nullptr;
+      if (kind < 5) {
+        set.writes.push_back(
+            {WriteKind::update_motion, {victim->second, known ? moved(victim->second) : random_row(), 0}});
+      } else {
+        set.writes.push_back({WriteKind::update, {victim->second, random_row(), 0}});
+      }
     } else {
       set.writes.push_back({WriteKind::remove, {victim->second, {}, 0}});
       living.erase(victim);
@@ -214,8 +241,9 @@ void LiveWorld::commit() {
   next_version_ = set.version + 1;
   history_.images[set.version] = image();
   history_.standing.insert(set.version);
-  const bool collected = collects_some_ && below(2) == 0 && recorder_.collect(set);
-  if (!collected) recorder_.record(set);
+  const store::WriteSet recorded = as_recorded(set);
+  const bool collected = collects_some_ && below(2) == 0 && recorder_.collect(recorded);
+  if (!collected) recorder_.record(recorded);
 }
 
 void LiveWorld::commit_and_take_back(const std::function<void()>& between) {
@@ -227,7 +255,7 @@ void LiveWorld::commit_and_take_back(const std::function<void()>& between) {
     next_version_ = set.version + 1;
     return;
   }
-  recorder_.record(set);
+  recorder_.record(as_recorded(set));
   // Until the log has it that it came to nothing, a crash may leave it standing.
   const std::vector<std::uint32_t> generations = generations_;
   for (const store::Write& write : set.writes)

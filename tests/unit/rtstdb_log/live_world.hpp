@@ -64,6 +64,8 @@ class LiveWorld final : public WorldSource {
 
   /// From now on every other commit waits for the recorder's hand_over.
   void collect_some() { collects_some_ = true; }
+  /// From now on each record has all of its motions, as in format 1.
+  void leave_nothing_out() { leaves_nothing_out_ = true; }
   /// From now on checkpoints are told that their version is gone, so often in a thousand slices.
   void lose_slices_per_mille(std::uint32_t chance) { lost_slices_ = chance; }
 
@@ -77,6 +79,9 @@ class LiveWorld final : public WorldSource {
   void keep_shapes(const LoggedGeometry& geometry, std::span<const glm::vec3> positions_m, Version version);
   store::WriteSet random_set();
   EntityRow random_row();
+  /// As the entity's, but for some of it.
+  EntityRow moved(EntityId entity);
+  store::WriteSet as_recorded(store::WriteSet set) const;
   Image image() const;
   bool slice_is_lost() { return below(1000) < lost_slices_; }
 
@@ -92,6 +97,7 @@ class LiveWorld final : public WorldSource {
   Recorder recorder_;
   std::uint32_t lost_slices_ = 0;
   bool collects_some_ = false;
+  bool leaves_nothing_out_ = false;
 
   Image checkpoint_;
 };

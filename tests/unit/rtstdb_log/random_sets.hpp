@@ -8,6 +8,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/row_check.hpp"
+#include "rtstdb/store/motion_words.hpp"
 #include "rtstdb/store/write_set.hpp"
 
 namespace rtstdb::log::test {
@@ -38,7 +39,9 @@ class RandomSets {
     for (std::uint32_t k = below(most_writes + 1); k > 0; --k) {
       const auto kind = static_cast<store::WriteKind>(below(4));
       const EntityId id{below(max_entities), static_cast<std::uint32_t>(random_())};
-      set.writes.push_back({kind, {id, row(), set.version}});
+      store::Write write{kind, {id, row(), set.version}};
+      if (kind == store::WriteKind::update_motion && below(2) == 0) leave_out(write);
+      set.writes.push_back(write);
     }
     shapes_.clear();
     shapes_.resize(set.writes.empty() ? 1 : below(3));
@@ -51,6 +54,15 @@ class RandomSets {
   }
 
  private:
+  void leave_out(store::Write& write) {
+    write.unchanged = static_cast<std::uint16_t>(1 + below(store::all_motion_words));
+    write.follows = static_cast<std::uint16_t>(below(1 << 16));
+    store::MotionWords words = store::words_of(write.state.row.motion);
+    for (std::size_t k = 0; k < words.size(); ++k)
+      if ((write.unchanged >> k & 1) != 0) words[k] = 0;
+    write.state.row.motion = store::motion_of(words);
+  }
+
   double number(double limit) { return std::uniform_real_distribution<double>(-limit, limit)(random_); }
 
   std::mt19937_64 random_;

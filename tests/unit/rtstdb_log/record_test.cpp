@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "random_sets.hpp"
+#include "rtstdb/store/motion_words.hpp"
 
 namespace rtstdb::log::test {
 namespace {
@@ -52,6 +53,8 @@ void expect_same(const store::WriteSet& a, const store::WriteSet& b) {
     ASSERT_EQ(x.state.written_by, y.state.written_by);
     if (x.kind == store::WriteKind::remove) continue;
     ASSERT_TRUE(same(x.state.row.motion, y.state.row.motion));
+    ASSERT_EQ(x.unchanged, y.unchanged);
+    ASSERT_EQ(x.follows, y.follows);
     if (x.kind == store::WriteKind::update_motion) continue;
     ASSERT_EQ(x.state.row.geometry, y.state.row.geometry);
     ASSERT_EQ(x.state.row.scale, y.state.row.scale);
@@ -82,6 +85,38 @@ TEST(LogRecord, CommitsComeBack) {
     ASSERT_EQ(decoder.record().kind, RecordKind::commit);
     expect_same(set, decoder.record().commit);
   }
+}
+
+TEST(LogRecord, AMotionTakesWhatHasChangedAlone) {
+  RandomSets random(6);
+  store::WriteSet set{9, world_time_ns(0), {{store::WriteKind::update_motion, {{1, 1}, random.row(), 9}}}};
+  EXPECT_EQ(commit_bytes(set), most_commit_bytes(set));
+  EXPECT_EQ(commit_bytes(set), 48u + 112u);
+  set.writes[0].unchanged = store::all_motion_words & ~0b1'0000'0000'0001u;
+  EXPECT_EQ(commit_bytes(set), 48u + 16u);
+  EXPECT_EQ(most_commit_bytes(set), 48u + 112u);
+  set.writes[0].unchanged = store::all_motion_words;
+  EXPECT_EQ(commit_bytes(set), 48u);
+}
+
+TEST(LogRecord, AMotionThatLeavesOutWhatItCanNotIsRefused) {
+  RecordDecoder decoder;
+  const auto refused = [&](std::uint32_t what, std::size_t words) {
+    store::WriteSet set{9, world_time_ns(0), {{store::WriteKind::update_motion, {{1, 1}, {}, 9}}}};
+    Bytes bytes = bytes_of(set);
+    bytes.resize(48 + 8 * words);
+    const std::size_t at = sizeof(RecordHeader) + sizeof(CommitBody) + offsetof(StoredWrite, what);
+    std::memcpy(bytes.data() + at, &what, sizeof what);
+    const auto length = static_cast<std::uint32_t>(bytes.size());
+    std::memcpy(bytes.data() + offsetof(RecordHeader, bytes), &length, sizeof length);
+    return decoder.decode(bytes) != nullptr;
+  };
+  EXPECT_FALSE(refused(0, 14));
+  EXPECT_FALSE(refused(left_out(0x2001, 77), 12));
+  EXPECT_TRUE(refused(left_out(0x2001, 77), 11)) << "too short";
+  EXPECT_TRUE(refused(left_out(0x2001, 77), 13)) << "too long";
+  EXPECT_TRUE(refused(0x4000, 13)) << "a word that no motion has";
+  EXPECT_TRUE(refused(77u << 16, 14)) << "it follows, and leaves nothing out";
 }
 
 TEST(LogRecord, GeometriesComeBack) {

@@ -8,6 +8,7 @@
 
 #include "manual_clock.hpp"
 #include "rtstdb/log/writer.hpp"
+#include "rtstdb/store/motion_words.hpp"
 #include "sample_log.hpp"
 #include "tests/support/simulated_disk.hpp"
 
@@ -229,6 +230,50 @@ TEST(LogRecovery, ARestoredStoreGivesTheSameIdsAndVersionsAsOneThatLived) {
       ASSERT_EQ(states(restored), states(lived));
     }
   }
+}
+
+TEST(LogRecovery, FormatOneIsReadAsItWas) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const SampleLog old = make_sample({.seed = seed, .commits = 60, .format = 1});
+    const SampleLog now = make_sample({.seed = seed, .commits = 60});
+    hil::test::SimulatedDisk disk(seed);
+    disk.set_contents(old.contents);
+    const auto recovered = recover(disk);
+    ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+    EXPECT_EQ(recovered.value().report.log.format, 1u);
+    EXPECT_EQ(in_lines(recovered.value().world), now.latest_in_lines);
+  }
+}
+
+// What a motion leaves out is in the row before it, and in no other.
+TEST(LogRecovery, AMotionIsCompletedFromTheRowBeforeIt) {
+  World world;
+  EntityRow row;
+  row.motion.v_world_mps = {1.0, -0.0, 3.0};
+  store::WriteSet set{1, world_time_ns(10), {{store::WriteKind::create, {{0, 1}, row, 1}}}};
+  ASSERT_EQ(world.apply(set), nullptr);
+  store::Write moves{store::WriteKind::update_motion, {{0, 1}, {}, 70'000}};
+  moves.state.row.motion = store::motion_of({});
+  moves.state.row.motion.p_world_m.y = 5.0;
+  moves.unchanged = store::all_motion_words & ~0b10u;
+  moves.follows = 1;
+  set = {70'000, world_time_ns(20), {moves}};
+  ASSERT_EQ(world.apply(set), nullptr);
+  row.motion.p_world_m.y = 5.0;
+  EXPECT_EQ(store::words_of(set.writes[0].state.row.motion), store::words_of(row.motion)) << "the set, too";
+  EXPECT_EQ(store::words_of(world.rows[0].row.motion), store::words_of(row.motion));
+
+  const auto fault_of = [&](store::Write write) {
+    store::WriteSet next{70'001, world_time_ns(30), {write}};
+    const char* fault = world.apply(next);
+    EXPECT_EQ(world.latest.version, 70'000u);
+    return std::string(fault != nullptr ? fault : "");
+  };
+  EXPECT_NE(fault_of(moves).find("another version"), std::string::npos) << "it follows version 1";
+  moves.follows = 70'000 & 0xffff;
+  moves.unchanged = store::all_motion_words & ~0b1000u;  // no orientation to be left with
+  EXPECT_NE(fault_of(moves).find("none that can be written"), std::string::npos);
+  EXPECT_EQ(store::words_of(world.rows[0].row.motion), store::words_of(row.motion)) << "nothing has changed";
 }
 
 TEST(LogRecovery, WhatWasBeforeARestoredStoreIsTooOld) {

@@ -20,6 +20,7 @@ struct SampleOptions {
   std::uint64_t segment_bytes = 4096;
   bool closed = true;
   bool checkpoints = true;
+  std::uint32_t format = format_version;
 };
 
 struct SampleLog {

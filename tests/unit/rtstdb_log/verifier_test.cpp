@@ -90,7 +90,8 @@ TEST_F(VerifierTest, ReadsTheSameWorlds) {
                                           .commits = static_cast<int>(5 + 3 * seed),
                                           .segment_bytes = seed % 3 == 0 ? 2048u : 16384u,
                                           .closed = seed % 2 == 0,
-                                          .checkpoints = seed % 4 != 0});
+                                          .checkpoints = seed % 4 != 0,
+                                          .format = seed % 5 == 0 ? 1u : format_version});
     add(sample.contents);
     ASSERT_EQ(expected_.back(), sample.latest_in_lines);
   }

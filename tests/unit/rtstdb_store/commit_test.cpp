@@ -8,6 +8,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rows.hpp"
+#include "rtstdb/store/motion_words.hpp"
 
 namespace rtstdb::store::test {
 namespace {
@@ -76,6 +77,28 @@ TEST(Commit, TheWriteSetAloneRebuildsTheVersion) {
   for (std::uint32_t index = 0; index < 2; ++index) {
     EXPECT_TRUE(same(*store.latest_snapshot().row(index), *copy.latest_snapshot().row(index))) << index;
   }
+}
+
+// What a log need not repeat, told of each write by itself; another sign of zero is another number.
+TEST(Commit, StagingTellsWhatAMotionLeavesAsItWas) {
+  Store store(options(8));
+  EntityRow row = row_at(1);
+  row.motion.w_world_radps = {0.0, 2.0, 3.0};
+  ASSERT_FALSE(commit(store, set_of(1, {create(row), create(row)})));
+  Motion first = row.motion;
+  first.p_world_m.x = 9.0;
+  first.w_world_radps.x = -0.0;
+  Motion second = first;
+  second.valid_from = world_time_ns(5);
+  WriteSet set = set_of(
+      2, {update_motion({0, 1}, first), update_motion({0, 1}, second), update_motion({1, 1}, row.motion)});
+  ASSERT_FALSE(commit(store, set));
+  EXPECT_EQ(set.writes[0].unchanged, all_motion_words & ~(1u << 0 | 1u << 10));
+  EXPECT_EQ(set.writes[0].follows, 1u);
+  EXPECT_EQ(set.writes[1].unchanged, all_motion_words & ~(1u << 13));
+  EXPECT_EQ(set.writes[1].follows, 2u) << "the write before it, of the same version";
+  EXPECT_EQ(set.writes[2].unchanged, all_motion_words);
+  EXPECT_EQ(set.writes[2].follows, 1u);
 }
 
 struct Refusal {
