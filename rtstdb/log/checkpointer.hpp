@@ -31,6 +31,8 @@ class Checkpointer {
   bool under_way() const noexcept { return file_ != nullptr; }
   bool may_begin(ClockTime now) const noexcept { return !under_way() && now >= retry_.at(); }
   ClockTime retry_at() const noexcept { return retry_.at(); }
+  /// As if none had failed.
+  void try_now() noexcept { retry_.succeeded(); }
 
   /// Given up: its version was not kept, and the next one begins with a newer one.
   enum class Did : std::uint8_t { nothing, something, finished, given_up, failed };

@@ -222,6 +222,7 @@ Writer::Step Writer::step(std::int64_t real_time_ns) {
   }
   if (step_checkpoint(now, real_time_ns)) step.worked = true;
   step.wake_at = step.worked ? now : wake_at();
+  step.has_records = !group_.empty();
   return step;
 }
 
@@ -246,6 +247,7 @@ Result<void> Writer::close(std::int64_t real_time_ns) {
   if (segment_ == nullptr) {
     if (auto fault = open_segment()) return in_words(*fault);
   }
+  checkpointer_.try_now();
   while (waits_for_checkpoint_) {
     if (!step_checkpoint(clock_.now(), real_time_ns))
       return Error{ErrorCode::file, "the checkpoint that the log needs can not be made"};

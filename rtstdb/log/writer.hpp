@@ -62,6 +62,7 @@ class Writer {
   struct Step {
     bool worked = false;                   ///< there may be more at once
     ClockTime wake_at = ClockTime::max();  ///< else: not before, unless records come
+    bool has_records = false;              ///< which wait for that time; more of them may wait with them
   };
   Step step(std::int64_t real_time_ns);
 

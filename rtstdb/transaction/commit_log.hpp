@@ -130,7 +130,7 @@ class CommitLog {
   void give_back_held() noexcept;
   void give_back_rest() noexcept;
   void give_back(TransactionImpl& transaction, bool durable) noexcept;
-  void nap(LogBell::Heard heard, ClockTime wake_at) noexcept;
+  void nap(LogBell::Heard heard, const log::Writer::Step& step) noexcept;
 
   void ring_bell() noexcept;
 

@@ -28,7 +28,7 @@ void CommitLog::run_thread() noexcept {
   while (!closing_.load(std::memory_order_acquire)) {
     const LogBell::Heard heard = bell_.hear();
     const log::Writer::Step step = work();
-    if (!step.worked) nap(heard, step.wake_at);
+    if (!step.worked) nap(heard, step);
   }
   end_log();
 }
@@ -42,11 +42,14 @@ log::Writer::Step CommitLog::work() noexcept {
   return step;
 }
 
-void CommitLog::nap(LogBell::Heard heard, ClockTime wake_at) noexcept {
+void CommitLog::nap(LogBell::Heard heard, const log::Writer::Step& step) noexcept {
   const bool looks = world_copy_.under_way() || in_gap_.load(std::memory_order_acquire);
-  if (wake_at == ClockTime::max() && !looks) return bell_.sleep(heard);
+  if (step.wake_at == ClockTime::max() && !looks) return bell_.sleep(heard);
   const ClockTime now = clock_.now();
-  bell_.doze(heard, looks || wake_at <= now ? look_again_after : wake_at - now);
+  const Nanoseconds at_most = looks || step.wake_at <= now ? look_again_after : step.wake_at - now;
+  // What is to be tried again, a checkpoint, may be far off: the next commit does not wait for that.
+  if (!looks && !step.has_records) return bell_.sleep(heard, at_most);
+  bell_.doze(heard, at_most);
 }
 
 void CommitLog::tell_progress() noexcept {

@@ -31,6 +31,12 @@ class LogBell {
     futex_wait(rings_, heard.rings);
     end_sleep();
   }
+  /// The same, but so long at the most.
+  void sleep(Heard heard, Nanoseconds at_most) noexcept {
+    begin_sleep(Sleep::until_rung);
+    futex_wait_for(rings_, heard.rings, at_most);
+    end_sleep();
+  }
   /// Until it is rung urgently, or was since `heard`, or so long.
   void doze(Heard heard, Nanoseconds at_most) noexcept {
     begin_sleep(Sleep::until_urgent);
