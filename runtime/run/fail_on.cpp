@@ -10,8 +10,8 @@
 namespace hil::run {
 namespace {
 
-constexpr std::array counts{"misses",      "overruns",      "skipped",      "aborted",
-                            "over_budget", "skipped_ticks", "lost_records", "hard_misses"};
+constexpr std::array counts{"misses",        "overruns",     "skipped",     "aborted",       "over_budget",
+                            "skipped_ticks", "lost_records", "hard_misses", "without_answer"};
 
 std::uint32_t index_of(const std::string& name) {
   return static_cast<std::uint32_t>(std::find(counts.begin(), counts.end(), name) - counts.begin());
@@ -51,7 +51,7 @@ std::optional<config::Condition> parse_fail_on(const std::string& text, config::
 }
 
 bool timing_broken(const config::Condition& condition, const executive::RunResult& result,
-                   const report::Transactions& transactions) {
+                   const report::RunRecord& record) {
   std::array<double, counts.size()> values{};
   for (const executive::TaskResult& task : result.tasks) {
     values[0] += static_cast<double>(task.deadline_misses);
@@ -62,7 +62,9 @@ bool timing_broken(const config::Condition& condition, const executive::RunResul
   }
   values[5] = static_cast<double>(result.base.skipped_ticks);
   values[6] = static_cast<double>(result.lost_records);
-  values[7] = static_cast<double>(transactions.hard_misses);
+  values[7] = static_cast<double>(record.transactions.hard_misses);
+  for (const report::Task& task : record.tasks)
+    values[8] += static_cast<double>(task.without_answer);
   std::vector<std::uint32_t> indices;
   for (const config::Word& mention : condition.mentions())
     indices.push_back(index_of(mention.text));

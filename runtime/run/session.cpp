@@ -352,7 +352,7 @@ void LiveSession::decide(const executive::RunResult& result, bool interrupted,
     conclude(report::Verdict::timing_broken, exit_timing_broken, record.watchdog.front().text);
     return;
   }
-  if (options_.fail_on && timing_broken(*options_.fail_on, result, record.transactions)) {
+  if (options_.fail_on && timing_broken(*options_.fail_on, result, record)) {
     conclude(report::Verdict::timing_broken, exit_timing_broken,
              "--fail-on '" + options_.fail_on->text() + "' came true");
     return;

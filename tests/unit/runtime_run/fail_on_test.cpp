@@ -6,11 +6,11 @@ namespace hil::run {
 namespace {
 
 bool broken(const std::string& text, const executive::RunResult& result,
-            const report::Transactions& transactions = {}) {
+            const report::RunRecord& record = {}) {
   config::Diagnostics diagnostics;
   const auto condition = parse_fail_on(text, diagnostics);
   if (!condition) throw std::runtime_error(diagnostics.to_text());
-  return timing_broken(*condition, result, transactions);
+  return timing_broken(*condition, result, record);
 }
 
 executive::RunResult two_tasks() {
@@ -23,7 +23,7 @@ TEST(FailOn, EveryCountIsReadFromItsPlaceAndFromNoOther) {
   const executive::RunResult clean = two_tasks();
   struct Case {
     const char* count;
-    void (*spoil)(executive::RunResult&, report::Transactions&);
+    void (*spoil)(executive::RunResult&, report::RunRecord&);
   };
   const Case cases[] = {
       {"misses", [](auto& r, auto&) { r.tasks[1].deadline_misses = 3; }},
@@ -33,15 +33,17 @@ TEST(FailOn, EveryCountIsReadFromItsPlaceAndFromNoOther) {
       {"over_budget", [](auto& r, auto&) { r.tasks[1].over_budget = 3; }},
       {"skipped_ticks", [](auto& r, auto&) { r.base.skipped_ticks = 3; }},
       {"lost_records", [](auto& r, auto&) { r.lost_records = 3; }},
-      {"hard_misses", [](auto&, auto& t) { t.hard_misses = 3; }},
+      {"hard_misses", [](auto&, auto& record) { record.transactions.hard_misses = 3; }},
+      {"without_answer", [](auto&, auto& record) { record.tasks[1].without_answer = 3; }},
   };
   for (const Case& spoiled : cases) {
     executive::RunResult result = two_tasks();
-    report::Transactions transactions;
-    spoiled.spoil(result, transactions);
+    report::RunRecord record;
+    record.tasks.resize(2);
+    spoiled.spoil(result, record);
     for (const Case& asked : cases) {
       const std::string condition = std::string(asked.count) + " == 3";
-      EXPECT_EQ(broken(condition, result, transactions), asked.count == spoiled.count)
+      EXPECT_EQ(broken(condition, result, record), asked.count == spoiled.count)
           << asked.count << " with " << spoiled.count;
       EXPECT_FALSE(broken(condition, clean));
     }
