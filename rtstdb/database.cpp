@@ -305,7 +305,8 @@ class DatabaseImpl final : public Database {
   }
 
   Result<std::vector<EntityState>> snapshot(const ReadAt& read_at) const override {
-    return engine_.snapshot(read_at);
+    return unless_out_of_memory<std::vector<EntityState>>("a snapshot", {},
+                                                          [&] { return engine_.snapshot(read_at); });
   }
 
   std::optional<GeometryId> find_geometry(std::string_view name) const override {
@@ -315,25 +316,13 @@ class DatabaseImpl final : public Database {
     return std::nullopt;
   }
   std::optional<TriangleMesh> geometry(GeometryId id) const override {
-    auto mesh = geometry(id, ReadAt::latest());
+    auto mesh = copy_of(id, ReadAt::latest());
     if (!mesh) return std::nullopt;
     return std::move(mesh).value();
   }
   Result<TriangleMesh> geometry(GeometryId id, const ReadAt& read_at) const override {
-    TriangleMesh mesh;
-    bool deforms = false;
-    {
-      const std::lock_guard lock(meshes_mutex_);
-      if (id.index >= meshes_.size())
-        return Error{ErrorCode::bad_input, "geometry " + std::to_string(id.index) + " does not exist"};
-      mesh = meshes_[id.index].mesh;
-      deforms = meshes_[id.index].deforms;
-    }
-    if (!deforms) return mesh;
-    auto positions = engine_.shape(id, mesh.positions_m.size(), read_at);
-    if (!positions) return positions.error();
-    mesh.positions_m = std::move(positions).value();
-    return mesh;
+    return unless_out_of_memory<TriangleMesh>("a copy of the geometry", {},
+                                              [&] { return copy_of(id, read_at); });
   }
 
   TransactionCounts counts() const noexcept override { return engine_.counts(); }
@@ -354,6 +343,23 @@ class DatabaseImpl final : public Database {
   }
 
  private:
+  Result<TriangleMesh> copy_of(GeometryId id, const ReadAt& read_at) const {
+    TriangleMesh mesh;
+    bool deforms = false;
+    {
+      const std::lock_guard lock(meshes_mutex_);
+      if (id.index >= meshes_.size())
+        return Error{ErrorCode::bad_input, "geometry " + std::to_string(id.index) + " does not exist"};
+      mesh = meshes_[id.index].mesh;
+      deforms = meshes_[id.index].deforms;
+    }
+    if (!deforms) return mesh;
+    auto positions = engine_.shape(id, mesh.positions_m.size(), read_at);
+    if (!positions) return positions.error();
+    mesh.positions_m = std::move(positions).value();
+    return mesh;
+  }
+
   static Error named(std::string_view name, const Error& error) {
     return {error.code, "geometry '" + std::string(name) + "': " + error.message};
   }

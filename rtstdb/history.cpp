@@ -55,20 +55,24 @@ Result<void> make_room(DatabaseOptions& options, log::Stretch& stretch) {
 Result<HistoryExtent> history_extent(const std::filesystem::path& directory, bool salvage) {
   auto disk = log::open_existing_directory(directory);
   if (!disk) return with_place(directory, {ErrorCode::file, disk.error().in_words()});
-  auto extent = log::read_extent(*disk.value(), salvage);
-  if (!extent) return with_place(directory, extent.error());
-  const log::Extent& found = extent.value();
-  if (found.database_id == 0) return no_database(directory);
-  HistoryExtent told{.database_id = found.database_id,
-                     .first = found.first,
-                     .last = found.last,
-                     .commits = found.commits,
-                     .gaps = {},
-                     .closed = found.end == log::LogEnd::closed,
-                     .damage = found.damage};
-  for (const log::Gap& gap : found.gaps)
-    told.gaps.push_back({gap.first, gap.last});
-  return told;
+  try {
+    auto extent = log::read_extent(*disk.value(), salvage);
+    if (!extent) return with_place(directory, extent.error());
+    const log::Extent& found = extent.value();
+    if (found.database_id == 0) return no_database(directory);
+    HistoryExtent told{.database_id = found.database_id,
+                       .first = found.first,
+                       .last = found.last,
+                       .commits = found.commits,
+                       .gaps = {},
+                       .closed = found.end == log::LogEnd::closed,
+                       .damage = found.damage};
+    for (const log::Gap& gap : found.gaps)
+      told.gaps.push_back({gap.first, gap.last});
+    return told;
+  } catch (const std::bad_alloc&) {
+    return with_place(directory, {ErrorCode::out_of_memory, "the log does not fit into memory"});
+  }
 }
 
 Result<std::unique_ptr<Database>> open_history(const HistoryOptions& options) {

@@ -125,6 +125,14 @@ TEST_F(OutOfMemoryLater, WhileGeometryIsAdded) {
   }
 }
 
+TEST_F(OutOfMemoryLater, WhileVersionsAreLookedInto) {
+  const auto bag = database_->add_geometry(make_sphere(1.0, 2), "bag", {.deforms = true});
+  ASSERT_TRUE(bag.ok()) << bag.error().message;
+  fail_in(1, [&] { return error_of(database_->snapshot(ReadAt::latest())); });
+  fail_in(1, [&] { return error_of(database_->geometry(bag.value(), ReadAt::latest())); });
+  expect_whole();
+}
+
 TEST_F(OutOfMemoryLater, WhileQueriesArePrepared) {
   const std::string name = "a name too long to lie in the string";
   const auto fail_to_prepare = [&](const auto& options) {

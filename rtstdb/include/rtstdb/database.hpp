@@ -170,6 +170,7 @@ class Database {
                                                        const StandingOptions& options) = 0;
   virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingNearest& asked,
                                                        const StandingOptions& options) = 0;
+  /// Throws std::bad_alloc where memory runs out.
   virtual std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) = 0;
   /// Carries out a transaction that is declared and not submitted some times on the world as it stands, with parts of its
   /// batches and whole, to learn what it costs; publishes nothing, but version numbers are used up where it writes.
@@ -215,12 +216,12 @@ class Database {
 
   // ---- looking in from outside the tick ----
   /// All entities of a version, by ascending index. Errors: bad_input when the version is unknown or no
-  /// longer kept.
+  /// longer kept; out_of_memory.
   virtual Result<std::vector<EntityState>> snapshot(const ReadAt& read_at) const = 0;
-  /// As it stands in the latest version; empty: there is no such geometry.
+  /// As it stands in the latest version; empty: there is no such geometry. Throws std::bad_alloc where memory runs out.
   virtual std::optional<TriangleMesh> geometry(GeometryId id) const = 0;
   /// As it stands in a version. Errors: bad_input when there is no such geometry, when the version is unknown, or
-  /// when a shape of geometry that deforms is no longer kept for it.
+  /// when a shape of geometry that deforms is no longer kept for it; out_of_memory.
   virtual Result<TriangleMesh> geometry(GeometryId id, const ReadAt& read_at) const = 0;
   virtual TransactionCounts counts() const noexcept = 0;
   virtual SchedulerCounts scheduler_counts() const = 0;

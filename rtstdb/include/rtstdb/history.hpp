@@ -53,7 +53,7 @@ struct HistoryExtent {
 };
 
 /// Reads the whole log, but not its worlds. Errors: file for a directory without a database, and for what a recovery refuses (damage,
-/// with its place).
+/// with its place); out_of_memory.
 Result<HistoryExtent> history_extent(const std::filesystem::path& directory, bool salvage = false);
 
 /// Errors: file and no_device as Database::open has them; bad_input for a stretch that is not in the log (with what it has), leads over a
