@@ -1,7 +1,8 @@
 #pragma once
-// What the queries have in common for LatePolicy: what prepare refuses, and how many places answers need.
+// What the queries have in common for LatePolicy: what prepare refuses, and where answers lie.
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include <rtstdb/query.hpp>
@@ -16,9 +17,32 @@ inline Result<void> check_late(const std::string& name, LatePolicy late) {
                                          ", which is none of the enumerators"};
 }
 
-/// Where those of before have to stay, others are written elsewhere.
-constexpr std::size_t places_of_answers(LatePolicy late) noexcept {
-  return late == LatePolicy::last_good ? 2 : 1;
-}
+/// Which answers the caller reads while others are written: elsewhere, where those of before have to stay.
+class AnswerPlaces {
+ public:
+  AnswerPlaces() = default;
+  explicit AnswerPlaces(LatePolicy late) : count_(late == LatePolicy::last_good ? 2 : 1) {}
+
+  std::size_t count() const noexcept { return count_; }
+  std::size_t read() const noexcept { return read_; }
+  std::size_t written() const noexcept { return written_; }
+  /// So many elements have answers to be read.
+  std::uint32_t readable() const noexcept { return readable_; }
+
+  /// What was written is what the caller reads.
+  void let_stand(std::uint32_t elements) noexcept {
+    readable_ = elements;
+    read_ = written_;
+    written_ = (written_ + 1) % count_;
+  }
+  /// It is not; what stood before is, where that was to stay.
+  void let_fall() noexcept {
+    if (count_ == 1) readable_ = 0;
+  }
+
+ private:
+  std::size_t count_ = 1, read_ = 0, written_ = 0;
+  std::uint32_t readable_ = 0;
+};
 
 }  // namespace rtstdb::query

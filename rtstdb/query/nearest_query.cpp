@@ -86,7 +86,8 @@ Result<std::unique_ptr<GpuNearestQuery>> GpuNearestQuery::create(gpu::Device& de
   query->options_ = options;
   query->set_late(options.late);
   const std::size_t neighbors = std::size_t{options.capacity} * options.k;
-  for (std::size_t place = 0; place < places_of_answers(options.late); ++place)
+  query->places_ = AnswerPlaces(options.late);
+  for (std::size_t place = 0; place < query->places_.count(); ++place)
     query->neighbor_memory_.emplace_back(neighbors * sizeof(Neighbor));
   query->answers_.resize(query->neighbor_memory_.size());
   if (auto made = query->move_to(device); !made) return made.error();
@@ -264,7 +265,7 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
       recorder.dispatch(pipeline, bindings, args, std::min(end - first, most_groups));
     }
   };
-  const std::uint32_t at = written_ * slots_ + view.slot;
+  const std::size_t at = places_.written() * slots_ + view.slot;
   const bool still = still_ && view.window_begin == view.window_end;
   if (still)
     in_pieces(still_, still_bindings_[at], 1);
@@ -278,7 +279,8 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
 void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
   answered_ = range.end;
   const std::size_t bytes_per_point = options_.k * sizeof(Neighbor);
-  neighbors_[written_].pull(range.first * bytes_per_point, (range.end - range.first) * bytes_per_point);
+  neighbors_[places_.written()].pull(range.first * bytes_per_point,
+                                     (range.end - range.first) * bytes_per_point);
   for (std::uint32_t place = range.first; place < range.end; ++place) {
     if (!take_answer(place)) incomplete_.push_back(place);
   }
@@ -294,32 +296,27 @@ void GpuNearestQuery::record_again(PlaceRange range, const RowSource& /*rows*/, 
 void GpuNearestQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
   const std::size_t bytes_per_point = options_.k * sizeof(Neighbor);
   for (std::uint32_t i = range.first; i < range.end; ++i) {
-    neighbors_[written_].pull(incomplete_[i] * bytes_per_point, bytes_per_point);
+    neighbors_[places_.written()].pull(incomplete_[i] * bytes_per_point, bytes_per_point);
     take_answer(incomplete_[i]);
   }
 }
 
 bool GpuNearestQuery::truncated() const noexcept {
-  return std::ranges::any_of(std::span(answers_[written_]).first(answered_), &NearestAnswer::incomplete);
+  return std::ranges::any_of(std::span(answers_[places_.written()]).first(answered_),
+                             &NearestAnswer::incomplete);
 }
 
 void GpuNearestQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
   for (std::uint32_t place = answered; place < count; ++place)
-    answers_[written_][order_.last()[place]] = {.neighbors = {}, .incomplete = true};
-  readable_ = count;
-  read_ = written_;
-  written_ = (written_ + 1) % static_cast<std::uint32_t>(neighbors_.size());
-}
-
-void GpuNearestQuery::let_fall() noexcept {
-  if (late() != LatePolicy::last_good) readable_ = 0;
+    answers_[places_.written()][order_.last()[place]] = {.neighbors = {}, .incomplete = true};
+  places_.let_stand(count);
 }
 
 bool GpuNearestQuery::take_answer(std::uint32_t place) noexcept {
   const shared::NearestCount count = counts_.host_as<const shared::NearestCount>()[place];
   const bool incomplete = count.incomplete != 0;
   const auto neighbors = neighbors_at(place).first(incomplete ? 0 : count.found);
-  answers_[written_][order_.last()[place]] = {.neighbors = neighbors, .incomplete = incomplete};
+  answers_[places_.written()][order_.last()[place]] = {.neighbors = neighbors, .incomplete = incomplete};
   return !incomplete;
 }
 

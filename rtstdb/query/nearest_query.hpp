@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rtstdb/query/gpu_query.hpp"
+#include "rtstdb/query/late_policy.hpp"
 #include "rtstdb/query/point_order.hpp"
 
 namespace rtstdb::query {
@@ -18,7 +19,7 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
 
   std::span<Nearest> points() noexcept override { return points_; }
   std::span<const NearestAnswer> answers() const noexcept override {
-    return {answers_[read_].data(), readable_};
+    return {answers_[places_.read()].data(), places_.readable()};
   }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
@@ -43,15 +44,15 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   bool truncated() const noexcept override;
   std::uint32_t answered() const noexcept override { return answered_; }
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override;
-  void let_fall() noexcept override;
+  void let_fall() noexcept override { places_.let_fall(); }
 
  private:
   Result<void> create_pipelines(gpu::Device& device);
   Result<void> create_buffers(gpu::Device& device);
   /// The neighbors of one point.
   std::span<const Neighbor> neighbors_at(std::uint32_t place) const noexcept {
-    return neighbor_memory_[written_].as<const Neighbor>().subspan(std::size_t{place} * options_.k,
-                                                                   options_.k);
+    return neighbor_memory_[places_.written()].as<const Neighbor>().subspan(std::size_t{place} * options_.k,
+                                                                            options_.k);
   }
   /// To the record at `at`.
   void pack(std::uint32_t at, std::uint32_t place, const accel::Tlas& tlas,
@@ -63,19 +64,17 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   NearestQueryOptions options_;
   std::vector<Nearest> points_;
   std::uint32_t answered_ = 0;
-  std::uint32_t readable_ = 0;  // points whose answers the caller reads, in
-  std::uint32_t read_ = 0;      // this place of answers, while the device writes
-  std::uint32_t written_ = 0;   // to this one: another where those of before have to stay
+  AnswerPlaces places_;
   std::uint32_t slots_ = 0;
   PointOrder order_;                       // in which the device has the points
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
   gpu::Pipeline search_, still_, sign_;    // still_: of centres alone; sign_: of signed queries alone
   std::vector<gpu::HostMemory>
-      neighbor_memory_;  // one place, or two; the answers look into it: it stays where it is
+      neighbor_memory_;  // of each place; the answers look into it: it stays where it is
   // In the device's order; k neighbors for each point.
   gpu::Buffer point_records_, counts_;
-  std::vector<gpu::Buffer> neighbors_;               // of as many places
-  std::vector<std::vector<NearestAnswer>> answers_;  // as many
+  std::vector<gpu::Buffer> neighbors_;               // of each place
+  std::vector<std::vector<NearestAnswer>> answers_;  // in each place
   std::vector<gpu::Bindings> search_bindings_, still_bindings_,
       sign_bindings_;  // one per slot, for each place
 };

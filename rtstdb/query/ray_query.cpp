@@ -105,7 +105,8 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
   const std::size_t hit_count = std::size_t{options.capacity} * options.hits_per_ray;
   query->ray_memory_ = gpu::HostMemory(options.capacity * sizeof(Ray));
   std::uninitialized_default_construct_n(query->ray_memory_.as<Ray>().data(), options.capacity);
-  for (std::size_t place = 0; place < places_of_answers(options.late); ++place) {
+  query->places_ = AnswerPlaces(options.late);
+  for (std::size_t place = 0; place < query->places_.count(); ++place) {
     query->hit_memory_.emplace_back(hit_count * sizeof(RayHit));
     std::uninitialized_default_construct_n(query->hit_memory_.back().as<RayHit>().data(), hit_count);
   }
@@ -287,7 +288,7 @@ void GpuRayQuery::dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone,
                        .two = 2};
   while (args.first < groups.end) {
     const std::uint32_t some = std::min(groups.end - args.first, max_groups_);
-    recorder.dispatch(kernel.pipeline, kernel.bindings[written_ * slots_ + view.slot], args, some);
+    recorder.dispatch(kernel.pipeline, kernel.bindings[places_.written() * slots_ + view.slot], args, some);
     args.first += some;  // max_groups_ may be more than the sum can hold
   }
 }
@@ -300,23 +301,17 @@ void GpuRayQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/
 
 void GpuRayQuery::pull(std::uint32_t first_ray, std::uint32_t end_ray) const noexcept {
   const std::size_t bytes_per_ray = options_.hits_per_ray * sizeof(RayHit);
-  hits_[written_].pull(first_ray * bytes_per_ray, (end_ray - first_ray) * bytes_per_ray);
+  hits_[places_.written()].pull(first_ray * bytes_per_ray, (end_ray - first_ray) * bytes_per_ray);
 }
 
 void GpuRayQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
-  const auto hits = hit_memory_[written_].as<RayHit>();
+  const auto hits = hit_memory_[places_.written()].as<RayHit>();
   for (std::size_t k = std::size_t{answered} * options_.hits_per_ray;
        k < std::size_t{count} * options_.hits_per_ray; ++k) {
     hits[k] = {};
     hits[k].status = HitStatus::incomplete;
   }
-  readable_ = count;
-  read_ = written_;
-  written_ = (written_ + 1) % static_cast<std::uint32_t>(hits_.size());
-}
-
-void GpuRayQuery::let_fall() noexcept {
-  if (late() != LatePolicy::last_good) readable_ = 0;
+  places_.let_stand(count);
 }
 
 bool GpuRayQuery::truncated() const noexcept {

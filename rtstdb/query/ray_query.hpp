@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rtstdb/query/gpu_query.hpp"
+#include "rtstdb/query/late_policy.hpp"
 #include "shaders/shared/query.h"
 
 namespace rtstdb::query {
@@ -17,7 +18,8 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
 
   std::span<Ray> rays() noexcept override { return ray_memory_.as<Ray>(); }
   std::span<const RayHit> hits() const noexcept override {
-    return hit_memory_[read_].as<const RayHit>().first(std::size_t{readable_} * options_.hits_per_ray);
+    return hit_memory_[places_.read()].as<const RayHit>().first(std::size_t{places_.readable()} *
+                                                                options_.hits_per_ray);
   }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
@@ -52,7 +54,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   bool truncated() const noexcept override;
   std::uint32_t answered() const noexcept override { return answered_; }
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override;
-  void let_fall() noexcept override;
+  void let_fall() noexcept override { places_.let_fall(); }
 
  private:
   /// A kernel for rays of the world that all ask at one instant, and a dearer one for all others.
@@ -66,8 +68,9 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone, const RowSource& rows,
                 const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
   bool is_incomplete(std::uint32_t ray) const noexcept {
-    return hit_memory_[written_].as<const RayHit>()[std::size_t{ray} * options_.hits_per_ray].status ==
-           HitStatus::incomplete;
+    return hit_memory_[places_.written()]
+               .as<const RayHit>()[std::size_t{ray} * options_.hits_per_ray]
+               .status == HitStatus::incomplete;
   }
   Result<void> create_buffers(gpu::Device& device);
   void pull(std::uint32_t first_ray, std::uint32_t end_ray) const noexcept;
@@ -76,18 +79,16 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
 
   RayQueryOptions options_;
   std::uint32_t answered_ = 0;
-  std::uint32_t readable_ = 0;             // rays whose hits the caller reads, in
-  std::uint32_t read_ = 0;                 // this place of hits, while the device writes
-  std::uint32_t written_ = 0;              // to this one: another where those of before have to stay
+  AnswerPlaces places_;
   mutable bool carried_ = false;           // what check saw in the batch that is recorded next
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
   std::uint32_t max_groups_ = 0;
   std::uint32_t slots_ = 0;
   std::vector<Kernel> kernels_;
   gpu::HostMemory ray_memory_;               // the caller's spans: they stay where they are
-  std::vector<gpu::HostMemory> hit_memory_;  // one place, or two
+  std::vector<gpu::HostMemory> hit_memory_;  // of each place
   gpu::Buffer rays_, again_, some_incomplete_;
-  std::vector<gpu::Buffer> hits_;  // of as many places
+  std::vector<gpu::Buffer> hits_;  // of each place
 };
 
 }  // namespace rtstdb::query

@@ -67,7 +67,8 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const RegionRunne
   }
   if (auto checked = check_late(options.name, options.late); !checked) return checked.error();
   RegionRunner runner;
-  runner.answers_.resize(places_of_answers(options.late));
+  runner.places_ = AnswerPlaces(options.late);
+  runner.answers_.resize(runner.places_.count());
   runner.options_ = options;
   if (auto made = runner.move_to(device); !made) return made.error();
   // What the device can not hold has been refused by now.
@@ -234,7 +235,7 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
 void RegionRunner::unpack(PlaceRange range, const accel::TlasView& view) noexcept {
   for (std::uint32_t i = range.first; i < range.end; ++i) {
     unpack_answer(order_[i], i, view);
-    if (answers_[written_].of_regions[order_[i]].incomplete) incomplete_.push_back(i);
+    if (answers_[places_.written()].of_regions[order_[i]].incomplete) incomplete_.push_back(i);
   }
   answered_ = range.end;
 }
@@ -256,28 +257,22 @@ void RegionRunner::unpack_again(PlaceRange range, const accel::TlasView& view) n
 
 bool RegionRunner::truncated() const noexcept {
   return std::ranges::any_of(order_.first(answered_), [&](std::uint32_t region) {
-    const RegionAnswer& answer = answers_[written_].of_regions[region];
+    const RegionAnswer& answer = answers_[places_.written()].of_regions[region];
     return answer.overflow || answer.incomplete;
   });
 }
 
 void RegionRunner::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
   for (std::uint32_t place = answered; place < count; ++place)
-    answers_[written_].of_regions[order_[place]] = {
+    answers_[places_.written()].of_regions[order_[place]] = {
         .entities = {}, .triangles = {}, .found = 0, .overflow = false, .incomplete = true};
-  readable_ = count;
-  read_ = written_;
-  written_ = (written_ + 1) % static_cast<std::uint32_t>(answers_.size());
-}
-
-void RegionRunner::let_fall() noexcept {
-  if (options_.late != LatePolicy::last_good) readable_ = 0;
+  places_.let_stand(count);
 }
 
 void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
                                  const accel::TlasView& view) noexcept {
   const shared::RegionCount count = counts_.host_as<const shared::RegionCount>()[place];
-  RegionAnswer& answer = answers_[written_].of_regions[region];
+  RegionAnswer& answer = answers_[places_.written()].of_regions[region];
   answer = {.entities = {},
             .triangles = {},
             .found = count.found,
@@ -298,8 +293,8 @@ std::span<const EntityId> RegionRunner::unpack_entities(std::uint32_t region, st
   const auto all_ids = ids_.host_as<const std::uint32_t>();
   const std::size_t begin = std::size_t{place} * options_.ids_per_region;
   const auto ids = all_ids.subspan(begin, kept);
-  const auto entities =
-      std::span(answers_[written_].entities).subspan(std::size_t{region} * options_.ids_per_region, kept);
+  const auto entities = std::span(answers_[places_.written()].entities)
+                            .subspan(std::size_t{region} * options_.ids_per_region, kept);
   // Identities lie all over the memory, and the ids of the next region were written by another core: they are
   // called for before they are needed, which takes a quarter off.
   for (const std::uint32_t index : ids)
@@ -319,8 +314,8 @@ std::span<const EntityTriangle> RegionRunner::unpack_triangles(std::uint32_t reg
                                                                const accel::TlasView& view) noexcept {
   const auto found =
       ids_.host_as<const glm::uvec2>().subspan(std::size_t{place} * options_.ids_per_region, kept);
-  const auto triangles =
-      std::span(answers_[written_].triangles).subspan(std::size_t{region} * options_.ids_per_region, kept);
+  const auto triangles = std::span(answers_[places_.written()].triangles)
+                             .subspan(std::size_t{region} * options_.ids_per_region, kept);
   const std::uint32_t entity = found[0].x;
   std::uint32_t others = 0;
   std::uint32_t first = found[0].y;

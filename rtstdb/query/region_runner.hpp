@@ -10,6 +10,7 @@
 
 #include "rtstdb/query/gpu_query.hpp"
 #include "rtstdb/query/id_order.hpp"
+#include "rtstdb/query/late_policy.hpp"
 #include "shaders/shared/query.h"
 
 namespace rtstdb::query {
@@ -58,9 +59,9 @@ class RegionRunner {
   // As PreparedQuery.
   std::uint32_t answered() const noexcept { return answered_; }
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept;
-  void let_fall() noexcept;
+  void let_fall() noexcept { places_.let_fall(); }
   std::span<const RegionAnswer> answers() const noexcept {
-    return {answers_[read_].of_regions.data(), readable_};
+    return {answers_[places_.read()].of_regions.data(), places_.readable()};
   }
 
  private:
@@ -101,10 +102,8 @@ class RegionRunner {
   std::span<const std::uint32_t> order_;  // the caller's region of each record
   RegionKindEnds ends_{};
   IdOrder id_order_;
-  std::uint32_t readable_ = 0;             // regions whose answers the caller reads, in
-  std::uint32_t read_ = 0;                 // this place of answers, while they are written
-  std::uint32_t written_ = 0;              // to this one: another where those of before have to stay
-  std::vector<Answers> answers_;           // one place, or two
+  AnswerPlaces places_;
+  std::vector<Answers> answers_;           // in each place
   std::vector<std::uint64_t> sorted_;      // of one region, by entity and triangle
   std::vector<std::uint32_t> numbers_;     // of one region, where all are of one entity
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all

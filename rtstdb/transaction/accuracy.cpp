@@ -38,7 +38,7 @@ void count_one(std::atomic<std::uint64_t>& counter) noexcept {
 
 void Accuracy::ended(const TransactionImpl& transaction, Status status) noexcept {
   const Outcome& outcome = transaction.outcome();
-  const bool done = status == Status::committed || status == Status::truncated || status == Status::late;
+  const bool done = is_done(status);
   if (transaction.promised && (done || status == Status::missed)) {
     count_one(promised_);
     if (done) {

@@ -52,7 +52,7 @@ bool are_enough(Running& running, const Clock& clock) noexcept {
 
 void settle(TransactionImpl& transaction, Status status, const Clock& clock) noexcept {
   Outcome& outcome = transaction.draft();
-  const bool done = status == Status::committed || status == Status::truncated || status == Status::late;
+  const bool done = is_done(status);
   const bool in_time_stands = status == Status::missed && may_be_partial(transaction);
   for (const query::Request& request : transaction.requests()) {
     query::PreparedQuery& query = *request.query;

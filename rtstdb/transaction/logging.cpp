@@ -9,7 +9,7 @@ namespace rtstdb::transaction {
 bool Engine::is_held(const TransactionImpl& transaction, Status status) const noexcept {
   if (log_ == nullptr || log_->mode() != DurabilityMode::group || transaction.write_set().empty())
     return false;
-  return status == Status::committed || status == Status::late || status == Status::truncated;
+  return is_done(status);
 }
 
 Status Runner::write_through(TransactionImpl& transaction, const Running& running,

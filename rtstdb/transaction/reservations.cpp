@@ -196,7 +196,7 @@ void Reservations::ended(TransactionImpl& transaction, Status status) noexcept {
   if (reservation == nullptr) return;
   const Outcome& outcome = transaction.outcome();
   count_one(reservation->transactions_);
-  const bool done = status == Status::committed || status == Status::truncated || status == Status::late;
+  const bool done = is_done(status);
   if (done) raise_to(reservation->largest_cost_ns_, outcome.actual_cost);
   if (transaction.reserved) {
     if (done && outcome.actual_cost > reservation->options_.budget) {

@@ -10,9 +10,7 @@ void Tally::ended(Status status, const Outcome& outcome, const Terms& terms) noe
   if (outcome.refused_by == RefusedBy::log_full || outcome.refused_by == RefusedBy::log_fault)
     refused_by_log_.fetch_add(1, std::memory_order_relaxed);
   // Looked at here, where every outcome passes, and not where lateness is decided.
-  const bool took_effect =
-      status == Status::committed || status == Status::truncated || status == Status::late;
-  if (took_effect && terms.deadline_class == DeadlineClass::firm && outcome.published > terms.deadline) {
+  if (is_done(status) && terms.deadline_class == DeadlineClass::firm && outcome.published > terms.deadline) {
     firm_late_commits_.fetch_add(1, std::memory_order_relaxed);
   }
 }

@@ -70,6 +70,10 @@ enum class Status : std::uint8_t {
   device_lost,  ///< the GPU stopped answering, and nothing was published; may be submitted again: see Health
   bad_input,    ///< a value that no caller may pass, see bad_input; nothing was done
 };
+/// Whether the writes are in and the answers stand.
+constexpr bool is_done(Status status) noexcept {
+  return status == Status::committed || status == Status::truncated || status == Status::late;
+}
 
 enum class BadInputReason : std::uint8_t {
   none,
@@ -159,9 +163,7 @@ struct Outcome {
   bool in_doubt = false;
 
   /// Whether the writes are in and the answers stand.
-  bool done() const noexcept {
-    return status == Status::committed || status == Status::late || status == Status::truncated;
-  }
+  bool done() const noexcept { return is_done(status); }
 };
 
 const char* to_string(Status status) noexcept;
