@@ -54,15 +54,11 @@ class Telling final : public log::ChronicleListener {
                          {geometry.positions_m, geometry.mesh.triangles});
     }
   }
-  void commit(const store::WriteSet& set, const log::World& now, std::uint64_t /*segment*/) override {
+  void commit(const store::WriteSet& set, const log::World& /*now*/, std::uint64_t /*segment*/) override {
     writes_.clear();
     shapes_.clear();
-    for (const store::Write& write : set.writes) {
-      const bool removed = write.kind == store::WriteKind::remove;
-      EntityState state = removed ? EntityState{} : now.rows[write.state.id.index];
-      state.id = write.state.id;
-      writes_.push_back({kind_of(write.kind), state});
-    }
+    for (const store::Write& write : set.writes)
+      writes_.push_back({kind_of(write.kind), write.state});
     for (const store::ShapeWrite& shape : set.shapes)
       shapes_.push_back({shape.geometry, shape.positions_m});
     listener_.commit({set.version, set.time}, writes_, shapes_);

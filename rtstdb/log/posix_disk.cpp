@@ -75,7 +75,10 @@ class DirectWay {
 class PosixFile final : public DiskFile {
  public:
   PosixFile(Descriptor descriptor, DirectWay direct, std::string name)
-      : descriptor_(std::move(descriptor)), direct_(std::move(direct)), name_(std::move(name)) {}
+      : descriptor_(std::move(descriptor)),
+        direct_(std::move(direct)),
+        name_(std::move(name)),
+        names_are_counted_(names() > 0) {}
 
   DiskFault write(std::uint64_t offset, std::span<const std::byte> bytes) override {
     while (!bytes.empty()) {
@@ -113,9 +116,7 @@ class PosixFile final : public DiskFile {
     if (unless_interrupted([&] { return ::fdatasync(descriptor_.get()); }) != 0)
       return fault(DiskCall::sync, errno);
     // A file that was deleted takes everything, and is gone with this process.
-    struct stat status {};
-    if (::fstat(descriptor_.get(), &status) != 0) return fault(DiskCall::sync, errno);
-    if (status.st_nlink == 0) return fault(DiskCall::sync, ENOENT);
+    if (names_are_counted_ && names() == 0) return fault(DiskCall::sync, ENOENT);
     return std::nullopt;
   }
 
@@ -141,10 +142,15 @@ class PosixFile final : public DiskFile {
 
  private:
   DiskError fault(DiskCall call, int number) const { return {call, number, name_}; }
+  std::uint64_t names() const {
+    struct stat status {};
+    return ::fstat(descriptor_.get(), &status) == 0 ? status.st_nlink : 1;
+  }
 
   Descriptor descriptor_;
   DirectWay direct_;
   std::string name_;
+  bool names_are_counted_;  // there are file systems that do not
 };
 
 class PosixLock final : public DiskLock {

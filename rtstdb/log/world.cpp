@@ -89,6 +89,7 @@ const char* World::apply(store::Write& write) {
   } else {
     state.row.motion = write.state.row.motion;
     state.written_by = write.state.written_by;
+    write.state.row = state.row;
   }
   return nullptr;
 }

@@ -30,7 +30,8 @@ class World {
   std::vector<WorldGeometry> geometries;   ///< by index
 
   // What is wrong, or null; then nothing has changed.
-  /// A version after the latest. It can be taken back until the next call. Motions in the set that leave anything out are completed.
+  /// A version after the latest. It can be taken back until the next call. Each write of the
+  /// set has the whole row then, as it leaves it.
   const char* apply(store::WriteSet& set);
   /// The latest version, which was applied last.
   const char* take_back(Version version);

@@ -63,7 +63,8 @@ struct LogContents {
 /// one that can not be read; out_of_memory.
 Result<LogContents> inspect_log(const std::filesystem::path& directory);
 
-/// As in a transaction. `state` is the entity as the commit leaves it; of one that lives no more, `state.id` alone means something.
+/// As in a transaction. `state` is the entity as this write leaves it, which others of the commit may follow; of a remove, `state.id` alone means
+/// something.
 struct LogWrite {
   enum class Kind : std::uint8_t { create, update, update_motion, remove };
   Kind kind = Kind::create;

@@ -14,8 +14,7 @@ bool same(const EntityState& a, const EntityState& b) {
   const Motion& n = b.row.motion;
   return a.id == b.id && a.written_by == b.written_by && a.row.geometry == b.row.geometry &&
          a.row.scale == b.row.scale && a.row.mask == b.row.mask && a.row.material == b.row.material &&
-         m.p_world_m == n.p_world_m && m.q_world == n.q_world && m.v_world_mps == n.v_world_mps &&
-         m.w_world_radps == n.w_world_radps && m.valid_from == n.valid_from;
+         store::words_of(m) == store::words_of(n);
 }
 
 }  // namespace

@@ -276,6 +276,25 @@ TEST(LogRecovery, AMotionIsCompletedFromTheRowBeforeIt) {
   EXPECT_EQ(store::words_of(world.rows[0].row.motion), store::words_of(row.motion)) << "nothing has changed";
 }
 
+// Also where others of the same commit follow it.
+TEST(LogRecovery, EachWriteHasTheRowThatItLeaves) {
+  World world;
+  EntityRow row;
+  row.material = 5;
+  store::WriteSet set{1, world_time_ns(10), {{store::WriteKind::create, {{0, 1}, row, 1}}}};
+  ASSERT_EQ(world.apply(set), nullptr);
+  row.material = 6;
+  store::Write moves{store::WriteKind::update_motion, {{0, 1}, {}, 2}};
+  moves.state.row.motion.p_world_m.y = 5.0;
+  set = {2, world_time_ns(20), {{store::WriteKind::update, {{0, 1}, row, 2}}, moves, moves}};
+  set.writes[2].kind = store::WriteKind::remove;
+  ASSERT_EQ(world.apply(set), nullptr);
+  EXPECT_EQ(set.writes[0].state.row.material, 6u);
+  EXPECT_EQ(set.writes[0].state.row.motion.p_world_m.y, 0.0);
+  EXPECT_EQ(set.writes[1].state.row.material, 6u);
+  EXPECT_EQ(set.writes[1].state.row.motion.p_world_m.y, 5.0);
+}
+
 TEST(LogRecovery, WhatWasBeforeARestoredStoreIsTooOld) {
   World world;
   store::WriteSet set{9, world_time_ns(1000), {{store::WriteKind::create, {{0, 1}, {}, 9}}}};

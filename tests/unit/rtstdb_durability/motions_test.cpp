@@ -1,0 +1,149 @@
+// Motions leave out in the log what they do not change. Whole engines with every kind of write, several to one entity, over closes, kills and
+// losses of power: what is found again, and every version that the log tells of, is what a snapshot was then, bit for bit.
+
+#include <cmath>
+
+#include "life.hpp"
+#include "rtstdb/log/chronicle.hpp"
+#include "rtstdb/store/motion_words.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+using Rows = std::vector<EntityState>;  // by ascending index
+
+bool same(const EntityState& a, const EntityState& b) {
+  const EntityRow &x = a.row, &y = b.row;
+  return a.id == b.id && a.written_by == b.written_by && x.geometry == y.geometry && x.scale == y.scale &&
+         x.mask == y.mask && x.material == y.material &&
+         store::words_of(x.motion) == store::words_of(y.motion);
+}
+bool same(const Rows& a, const Rows& b) {
+  return std::ranges::equal(a, b, [](const EntityState& x, const EntityState& y) { return same(x, y); });
+}
+
+Rows living(const log::World& world) {
+  Rows rows;
+  for (const EntityState& state : world.rows)
+    if (state.id.valid()) rows.push_back(state);
+  return rows;
+}
+
+/// Holds all that a log tells to what was.
+class Held final : public log::ChronicleListener {
+ public:
+  explicit Held(const std::map<Version, Rows>& images) : images_(images) {}
+  void world(const log::World& world) override { expect_known(world); }
+  void geometry(const log::WorldGeometry&) override {}
+  void commit(const store::WriteSet& set, const log::World& now, std::uint64_t) override {
+    ++commits;
+    for (const store::Write& write : set.writes)
+      if (write.kind == store::WriteKind::update_motion) ++motions;
+    expect_known(now);
+  }
+  void gap(const log::Gap& gap) override { ADD_FAILURE() << "a gap from " << gap.first; }
+  void untold(const log::Gap&, std::uint64_t) override {}
+
+  int commits = 0, motions = 0;
+
+ private:
+  void expect_known(const log::World& world) {
+    const auto image = images_.find(world.latest.version);
+    ASSERT_NE(image, images_.end()) << "version " << world.latest.version << " never was";
+    EXPECT_TRUE(same(living(world), image->second)) << "version " << world.latest.version;
+  }
+  const std::map<Version, Rows>& images_;
+};
+
+class Motions : public testing::TestWithParam<DurabilityMode> {
+ protected:
+  std::uint32_t below(std::uint32_t limit) { return static_cast<std::uint32_t>(random_() % limit); }
+  Motion changed(Motion motion) {
+    if (below(2) == 0) motion.p_world_m.x += 0.5;
+    if (below(3) == 0) motion.p_world_m.y = -motion.p_world_m.y;  // another zero
+    if (below(3) == 0) motion.v_world_mps.z = 5e-324;
+    if (below(3) == 0) motion.w_world_radps.x = below(2) == 0 ? -0.0 : 0.0;
+    const double angle = below(70) * 0.1;
+    if (below(3) == 0) motion.q_world = {std::cos(angle), 0.0, -0.0, std::sin(angle)};
+    if (below(3) == 0) motion.valid_from = world_time_ns(below(5));
+    return motion;
+  }
+  /// Up to eight writes, often to an entity that was written to before. Whether there are any.
+  bool declare(Transaction& transaction, Rows rows) {
+    bool any = false;
+    std::size_t room = Model::room - rows.size();
+    for (std::uint32_t writes = 1 + below(8); writes > 0; --writes) {
+      const std::uint32_t kind = below(10);
+      if (rows.empty() || kind < 2) {
+        if (room == 0) continue;
+        --room;
+        any = true;
+        EntityRow row = body(below(1u << 30));
+        row.motion = changed({});
+        transaction.create(row);
+        continue;
+      }
+      EntityState& state = rows[below(2) == 0 ? 0 : below(static_cast<std::uint32_t>(rows.size()))];
+      state.row.motion = changed(state.row.motion);
+      if (kind < 7) transaction.update_motion(state.id, state.row.motion);
+      if (kind >= 7 && kind < 9) transaction.update(state.id, state.row);
+      if (kind == 9) {
+        transaction.remove(state.id);
+        rows.erase(rows.begin() + (&state - rows.data()));
+      }
+      any = true;
+    }
+    return any;
+  }
+  void live(Life& life) {
+    const auto transaction = life.engine.make_transaction(room_for(8, 0, 0));
+    for (int k = 0; k < 40; ++k) {
+      transaction->begin({});
+      if (!declare(*transaction, images_.rbegin()->second)) continue;
+      const Outcome& outcome = life.execute(*transaction);
+      ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
+      images_[outcome.version] = life.engine.snapshot(ReadAt::latest()).value();
+    }
+  }
+  void end(Life& life) {
+    const std::uint32_t way = below(3);
+    if (way == 1) disk_.kill();
+    if (way == 2) disk_.crash();
+    life.engine.close();
+  }
+
+  std::mt19937_64 random_{7};
+  SimulatedDisk disk_{7};
+  std::map<Version, Rows> images_{{0, {}}};
+};
+
+INSTANTIATE_TEST_SUITE_P(Durability, Motions, every_mode(), mode_name);
+
+TEST_P(Motions, AreWhatTheyWere) {
+  int commits = 0;
+  int motions = 0;
+  for (int life_number = 0; life_number < 40 / one_in && !HasFailure(); ++life_number) {
+    SCOPED_TRACE("life " + std::to_string(life_number));
+    LifeOptions options;
+    options.mode = GetParam();
+    options.flush_interval = Nanoseconds(100'000);
+    options.checkpoint_every_bytes = 2048u << below(4);
+    Life life(disk_, options);
+    const Version found = life.log().recovery().version;
+    ASSERT_TRUE(images_.contains(found)) << life.log().recovery().in_words;
+    EXPECT_TRUE(same(life.engine.snapshot(ReadAt::latest()).value(), images_.at(found)));
+    images_.erase(images_.upper_bound(found), images_.end());
+    Held held(images_);
+    const auto read = log::read_chronicle(disk_, false, held);
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    commits += held.commits;
+    motions += held.motions;
+    live(life);
+    end(life);
+  }
+  EXPECT_GT(commits, 1000 / one_in / one_in);
+  EXPECT_GT(motions, commits / 2);
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test
