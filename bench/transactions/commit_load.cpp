@@ -1,5 +1,8 @@
 #include "bench/transactions/commit_load.hpp"
 
+#include <glm/ext/quaternion_double.hpp>
+#include <glm/gtc/quaternion.hpp>
+
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -18,6 +21,16 @@ bool same_state(const rtstdb::EntityState& a, const rtstdb::EntityState& b) {
          x.mask == y.mask && x.material == y.material && x.motion.p_world_m == y.motion.p_world_m &&
          x.motion.q_world == y.motion.q_world && x.motion.v_world_mps == y.motion.v_world_mps &&
          x.motion.w_world_radps == y.motion.w_world_radps && x.motion.valid_from == y.motion.valid_from;
+}
+
+void change_the_rest(rtstdb::Motion& motion) {
+  const glm::dquat turn(0.9999, 0.008, 0.008, 0.008);
+  motion.p_world_m.y += 0.001;
+  motion.p_world_m.z += 0.001;
+  motion.q_world = glm::normalize(motion.q_world * turn);
+  motion.v_world_mps += 0.001;
+  motion.w_world_radps += 0.000'1;
+  motion.valid_from += rtstdb::Nanoseconds(1);
 }
 
 }  // namespace
@@ -58,6 +71,7 @@ void CommitLoad::once() {
     for (std::uint32_t row = 0; row < options_.rows; ++row) {
       rtstdb::Motion& motion = states_[next_].motion;
       motion.p_world_m.x += 0.001;
+      if (options_.turns) change_the_rest(motion);
       transaction->update_motion(ids_[next_], motion);
       next_ = (next_ + 1) % entity_count;
     }

@@ -24,12 +24,13 @@ void settle(rtstdb::Database& logged) {
 struct Size {
   std::uint32_t rows;
   int times, rounds;
+  bool turns = false;
 };
 
 Figure async_beside_volatile(const std::string& name, const Size& size) {
   const Folder folder;
-  CommitLoad without({.rows = size.rows});
-  CommitLoad logged({.rows = size.rows, .durability = {.directory = folder.path()}});
+  CommitLoad without({.rows = size.rows, .turns = size.turns});
+  CommitLoad logged({.rows = size.rows, .turns = size.turns, .durability = {.directory = folder.path()}});
   without.rate(size.times);
   logged.rate(size.times);
   settle(logged.database());
@@ -63,7 +64,10 @@ std::vector<Figure> measure_durability(const SuiteOptions& options) {
   // A thousand rows are 128 kB of log, which is more than disks take: so many in one round that the ring holds them.
   const Size small = options.tiny ? Size{1, 400, 1} : Size{1, 20'000, 61};
   const Size large = options.tiny ? Size{1000, 2, 1} : Size{1000, 100, 121};
+  Size turning = small;
+  turning.turns = true;
   return {async_beside_volatile("durability_async_vs_volatile", small),
+          async_beside_volatile("durability_async_vs_volatile_turning", turning),
           async_beside_volatile("durability_async_vs_volatile_1000_rows", large)};
 }
 

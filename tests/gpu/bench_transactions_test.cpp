@@ -41,6 +41,7 @@ constexpr Expected expected_figures[] = {
     {"update_and_64_rays_p99", "us", ""},
     {"update_and_64_rays_p999", "us", ""},
     {"durability_async_vs_volatile", "commit/s", "ours, volatile"},
+    {"durability_async_vs_volatile_turning", "commit/s", "ours, volatile"},
     {"durability_async_vs_volatile_1000_rows", "commit/s", "ours, volatile"},
     {"log_bandwidth", "MB/s", "pwrite + fdatasync"},
     {"log_bandwidth_64_kB", "MB/s", "pwrite + fdatasync"},
