@@ -10,7 +10,6 @@
 
 namespace rtstdb::log {
 
-inline constexpr std::size_t motion_bytes = sizeof(StoredMotion);
 inline constexpr std::size_t row_bytes = sizeof(StoredLook) + sizeof(StoredMotion);
 
 void put_motion(ByteWriter& writer, const Motion& motion) noexcept;
