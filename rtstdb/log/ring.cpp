@@ -8,8 +8,9 @@
 
 namespace rtstdb::log {
 
-Ring::Ring(std::size_t bytes) : pages_(round_up(bytes, 8)), bytes_(pages_.bytes()) {
+Ring::Ring(std::size_t bytes) : pages_(round_up(bytes, 8)) {
   RTSTDB_ASSERT(bytes >= 64);
+  bytes_ = pages_.bytes();
 }
 
 bool Ring::room_for(std::size_t bytes, std::size_t more) const noexcept {

@@ -69,9 +69,9 @@ class Ring {
   /// The head from which the end was left out last. The next time is not before those behind it were taken.
   std::atomic<std::uint64_t> left_out_from_{0};
   std::atomic<std::size_t> high_water_{0};
-  WholePages pages_;
-  std::span<std::byte> bytes_;
+  std::span<std::byte> bytes_;  // of the pages
   alignas(64) std::atomic<std::uint64_t> tail_{0};
+  WholePages pages_;
 };
 
 }  // namespace rtstdb::log
