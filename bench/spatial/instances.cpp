@@ -29,15 +29,32 @@ double doubt_in_entity(const MovingBodies& bodies, const rtstdb::Ray& ray, const
   return lambda_doubt(bodies.meshes[row.geometry.index], claimed.triangle, local, aside_m / smallest_scale);
 }
 
+/// From the middle, row after row, while the window passes.
+std::vector<rtstdb::Ray> scan(std::uint32_t width, std::uint32_t height, float lambda_max) {
+  std::vector<rtstdb::Ray> rays = camera_rays(width, height);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    rays[i].origin_m = {};
+    rays[i].lambda_max = lambda_max;
+    rays[i].t = rtstdb::world_time_ns(window_ns * static_cast<std::int64_t>(i) /
+                                      static_cast<std::int64_t>(rays.size()));
+  }
+  return rays;
+}
+
+struct Question {
+  std::string name;
+  std::vector<rtstdb::Ray> rays;
+};
+
 }  // namespace
 
 std::vector<Figure> measure_instances(const SuiteOptions& options) {
-  const std::string name = "ray_moving_instances";
   const int rounds = options.tiny ? 1 : 9;
-  const std::uint32_t ray_count = options.tiny ? 4096 : 1u << 19;
+  const std::uint32_t width = options.tiny ? 64 : 1024;
+  const std::uint32_t height = options.tiny ? 64 : 512;
   const float half_m = options.tiny ? 8.0f : 50.0f;
+  const float reach_m = options.tiny ? 8.0f : 40.0f;
   const MovingBodies bodies = moving_bodies(options.tiny ? 100 : 10'000, half_m, 3);
-  const auto rays = timed_rays(ray_count, half_m, options.tiny ? 8.0f : 40.0f, window_ns, 4);
 
   OurWorld world(static_cast<std::uint32_t>(bodies.rows.size()));
   for (const rtstdb::TriangleMesh& mesh : bodies.meshes)
@@ -46,19 +63,26 @@ std::vector<Figure> measure_instances(const SuiteOptions& options) {
   const EmbreeInstances peer(bodies.meshes, bodies.rows,
                              {rtstdb::world_time_ns(0), rtstdb::world_time_ns(window_ns)});
 
-  auto ours = ask_rays(world, rays, rtstdb::RayMode::closest);
-  std::vector<PeerHit> theirs(rays.size());
-  const auto run_peer = [&] { peer.closest(rays, theirs); };
-  ours.run();
-  run_peer();
-  demand_same_closest({name, sideways_m,
-                       [&](std::size_t ray, const JudgedHit& claimed, double aside_m) {
-                         return doubt_in_entity(bodies, rays[ray], claimed, aside_m);
-                       }},
-                      ours.query().hits(), theirs);
-
-  return rates(
-      {name, mega_rays, rays.size(), rounds, [&] { return ours.run(); }, embree_version(), run_peer});
+  const Question questions[] = {
+      {"ray_moving_instances", timed_rays(width * height, half_m, reach_m, window_ns, 4)},
+      {"ray_moving_instances_scan", scan(width, height, reach_m)}};
+  std::vector<Figure> figures;
+  for (const auto& [name, rays] : questions) {
+    auto ours = ask_rays(world, rays, rtstdb::RayMode::closest);
+    std::vector<PeerHit> theirs(rays.size());
+    const auto run_peer = [&] { peer.closest(rays, theirs); };
+    ours.run();
+    run_peer();
+    demand_same_closest({name, sideways_m,
+                         [&](std::size_t ray, const JudgedHit& claimed, double aside_m) {
+                           return doubt_in_entity(bodies, rays[ray], claimed, aside_m);
+                         }},
+                        ours.query().hits(), theirs);
+    for (Figure& figure : rates(
+             {name, mega_rays, rays.size(), rounds, [&] { return ours.run(); }, embree_version(), run_peer}))
+      figures.push_back(std::move(figure));
+  }
+  return figures;
 }
 
 }  // namespace hil::bench

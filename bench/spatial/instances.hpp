@@ -8,7 +8,7 @@
 
 namespace hil::bench {
 
-/// ray_moving_instances, and ray_moving_instances_device by the device's own time alone. Throws
+/// ray_moving_instances and ray_moving_instances_scan, and each with _device by the device's own time alone. Throws
 /// std::runtime_error when the sides disagree.
 std::vector<Figure> measure_instances(const SuiteOptions& options);
 

@@ -16,8 +16,9 @@ constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
 Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t size_bytes,
                               bool holds_nodes) {
   gpu::BufferOptions options{.name = name, .size_bytes = size_bytes};
-  options.texel_uint4 = holds_nodes;
+  options.texel_uint4 = true;
   options.texel_float4 = !holds_nodes;
+  options.texel_image = true;
   return device.create_buffer(options);
 }
 

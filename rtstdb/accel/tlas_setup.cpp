@@ -88,6 +88,8 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   rows.texel_uint4 = true;
   gpu::BufferOptions instances{.name = name + " instances", .size_bytes = 2 * instance_bytes * late_base_};
   instances.texel_float4 = true;
+  instances.texel_uint4 = true;
+  instances.texel_image = true;
   gpu::BufferOptions centers{.name = name + " centers", .size_bytes = 16 * n};
   centers.texel_float4 = true;
   gpu::BufferOptions identities{
@@ -97,6 +99,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   gpu::BufferOptions nodes{.name = name + " nodes",
                            .size_bytes = 16 * shared::tlas_node_texels * nodes_count};
   nodes.texel_uint4 = true;
+  nodes.texel_image = true;
   gpu::BufferOptions motion_boxes{.name = name + " motion boxes", .size_bytes = 48 * (n + nodes_count)};
   motion_boxes.texel_uint4 = true;
   const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {

@@ -18,7 +18,7 @@ vk::raii::DescriptorPool create_pool(const vk::raii::Device& device, std::string
 
 const vk::raii::BufferView& view_of(const Buffer::Impl& buffer, char letter) {
   const vk::raii::BufferView& view = letter == 'F' ? buffer.texel_float4 : buffer.texel_uint4;
-  RTSTDB_ASSERT(*view != vk::BufferView{} && (letter != 'I' || buffer.options.texel_store));
+  RTSTDB_ASSERT(*view != vk::BufferView{} && (letter != 'I' || buffer.options.texel_image));
   return view;
 }
 

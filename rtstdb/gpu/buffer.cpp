@@ -13,7 +13,7 @@ vk::BufferUsageFlags usage_of(const BufferOptions& options) {
   using Usage = vk::BufferUsageFlagBits;
   vk::BufferUsageFlags usage = Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst;
   if (options.texel_uint4 || options.texel_float4) usage |= Usage::eUniformTexelBuffer;
-  if (options.texel_store) usage |= Usage::eStorageTexelBuffer;
+  if (options.texel_image) usage |= Usage::eStorageTexelBuffer;
   if (options.indirect) usage |= Usage::eIndirectBuffer;
   return usage;
 }

@@ -63,8 +63,9 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen,
       pipeline_cache(device,
                      vk::PipelineCacheCreateInfo({}, options.compiled.size(), options.compiled.data())) {
   const auto chain =
-      physical_device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceMaintenance3Properties,
-                                     vk::PhysicalDeviceMaintenance4Properties>();
+      physical_device
+          .getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceMaintenance3Properties,
+                          vk::PhysicalDeviceMaintenance4Properties, vk::PhysicalDeviceSubgroupProperties>();
   const auto& core = chain.get<vk::PhysicalDeviceProperties2>().properties.limits;
   limits.max_storage_range_bytes = core.maxStorageBufferRange;
   limits.storage_alignment_bytes = core.minStorageBufferOffsetAlignment;
@@ -73,6 +74,9 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen,
   const std::size_t max_buffer_bytes = chain.get<vk::PhysicalDeviceMaintenance4Properties>().maxBufferSize;
   limits.max_allocation_bytes = std::min<std::size_t>(
       chain.get<vk::PhysicalDeviceMaintenance3Properties>().maxMemoryAllocationSize, max_buffer_bytes);
+  const auto& subgroups = chain.get<vk::PhysicalDeviceSubgroupProperties>();
+  if (subgroups.supportedOperations & vk::SubgroupFeatureFlagBits::eShuffle)
+    limits.shuffled_lanes = subgroups.subgroupSize;
   max_group_size = std::min(core.maxComputeWorkGroupSize[0], core.maxComputeWorkGroupInvocations);
   max_allocations = core.maxMemoryAllocationCount;
   timestamp_period_ns = static_cast<double>(core.timestampPeriod);

@@ -37,7 +37,7 @@ struct BufferOptions {
   Memory memory = Memory::device;
   bool texel_uint4 = false;   ///< may be bound as View::texel_uint4
   bool texel_float4 = false;  ///< may be bound as View::texel_float4
-  bool texel_store = false;   ///< with texel_uint4: shaders may store whole texels
+  bool texel_image = false;   ///< with texel_uint4: shaders may load and store whole texels of an image
   bool indirect = false;      ///< may hold dispatch counts
   /// The buffer's bytes are these, at least size_bytes, which outlive it. Memory::upload or readback. Where the device
   /// can not take memory of the host in, it has bytes of its own, and push and pull copy.
@@ -221,6 +221,7 @@ struct DeviceLimits {
   std::size_t max_texel_elements = 0;
   std::uint32_t max_groups = 0;  ///< per dispatch
   std::size_t max_allocation_bytes = 0;
+  std::uint32_t shuffled_lanes = 0;  ///< lanes of a subgroup, where they may shuffle; 0: they may not
 };
 
 class Device {

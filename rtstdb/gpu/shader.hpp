@@ -2,7 +2,7 @@
 // The table of all shaders. shaders/table.def holds one line per shader:
 //     SHADER(trace_closest, "query/trace_closest.comp", 64, RayArgs, "TTTTSS")
 // name, source under shaders/, local_size_x, the struct of its push constants (shaders/shared), and one
-// letter per binding in order: S storage, T texel buffer of uvec4, F of vec4, I of uvec4 for stores. A shader without
+// letter per binding in order: S storage, T texel buffer of uvec4, F of vec4, I of uvec4 as an image. A shader without
 // push constants says NoArgs. The build compiles every line, validates it and embeds it; the device checks at
 // load that the compiled code says the same.
 

@@ -8,7 +8,8 @@ namespace {
 
 /// What the device is asked for when it is opened (required_features.cpp), in SPIR-V's numbers: Shader,
 /// Float64, Int64, SampledBuffer, ImageBuffer, ImageQuery, subgroup basic, vote, arithmetic, ballot.
-constexpr std::array<std::uint32_t, 10> granted_capabilities{1, 10, 11, 46, 47, 50, 61, 62, 63, 64};
+/// And shuffles, which only kernels have that are made where DeviceLimits::shuffled_lanes allows it.
+constexpr std::array<std::uint32_t, 11> granted_capabilities{1, 10, 11, 46, 47, 50, 61, 62, 63, 64, 65};
 
 std::string sentence(const ShaderInfo& table, const std::string& of_table, const std::string& of_code) {
   return "shader " + std::string(table.name) + " (" + std::string(table.source) + "): the table says " +

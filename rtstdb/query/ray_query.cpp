@@ -9,6 +9,7 @@
 
 #include "rtstdb/query/element_check.hpp"
 #include "rtstdb/query/late_policy.hpp"
+#include "rtstdb/query/ray_coherence.hpp"
 
 namespace rtstdb::query {
 namespace {
@@ -75,17 +76,20 @@ Result<void> check_hits_per_ray(const RayQueryOptions& options) {
   return {};
 }
 
-/// The kernel for rays that all ask at one instant, where there is one, and that for all others.
-std::vector<gpu::ShaderId> shaders_of(const RayQueryOptions& options) {
+/// In the order of GpuRayQuery::kernel_for; a list of hits has one kernel for all rays.
+std::vector<gpu::ShaderId> shaders_of(const RayQueryOptions& options, bool packets) {
+  using enum gpu::ShaderId;
   switch (options.mode) {
     case RayMode::any:
-      return {gpu::ShaderId::ray_any, gpu::ShaderId::ray_any_moving};
+      return packets ? std::vector{ray_any, ray_any_moving, ray_any_packet, ray_any_packet_moving}
+                     : std::vector{ray_any, ray_any_moving};
     case RayMode::first:
-      return {options.hits_per_ray <= 4 ? gpu::ShaderId::ray_first_4 : gpu::ShaderId::ray_first_16};
+      return {options.hits_per_ray <= 4 ? ray_first_4 : ray_first_16};
     case RayMode::closest:
       break;
   }
-  return {gpu::ShaderId::ray_closest, gpu::ShaderId::ray_closest_moving};
+  return packets ? std::vector{ray_closest, ray_closest_moving, ray_closest_packet, ray_closest_packet_moving}
+                 : std::vector{ray_closest, ray_closest_moving};
 }
 
 }  // namespace
@@ -118,10 +122,10 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
 Result<void> GpuRayQuery::move_to(gpu::Device& device) {
   leave_device();
   max_groups_ = device.limits().max_groups;
-  for (const gpu::ShaderId shader : shaders_of(options_)) {
+  for (const gpu::ShaderId shader : shaders_of(options_, device.limits().shuffled_lanes == rays_per_packet)) {
     auto pipeline = device.create_pipeline(shader);
     if (!pipeline) return pipeline.error();
-    kernels_.push_back({.pipeline = std::move(pipeline).value(), .bindings = {}});
+    kernels_.push_back({.shader = shader, .pipeline = std::move(pipeline).value(), .bindings = {}});
   }
   return create_buffers(device);
 }
@@ -150,7 +154,7 @@ Result<void> GpuRayQuery::create_buffers(gpu::Device& device) {
       {&some_incomplete_, texels(" incomplete", 16, gpu::Memory::readback)}};
   for (std::size_t place = 0; place < hits_.size(); ++place) {
     auto hits = texels(" hits", hit_memory_[place].size_bytes(), gpu::Memory::readback);
-    hits.texel_store = true;
+    hits.texel_image = true;
     hits.host = &hit_memory_[place];
     buffers.emplace_back(&hits_[place], hits);
   }
@@ -186,6 +190,7 @@ std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource&
     carried_ = carried_ || ray.carrier.valid();
   }
   if (count == 0) return std::nullopt;
+  side_by_side_ = run_side_by_side(rays.first(count));
   times.first = std::min(times.first, options_.ignore_motion ? rows.time() : span.first);
   times.last = std::max(times.last, options_.ignore_motion ? rows.time() : span.last);
   return std::nullopt;
@@ -220,9 +225,8 @@ Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& p
                                       &hits_[place / slots_],
                                       &some_incomplete_,
                                       &tlas.places(slot)};
-      const bool moving = &kernel == &kernels_.back();
-      auto bindings = device.create_bindings(kernel.pipeline,
-                                             std::span(buffers).first(std::size(buffers) - (moving ? 0 : 1)));
+      auto bindings = device.create_bindings(
+          kernel.pipeline, std::span(buffers).first(gpu::shader_info(kernel.shader).bindings.size()));
       if (!bindings) return bindings.error();
       kernel.bindings.push_back(std::move(bindings).value());
     }
@@ -267,10 +271,16 @@ void GpuRayQuery::record_again(PlaceRange range, const RowSource& rows, const ac
   dispatch(range, answered_, true, rows, view, recorder);
 }
 
+const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, bool side_by_side) const noexcept {
+  const std::size_t wanted = (moving ? 1u : 0u) + (side_by_side ? 2u : 0u);
+  return kernels_[wanted % kernels_.size()];
+}
+
 void GpuRayQuery::dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone, const RowSource& rows,
                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const double window_s = seconds_between(view.window_begin, view.window_end);
-  const Kernel& kernel = carried_ || window_s > 0.0 ? kernels_.back() : kernels_.front();
+  // Few are asked again, from all over the batch.
+  const Kernel& kernel = kernel_for(carried_ || window_s > 0.0, side_by_side_ && !alone);
   shared::RayArgs args{.root = view.root,
                        .count = end_ray,
                        .alone = alone ? 1u : 0u,

@@ -57,12 +57,15 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void let_fall() noexcept override { places_.let_fall(); }
 
  private:
-  /// A kernel for rays of the world that all ask at one instant, and a dearer one for all others.
   struct Kernel {
+    gpu::ShaderId shader;
     gpu::Pipeline pipeline;
     std::vector<gpu::Bindings> bindings;  // one per slot, for each place of hits
   };
 
+  /// `moving`: not all rays stand in the world and ask at one instant. Where there are fewer kernels, the one that
+  /// answers the same.
+  const Kernel& kernel_for(bool moving, bool side_by_side) const noexcept;
   /// Groups from `first` to before `end`, in pieces where the device runs fewer at once. `end_ray`: no ray from there
   /// on is asked.
   void dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone, const RowSource& rows,
@@ -80,7 +83,9 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   RayQueryOptions options_;
   std::uint32_t answered_ = 0;
   AnswerPlaces places_;
-  mutable bool carried_ = false;           // what check saw in the batch that is recorded next
+  // What check saw in the batch that is recorded next.
+  mutable bool carried_ = false;
+  mutable bool side_by_side_ = false;
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
   std::uint32_t max_groups_ = 0;
   std::uint32_t slots_ = 0;

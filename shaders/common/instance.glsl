@@ -96,17 +96,12 @@ vec4 orientation_of(Instance i, int t_ns) { return orientation_at(i.q, i.w, sinc
 // The centre of the instance's bounds.
 vec3 center_at(Instance i, int t_ns) { return position_of(i, t_ns) + rotate(orientation_of(i, t_ns), i.box_center * i.scale); }
 
-// What a query needs first; the box is read only where it is used.
-Instance fetch_instance(samplerBuffer instances, uint index) {
-  const int base = int(index * instance_texels);
-  const vec4 t0 = texelFetch(instances, base);
-  const vec4 t2 = texelFetch(instances, base + 2);
-  const vec4 t3 = texelFetch(instances, base + 3);
-  const vec4 t4 = texelFetch(instances, base + 4);
+// What a query needs first of an instance, its first five texels; the box is read only where it is used.
+Instance instance_from(vec4 t0, vec4 t1, vec4 t2, vec4 t3, vec4 t4) {
   Instance instance;
   instance.p = t0.xyz;
   instance.mask = floatBitsToUint(t0.w);
-  instance.q = texelFetch(instances, base + 1);
+  instance.q = t1;
   instance.v = t2.xyz;
   instance.blas_root = floatBitsToUint(t2.w);
   instance.w = t3.xyz;
@@ -116,6 +111,12 @@ Instance fetch_instance(samplerBuffer instances, uint index) {
   instance.closed = (from_and_closed & instance_closed_bit) != 0u;
   instance.from_ns = int(from_and_closed & ~instance_closed_bit);
   return instance;
+}
+
+Instance fetch_instance(samplerBuffer instances, uint index) {
+  const int base = int(index * instance_texels);
+  return instance_from(texelFetch(instances, base), texelFetch(instances, base + 1), texelFetch(instances, base + 2),
+                       texelFetch(instances, base + 3), texelFetch(instances, base + 4));
 }
 
 void fetch_instance_box(samplerBuffer instances, uint index, inout Instance instance) {

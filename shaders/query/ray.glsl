@@ -1,9 +1,14 @@
 // The body of the ray queries: reads a ray, traces it, writes the hit. See rtstdb/query.hpp for what the fields mean.
 //
 // Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants or
-// some of them move with an entity, RAY_LIST as the largest number of hits of each, where that is more than one.
+// some of them move with an entity, RAY_LIST as the largest number of hits of each, where that is more than one, RAY_PACKET
+// where eight neighbours run side by side.
 #include "common/interleave.glsl"
+#ifdef RAY_PACKET
+#include "query/packet.glsl"
+#else
 #include "query/traverse.glsl"
+#endif
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RayArgs args; };
@@ -24,11 +29,11 @@ vec3 velocity_at(Instance i, int t_ns, vec3 point) { return i.v + cross(i.w, poi
 void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, float unit, vec3 v_origin, int t_ns) {
   const int place = int(hit_index * hit_texels);
   const bool hit = found.status == status_hit;
-  const Instance i = fetch_instance(instances, hit ? found.instance : 0u);
+  const Instance i = instance_at(hit ? found.instance : 0u);
   const int corners = int(found.slot * triangle_texels);
-  const vec3 a = texelFetch(triangles, corners).xyz;
-  const vec3 ab = texelFetch(triangles, corners + 1).xyz - a;
-  const vec3 ac = texelFetch(triangles, corners + 2).xyz - a;
+  const vec3 a = triangle_texel(corners).xyz;
+  const vec3 ab = triangle_texel(corners + 1).xyz - a;
+  const vec3 ac = triangle_texel(corners + 2).xyz - a;
   // Normals turn with the body and scale with the inverse. Lengths near one, so that no square vanishes.
   const vec3 n = cross(ab / largest(ab), ac / largest(ac)) / i.scale;
   const vec3 n_world = normalize(rotate(orientation_of(i, t_ns), n / largest(n)));
@@ -47,10 +52,16 @@ void main() {
   // Workgroups are handed to lavapipe's threads in contiguous halves; taking rays crosswise gives both the same work.
   const uint group = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x);
   const uint shared_index = group * 64u + gl_LocalInvocationID.x;
+#ifdef RAY_PACKET
+  // A lane without a ray goes along as the first one, and meets nothing.
+  const bool asks = shared_index < args.count;
+  const uint index = asks ? shared_index : 0u;
+#else
   const bool alone = args.alone != 0u;
   const uint place = args.first + gl_WorkGroupID.x;
   const uint index = alone ? texelFetch(again, int(place >> 2))[place & 3u] : shared_index;
   if ((alone ? gl_LocalInvocationID.x != 0u : index >= args.count)) return;
+#endif
   const int base = int(index * ray_texels);
   const vec4 r0 = texelFetch(rays, base);
   const vec4 r1 = texelFetch(rays, base + 1);
@@ -67,7 +78,7 @@ void main() {
 #ifdef RAY_MOVING
   const uint carrier = floatBitsToUint(r2.w);
   if (carrier != no_entity) {
-    const Instance i = fetch_instance(instances, places[carrier] + instance_base);
+    const Instance i = instance_at(places[carrier] + instance_base);
     const vec4 q = orientation_of(i, t_ns);
     origin = position_of(i, t_ns) + rotate(q, origin);
     direction = rotate(q, direction);
@@ -84,14 +95,22 @@ void main() {
 #ifdef RAY_LIST
   clear_list();
 #endif
-  const Found found = trace(make_segment(-origin, direction), lambda_min, lambda_max, t_ns, share, instance_base, floatBitsToUint(r2.z), args.root,
-                            args.faces, args.hits_per_ray - 1u, args.two);
+  const Segment world = make_segment(-origin, direction);
+  const uint mask = floatBitsToUint(r2.z);
+#ifdef RAY_PACKET
+  const Found found =
+      trace_packet(asks, world, lambda_min, lambda_max, t_ns, share, instance_base, mask, args.root, args.faces, args.two);
+  if (!asks) return;
+#else
+  const Found found = trace(world, lambda_min, lambda_max, t_ns, share, instance_base, mask, args.root, args.faces,
+                            args.hits_per_ray - 1u, args.two);
+#endif
 #if defined(RAY_LIST)
   for (uint k = 0u; k < args.hits_per_ray; ++k) {
     Found one = nothing_within(lambda_max);
     if (found.status == status_incomplete) one.status = status_incomplete;
     if (found.status != status_incomplete && list_entity[k] != no_entity) {
-      const Segment ray = enter_instance(make_segment(-origin, direction), fetch_instance(instances, list_instance[k]), t_ns);
+      const Segment ray = enter_instance(make_segment(-origin, direction), instance_at(list_instance[k]), t_ns);
       test_triangle(ray, list_slot[k], lambda_min, args.faces, list_instance[k], list_entity[k], one);
     }
     write_hit(index * args.hits_per_ray + k, one, origin, direction, unit, v_origin, t_ns);

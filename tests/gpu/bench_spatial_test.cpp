@@ -102,6 +102,8 @@ constexpr Expected expected_figures[] = {
     {"ray_any_incoherent_device", "Mray/s", ""},
     {"ray_moving_instances", "Mray/s", "Embree 3"},
     {"ray_moving_instances_device", "Mray/s", ""},
+    {"ray_moving_instances_scan", "Mray/s", "Embree 3"},
+    {"ray_moving_instances_scan_device", "Mray/s", ""},
     {"nearest_triangle_k1", "kquery/s", "Embree 3"},
     {"nearest_triangle_k1_device", "kquery/s", ""},
     {"nearest_entity_k8", "kquery/s", "nanoflann 1"},

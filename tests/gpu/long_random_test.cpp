@@ -65,12 +65,17 @@ TEST_P(ManyRays, AgreeWithTheOracle) {
   };
   ask_all(
       [&](const Part& part) {
-        Tally tally = ask(options(RayMode::closest, 1, Faces::both, false), part(0.4));
-        tally += ask(options(RayMode::closest, 1, Faces::both, true), part(0.05));
-        tally += ask(options(RayMode::closest, 1, Faces::front, false), part(0.1));
+        Tally tally = ask(options(RayMode::closest, 1, Faces::both, false), part(0.25));
+        tally += ask_neighbours(options(RayMode::closest, 1, Faces::both, false), part(0.15));
+        tally += ask(options(RayMode::closest, 1, Faces::both, true), part(0.025));
+        tally += ask_neighbours(options(RayMode::closest, 1, Faces::both, true), part(0.025));
+        tally += ask(options(RayMode::closest, 1, Faces::front, false), part(0.05));
+        tally += ask_neighbours(options(RayMode::closest, 1, Faces::front, false), part(0.05));
         tally += ask(options(RayMode::closest, 1, Faces::back, false), part(0.05));
-        tally += ask(options(RayMode::any, 1, Faces::both, false), part(0.2));
-        tally += ask(options(RayMode::any, 1, Faces::both, true), part(0.05));
+        tally += ask(options(RayMode::any, 1, Faces::both, false), part(0.1));
+        tally += ask_neighbours(options(RayMode::any, 1, Faces::both, false), part(0.1));
+        tally += ask(options(RayMode::any, 1, Faces::both, true), part(0.025));
+        tally += ask_neighbours(options(RayMode::any, 1, Faces::both, true), part(0.025));
         tally += ask(options(RayMode::first, 4, Faces::both, false), part(0.1));
         tally += ask(options(RayMode::first, 16, Faces::both, false), part(0.03));
         tally += ask(options(RayMode::first, 3, Faces::back, true), part(0.02));

@@ -76,20 +76,34 @@ Tally RandomQuestions::ask_batches(Query& query, Elements elements, std::size_t 
   return tally;
 }
 
-Tally RandomQuestions::ask(RayQueryOptions wanted, std::size_t count) {
+template <class MakeRay>
+Tally RandomQuestions::ask_rays(RayQueryOptions wanted, std::size_t count, MakeRay make_ray) {
   wanted.capacity = batch;
   const auto query = database().prepare(wanted).value();
   // The query's own span need not be readable at speed.
   std::vector<Ray> rays(batch);
-  return ask_batches(
-      *query, query->rays(), count,
-      [&](const Window& window) {
-        return random_ray(random_, everything_->entities(), scene_, window.first, window.length_s);
-      },
-      [&] {
-        std::ranges::copy(query->rays(), rays.begin());
-        return judge(*everything_, rays, query->hits(), wanted);
-      });
+  return ask_batches(*query, query->rays(), count, make_ray, [&] {
+    std::ranges::copy(query->rays(), rays.begin());
+    return judge(*everything_, rays, query->hits(), wanted);
+  });
+}
+
+Tally RandomQuestions::ask(RayQueryOptions wanted, std::size_t count) {
+  return ask_rays(std::move(wanted), count, [&](const Window& window) {
+    return random_ray(random_, everything_->entities(), scene_, window.first, window.length_s);
+  });
+}
+
+Tally RandomQuestions::ask_neighbours(RayQueryOptions wanted, std::size_t count) {
+  std::vector<Ray> neighbours;
+  std::size_t made = 0;
+  return ask_rays(std::move(wanted), count, [&](const Window& window) {
+    const std::size_t place = made++ % batch % 8;
+    if (place == 0) {
+      neighbours = random_neighbours(random_, everything_->entities(), scene_, window.first, window.length_s);
+    }
+    return neighbours[place];
+  });
 }
 
 Tally RandomQuestions::ask(NearestQueryOptions wanted, std::size_t count) {

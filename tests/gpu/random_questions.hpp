@@ -25,6 +25,8 @@ class RandomQuestions : public DatabaseTest {
   /// Asks `count` questions in batches, each with a window of its own: an instant, or a millisecond to a second, from the version's
   /// time on or some seconds later. The capacity is set here. Stops at the first failure.
   Tally ask(RayQueryOptions wanted, std::size_t count);
+  /// Rays that run side by side, eight after eight; the last of a batch are fewer.
+  Tally ask_neighbours(RayQueryOptions wanted, std::size_t count);
   Tally ask(NearestQueryOptions wanted, std::size_t count);
   Tally ask(RegionQueryOptions wanted, std::size_t count);
   Tally ask(OverlapQueryOptions wanted, std::size_t count);
@@ -41,6 +43,8 @@ class RandomQuestions : public DatabaseTest {
   Window random_window();
   Overlap random_overlap(const Window& window);
   /// `fill(window)`: one element; `judged(query)`: the tally of a batch that was answered.
+  template <class MakeRay>
+  Tally ask_rays(RayQueryOptions wanted, std::size_t count, MakeRay make_ray);
   template <class Query, class Elements, class Fill, class Judged>
   Tally ask_batches(Query& query, Elements elements, std::size_t count, Fill fill, Judged judged);
 

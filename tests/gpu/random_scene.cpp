@@ -104,6 +104,23 @@ Ray random_ray(Random& random, std::span<const EntityState> entities, const Scen
   return ray;
 }
 
+std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> entities,
+                                   const SceneOptions& options, WorldTime first, double window_s) {
+  std::vector<Ray> rays(8, random_ray(random, entities, options, first, window_s));
+  // From neighbours that meet the same triangle to such as meet other entities.
+  const double apart_rad = random.magnitude(1e-6, 0.008);
+  for (Ray& ray : rays) {
+    ray.t = random_time(random, first, window_s);
+    if (random.one_in(2)) ray.origin_m += glm::vec3(1e-3 * random.vector());
+    const glm::dvec3 direction(ray.direction);
+    if (!random.one_in(8)) ray.direction = direction + apart_rad * glm::length(direction) * random.vector();
+    if (random.one_in(8)) ray.mask = static_cast<std::uint32_t>(random.below(16));
+    if (random.one_in(4)) ray.lambda_max *= static_cast<float>(random.uniform(0.7, 1.0));
+    ray.lambda_min = std::min(ray.lambda_min, ray.lambda_max);
+  }
+  return rays;
+}
+
 Region random_region(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                      WorldTime first, double window_s) {
   Region region;

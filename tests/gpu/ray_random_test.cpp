@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include "rtstdb/query/ray_coherence.hpp"
 #include "tests/gpu/random_questions.hpp"
 
 namespace rtstdb::test {
@@ -56,6 +57,17 @@ TEST_P(RandomRays, OfOneSideAgreeWithTheOracle) {
   expect_telling(tally, 0.005);
 }
 
+TEST_P(RandomRays, SideBySideAgreeWithTheOracle) {
+  fill(GetParam().world);
+  const std::size_t some = GetParam().rays / 10;
+  Tally tally = ask_neighbours(RayQueryOptions{.name = "rays"}, 4 * some);
+  tally += ask_neighbours(RayQueryOptions{.name = "rays", .mode = RayMode::any}, 2 * some);
+  tally += ask_neighbours(RayQueryOptions{.name = "rays", .ignore_motion = true}, 2 * some);
+  tally += ask_neighbours(RayQueryOptions{.name = "rays", .mode = RayMode::any, .ignore_motion = true}, some);
+  tally += ask_neighbours(RayQueryOptions{.name = "rays", .faces = Faces::back}, some);
+  expect_telling(tally, 0.005);
+}
+
 INSTANTIATE_TEST_SUITE_P(Sizes, RandomRays, testing::ValuesIn(cases),
                          [](const auto& one) { return std::string(one.param.name); });
 
@@ -89,6 +101,13 @@ class SameAnswers : public DatabaseTest {
 
   /// The same world and rays, made and asked from the beginning.
   std::vector<RayHit> run(std::uint32_t entities) {
+    make(entities, [](auto&&... scene) { return std::vector{random_ray(scene...)}; });
+    return trace(rays_);
+  }
+
+  /// Four thousand rays, as many at a time as `some_rays` makes.
+  template <class SomeRays>
+  void make(std::uint32_t entities, SomeRays some_rays) {
     open({});
     Random random(77);
     const SceneOptions options{.radius_m = entities > 2048 ? 36.0 : 10.0, .version_time = at_s(5.0)};
@@ -100,11 +119,11 @@ class SameAnswers : public DatabaseTest {
       rows.push_back(random_row(random, geometries, options, rows));
     create(rows, options.version_time);
     const auto states = database().snapshot({});
-    rays_.resize(4000);
-    for (Ray& ray : rays_)
-      ray = random_ray(random, states.value(), options, options.version_time, 0.8);
-    // The window is the batch's: one ray at either end keeps it the same whatever the split.
-    return trace(rays_);
+    rays_.clear();
+    while (rays_.size() < 4000) {
+      const auto some = some_rays(random, states.value(), options, options.version_time, 0.8);
+      rays_.insert(rays_.end(), some.begin(), some.end());
+    }
   }
 
   std::vector<Ray> rays_;
@@ -129,6 +148,32 @@ TEST_F(SameAnswers, WhateverTheOrder) {
     for (const std::size_t i : order)
       rays.push_back(rays_[i]);
     EXPECT_EQ(differences(hits, shuffled_back(trace(rays), order)), 0u) << "seed " << seed;
+  }
+}
+
+/// Neighbours that run side by side are traced together, and each by itself when none stands beside another.
+TEST_F(SameAnswers, WhoeverRunsBeside) {
+  for (const std::uint32_t entities : {1u, 200u, 2500u}) {
+    make(entities, [](auto&&... scene) { return random_neighbours(scene...); });
+    std::vector<std::size_t> order(rays_.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, {}, [](std::size_t i) { return i % 8; });
+    std::vector<Ray> apart;
+    for (const std::size_t i : order)
+      apart.push_back(rays_[i]);
+    ASSERT_TRUE(query::run_side_by_side(rays_));
+    ASSERT_FALSE(query::run_side_by_side(apart));
+    for (const bool ignore_motion : {false, true}) {
+      for (const RayMode mode : {RayMode::closest, RayMode::any}) {
+        const auto query = prepare_rays(mode, ignore_motion);
+        const auto beside = trace(*query, rays_);
+        EXPECT_EQ(differences(beside, shuffled_back(trace(*query, apart), order)), 0u)
+            << entities << " entities, mode " << static_cast<int>(mode) << ", motion ignored "
+            << ignore_motion;
+        EXPECT_GT(std::ranges::count(beside, HitStatus::hit, &RayHit::status), 300);
+        EXPECT_GT(std::ranges::count(beside, HitStatus::miss, &RayHit::status), 300);
+      }
+    }
   }
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rtstdb/query/ray_coherence.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 
 namespace rtstdb::test {
@@ -53,14 +54,26 @@ TEST_F(SearchLimits, APileOfTrianglesIsSearchedWholeOrNotAnswered) {
 
 /// On lavapipe eight neighbours in the batch share one allowance of rounds. Whether a ray is answered must
 /// not depend on them, and none may be taken for a miss when the allowance ends.
-TEST_F(SearchLimits, ABatchOfLongSearchesIsAnsweredAsEachAlone) {
+class LongSearches : public SearchLimits, public testing::WithParamInterface<bool> {
+ protected:
+  /// Side by side they are traced together.
+  static std::vector<Ray> rays(Random& random, bool side_by_side) {
+    std::vector<Ray> rays;
+    for (int i = 0; i < 64; ++i) {
+      const glm::vec3 from_m(random.uniform(-3, 3), random.uniform(-3, 3), -20.0);
+      const glm::vec3 aside(random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), 1.0);
+      rays.push_back(side_by_side ? ray_from({0.0f, 0.0f, -20.0f}, glm::vec3(0.2f, 0.2f, 1.0f) * aside)
+                                  : ray_from(from_m, aside));
+    }
+    EXPECT_EQ(query::run_side_by_side(rays), side_by_side);
+    return rays;
+  }
+};
+
+TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
   Random random(21);
   const EntityId wall = create(row_of(add(make_box({50.0, 50.0, 1.0})), {0.0, 0.0, 20.5}));
-  std::vector<Ray> rays;
-  for (int i = 0; i < 64; ++i) {
-    const glm::vec3 from_m(random.uniform(-3, 3), random.uniform(-3, 3), -20.0);
-    rays.push_back(ray_from(from_m, {random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), 1.0}));
-  }
+  const std::vector<Ray> rays = LongSearches::rays(random, GetParam());
   const auto query = prepare_rays();
   std::size_t whole = 0;
   std::size_t cut_short = 0;
@@ -85,6 +98,9 @@ TEST_F(SearchLimits, ABatchOfLongSearchesIsAnsweredAsEachAlone) {
   EXPECT_GT(whole, 64u);
   EXPECT_GT(cut_short, 0u) << "no search came to the limit";
 }
+
+INSTANTIATE_TEST_SUITE_P(Neighbours, LongSearches, testing::Bool(),
+                         [](const auto& one) { return one.param ? "SideBySide" : "Apart"; });
 
 TEST_F(SearchLimits, AHeapOfEntitiesIsSearchedWholeOrNotAnswered) {
   const GeometryId sphere = add(make_sphere(1.0, 1));
@@ -144,31 +160,58 @@ TEST_F(SearchLimits, ARegionFindsAllOrSaysThatItDidNot) {
 
 /// Sizes and places such that each level of a tree holds one more heap and all that is left: heaps of bodies,
 /// and each body heaps of triangles. A ray has to remember something at each level of both trees.
-TEST_F(SearchLimits, AStackThatIsFullIsNoAnswer) {
-  TriangleMesh mesh;
-  constexpr int levels = 21;
-  for (int level = 0; level < levels; ++level) {
-    const auto x = static_cast<float>(1.0 - std::exp2(-level));
-    const float size = 20.0f - 0.8f * static_cast<float>(level);
-    const float height = 0.1f + 0.005f * static_cast<float>(level);
-    const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
-    mesh.positions_m.insert(mesh.positions_m.end(),
-                            {{x - size, -size, -height}, {x + size, -size, height}, {x, size, 0.0f}});
-    mesh.triangles.insert(mesh.triangles.end(), 64, {first, first + 1, first + 2});
+class DeepTrees : public SearchLimits {
+ protected:
+  void fill(int levels, std::size_t heap) {
+    TriangleMesh mesh;
+    for (int level = 0; level < levels; ++level) {
+      const auto x = static_cast<float>(1.0 - std::exp2(-level));
+      const float size = 20.0f - 0.8f * static_cast<float>(level);
+      const float height = 0.1f + 0.005f * static_cast<float>(level);
+      const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+      mesh.positions_m.insert(mesh.positions_m.end(),
+                              {{x - size, -size, -height}, {x + size, -size, height}, {x, size, 0.0f}});
+      mesh.triangles.insert(mesh.triangles.end(), heap, {first, first + 1, first + 2});
+    }
+    const GeometryId heaps = add(mesh);
+    std::vector<EntityRow> rows;
+    for (int level = 0; level < levels; ++level) {
+      EntityRow row = row_of(heaps, {1.0 - std::exp2(-level), 0.0, 0.0});
+      row.scale = glm::dvec3(1.0 - 0.02 * level);
+      rows.insert(rows.end(), heap, row);
+    }
+    create(rows);
   }
-  const GeometryId heaps = add(mesh);
-  std::vector<EntityRow> rows;
-  for (int level = 0; level < levels; ++level) {
-    EntityRow row = row_of(heaps, {1.0 - std::exp2(-level), 0.0, 0.0});
-    row.scale = glm::dvec3(1.0 - 0.02 * level);
-    rows.insert(rows.end(), 64, row);
-  }
-  create(rows);
+  static Ray through() { return ray_from({0.5f, 0.1f, -5.0f}, {0, 0, 1}); }
+};
+
+TEST_F(DeepTrees, AStackThatIsFullIsNoAnswer) {
+  fill(21, 64);
   const auto query = prepare_rays();
-  const Ray rays[] = {ray_from({0.5f, 0.1f, -5.0f}, {0, 0, 1}), ray_from({500.0f, 0.1f, -5.0f}, {0, 0, 1})};
+  const Ray rays[] = {through(), ray_from({500.0f, 0.1f, -5.0f}, {0, 0, 1})};
   EXPECT_EQ(ask(*query, rays).status, Status::truncated);
   EXPECT_EQ(query->hits()[0].status, HitStatus::incomplete);
   EXPECT_EQ(query->hits()[1].status, HitStatus::miss);
+}
+
+/// Rays that are traced together have half the stack, which 21 levels of both trees pass: they are asked again one by one.
+TEST_F(DeepTrees, NeighboursAreAnsweredAsEachAlone) {
+  for (const int levels : {2, 9, 18, 21}) {
+    open({});
+    fill(levels, 9);
+    const auto query = prepare_rays();
+    const std::vector<Ray> rays(16, through());
+    ASSERT_TRUE(query::run_side_by_side(rays));
+    ask(*query, std::span(rays).first(1));
+    const RayHit alone = query->hits()[0];
+    EXPECT_EQ(alone.status, HitStatus::hit) << levels << " levels";
+    EXPECT_EQ(ask(*query, rays).status, Status::committed);
+    for (const RayHit& hit : query->hits()) {
+      EXPECT_EQ(hit.status, HitStatus::hit) << levels << " levels";
+      EXPECT_EQ(hit.entity, alone.entity);
+      EXPECT_EQ(hit.lambda, alone.lambda);
+    }
+  }
 }
 
 }  // namespace
