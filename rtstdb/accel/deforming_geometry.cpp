@@ -95,9 +95,12 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
 Result<void> DeformingGeometry::bind(gpu::Device& device, const RefitPasses& passes, const gpu::Buffer& nodes,
                                      const gpu::Buffer& triangles) {
   const Room room = room_for(static_cast<std::uint32_t>(triangles_.size()));
+  // All of them first: none may stay with buffers that are gone when one after it fails.
   for (Held& held : places_) {
     held.triangles_pass = {};
     held.nodes_pass = {};
+  }
+  for (Held& held : places_) {
     const gpu::BufferPart own_nodes{&nodes, held.at.node_base * node_bytes, room.nodes * node_bytes};
     const gpu::BufferPart own_triangles{&triangles, held.at.leaf_base * triangle_bytes,
                                         triangles_.size() * triangle_bytes};

@@ -111,6 +111,27 @@ TEST_F(DeviceLoss, ThatStaysIsToldAtOnceAndWritesAreCommitted) {
   EXPECT_EQ(added.value(), expected.value());
 }
 
+/// The device lives on, but not all that is there could be connected to a pool that had grown: nobody waits for it for ever.
+TEST_F(DeviceLoss, OfAPoolThatIsNotWhole) {
+  const TriangleMesh more_than_the_pool_has = make_sphere(0.8, 6);
+  bool added = false;
+  int refused = 0;
+  for (int calls = 0; !added && !HasFailure(); ++calls) {
+    SCOPED_TRACE(testing::Message() << "after " << calls << " calls");
+    loader_.fail("vkAllocateDescriptorSets", FaultLoader::out_of_device_memory, 1, calls);
+    const auto result = lost_.database().add_geometry(more_than_the_pool_has, "large");
+    loader_.fail("vkAllocateDescriptorSets", 0, 0);
+    added = result.ok();
+    refused += added ? 0 : 1;
+    if (!added) {
+      EXPECT_EQ(result.error().code, ErrorCode::out_of_memory) << result.error().message;
+    }
+    for (std::size_t kind = 0; kind < lost_.kinds().size(); kind += 5)
+      expect_same(kind, ++round_);
+  }
+  EXPECT_GT(refused, 0);
+}
+
 /// Half a second, or half of what it takes here and now to open the same database and to ask it: a machine that is
 /// busy, or a sanitizer, makes both slow.
 TEST_F(DeviceLoss, IsFollowedByAnAnswerSoon) {

@@ -53,9 +53,10 @@ constexpr std::array<const char*, function_count> function_names{
 #undef FUNCTION_NAME
         "vkCreateDevice"};
 
-/// The result that the next `times` calls give instead of doing anything; 0 times: all is well.
+/// The result that `times` calls give instead of doing anything, behind `after` that are carried out; 0 times: all is well.
 struct Setting {
   std::atomic<int> result{VK_SUCCESS};
+  std::atomic<int> after{0};
   std::atomic<int> times{0};
 };
 std::array<Setting, function_count> settings;
@@ -67,11 +68,16 @@ std::atomic<VkDevice> last_device{VK_NULL_HANDLE};
 std::atomic<int> live_devices{0};
 std::atomic<int> live_allocations{0};
 
+std::atomic<std::uint32_t> groups_allowed{0};  // 0: those that the device allows
+std::atomic<std::uint64_t> groups_recorded{0};
+
 PFN_vkGetInstanceProcAddr real_get_instance_proc_addr = nullptr;
+PFN_vkGetPhysicalDeviceProperties2 real_get_properties = nullptr;
 PFN_vkGetDeviceProcAddr real_get_device_proc_addr = nullptr;
 std::array<PFN_vkVoidFunction, function_count> real_functions{};
 PFN_vkDestroyDevice real_destroy_device = nullptr;
 PFN_vkFreeMemory real_free_memory = nullptr;
+PFN_vkCmdDispatch real_dispatch = nullptr;
 
 /// A device that is lost has nothing under way any more.
 void lose() {
@@ -87,7 +93,9 @@ void lose() {
 /// What the call gives instead of doing anything; VK_SUCCESS: it is carried out.
 VkResult fault_of(Function function) {
   Setting& setting = settings[function];
-  if (setting.times > 0) {
+  if (setting.after > 0) {
+    --setting.after;
+  } else if (setting.times > 0) {
     --setting.times;
     return static_cast<VkResult>(setting.result.load());
   }
@@ -129,6 +137,18 @@ VKAPI_ATTR void VKAPI_CALL free_memory(VkDevice device, VkDeviceMemory memory,
   real_free_memory(device, memory, allocator);
 }
 
+VKAPI_ATTR void VKAPI_CALL dispatch(VkCommandBuffer commands, std::uint32_t x, std::uint32_t y,
+                                    std::uint32_t z) {
+  groups_recorded += std::uint64_t{x} * y * z;
+  real_dispatch(commands, x, y, z);
+}
+
+VKAPI_ATTR void VKAPI_CALL get_properties(VkPhysicalDevice physical_device,
+                                          VkPhysicalDeviceProperties2* properties) {
+  real_get_properties(physical_device, properties);
+  if (groups_allowed != 0) properties->properties.limits.maxComputeWorkGroupCount[0] = groups_allowed;
+}
+
 /// A new device is not lost, whatever became of the one before.
 VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical_device,
                                              const VkDeviceCreateInfo* wanted,
@@ -160,6 +180,10 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_proc_addr(VkDevice device, const
     real_free_memory = reinterpret_cast<PFN_vkFreeMemory>(real);
     return reinterpret_cast<PFN_vkVoidFunction>(&free_memory);
   }
+  if (std::strcmp(name, "vkCmdDispatch") == 0) {
+    real_dispatch = reinterpret_cast<PFN_vkCmdDispatch>(real);
+    return reinterpret_cast<PFN_vkVoidFunction>(&dispatch);
+  }
   for (std::size_t k = 0; k < at_vkCreateDevice; ++k) {
     if (real == nullptr || std::strcmp(name, function_names[k]) != 0) continue;
     real_functions[k] = real;
@@ -185,6 +209,10 @@ __attribute__((visibility("default"))) PFN_vkVoidFunction vkGetInstanceProcAddr(
     real_get_device_proc_addr = reinterpret_cast<PFN_vkGetDeviceProcAddr>(real);
     return reinterpret_cast<PFN_vkVoidFunction>(&device_proc_addr);
   }
+  if (std::strcmp(name, "vkGetPhysicalDeviceProperties2") == 0 && real != nullptr) {
+    real_get_properties = reinterpret_cast<PFN_vkGetPhysicalDeviceProperties2>(real);
+    return reinterpret_cast<PFN_vkVoidFunction>(&get_properties);
+  }
   if (std::strcmp(name, "vkCreateDevice") == 0 && real != nullptr) {
     real_functions[at_vkCreateDevice] = real;
     return reinterpret_cast<PFN_vkVoidFunction>(&create_device);
@@ -192,10 +220,12 @@ __attribute__((visibility("default"))) PFN_vkVoidFunction vkGetInstanceProcAddr(
   return real;
 }
 
-__attribute__((visibility("default"))) int set_vulkan_fault(const char* function, int result, int times) {
+__attribute__((visibility("default"))) int set_vulkan_fault(const char* function, int result, int times,
+                                                            int after) {
   for (std::size_t k = 0; k < function_count; ++k) {
     if (std::strcmp(function, function_names[k]) != 0) continue;
     settings[k].result = result;
+    settings[k].after = after;
     settings[k].times = times;
     return 0;
   }
@@ -206,6 +236,14 @@ __attribute__((visibility("default"))) void lose_vulkan_device_at_call(std::uint
   lost_at_call = 0;
   calls = 0;
   lost_at_call = call;
+}
+
+__attribute__((visibility("default"))) void allow_vulkan_groups(std::uint32_t groups) {
+  groups_allowed = groups;
+}
+
+__attribute__((visibility("default"))) std::uint64_t vulkan_groups() {
+  return groups_recorded;
 }
 
 __attribute__((visibility("default"))) std::uint64_t vulkan_calls() {

@@ -21,15 +21,16 @@ class FaultLoader {
   FaultLoader() = default;
   ~FaultLoader() {
     lose_at_call(0);
+    allow_groups(0);
     for (const char* function : touched_)
-      if (function != nullptr) set_(function, 0, 0);
+      if (function != nullptr) set_(function, 0, 0, 0);
   }
   FaultLoader(const FaultLoader&) = delete;
   FaultLoader& operator=(const FaultLoader&) = delete;
 
-  /// The next `times` calls of the function give that result instead of doing anything.
-  void fail(const char* function, int result, int times) {
-    ASSERT_EQ(set_(function, result, times), 0) << function;
+  /// `times` calls of the function give that result instead of doing anything: the next ones, but for the first `after`.
+  void fail(const char* function, int result, int times, int after = 0) {
+    ASSERT_EQ(set_(function, result, times, after), 0) << function;
     for (const char*& touched : touched_) {
       if (touched != nullptr && touched != function) continue;
       touched = function;
@@ -37,6 +38,10 @@ class FaultLoader {
     }
     FAIL() << "more functions than a test should need";
   }
+  /// Devices that are opened from now on say that a dispatch may have so many groups; 0: what is true.
+  void allow_groups(std::uint32_t groups) { allow_groups_(groups); }
+  /// In all dispatches that were ever recorded, but for indirect ones.
+  std::uint64_t groups() const { return groups_(); }
   /// From the n-th call on that can fail, the device is lost, and only another one is not; counted from now on, those
   /// of all devices. 0: never.
   void lose_at_call(std::uint64_t call) { lose_(call); }
@@ -55,8 +60,10 @@ class FaultLoader {
     return reinterpret_cast<Function*>(dlsym(library(), name));
   }
 
-  int (*const set_)(const char*, int, int) = find<int(const char*, int, int)>("set_vulkan_fault");
+  int (*const set_)(const char*, int, int, int) = find<int(const char*, int, int, int)>("set_vulkan_fault");
   void (*const lose_)(std::uint64_t) = find<void(std::uint64_t)>("lose_vulkan_device_at_call");
+  void (*const allow_groups_)(std::uint32_t) = find<void(std::uint32_t)>("allow_vulkan_groups");
+  std::uint64_t (*const groups_)() = find<std::uint64_t()>("vulkan_groups");
   std::uint64_t (*const calls_)() = find<std::uint64_t()>("vulkan_calls");
   int (*const devices_)() = find<int()>("live_vulkan_devices");
   int (*const allocations_)() = find<int()>("live_vulkan_allocations");
