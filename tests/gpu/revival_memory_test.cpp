@@ -1,0 +1,92 @@
+// A call that sets up finds the device lost and has no memory to bring it back: an error to read, and the next call tries again.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+#include <rtstdb/database.hpp>
+
+#include "rtstdb/open_database.hpp"
+#include "tests/gpu/failing_allocation.hpp"
+#include "tests/gpu/fault_loader.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+using gpu::test::FaultLoader;
+using SteadyClock = std::chrono::steady_clock;
+
+#if defined(HIL_TORTURE_LONG)
+constexpr std::uint64_t stride = 7;
+#else
+constexpr std::uint64_t stride = 211;
+#endif
+
+class RevivalWithoutMemory : public testing::Test {
+ protected:
+  void SetUp() override {
+    DatabaseOptions options;
+    if (const char* select = std::getenv("HIL_TEST_GPU")) options.gpu = select;
+    options.max_entities = 16;
+    options.validation = Validation::off;
+    gpu::DeviceOptions device_options;
+    device_options.loader_library = FAULT_LOADER;
+    auto opened = open_database(options, device_options);
+    ASSERT_TRUE(opened.ok()) << opened.error().message;
+    database_ = std::move(opened).value();
+    const GeometryId box = database_->add_geometry(make_box({2.0, 2.0, 2.0}), "box").value();
+    query_ = database_->prepare(RayQueryOptions{.name = "beam", .capacity = 1}).value();
+    query_->rays()[0].origin_m = {-6.0f, 0.0f, 0.0f};
+    transaction_ = database_->make_transaction({.max_writes = 1, .max_queries = 1});
+    transaction_->begin({});
+    EntityRow row;
+    row.geometry = box;
+    transaction_->create(row);
+    ASSERT_EQ(database_->execute(*transaction_).status, Status::committed);
+    ASSERT_EQ(ask(), Status::committed);
+  }
+
+  Status ask() {
+    transaction_->begin({});
+    transaction_->ask(*query_, 1);
+    return database_->execute(*transaction_).status;
+  }
+
+  FaultLoader loader_;
+  std::unique_ptr<Database> database_;
+  std::unique_ptr<RayQuery> query_;
+  std::unique_ptr<Transaction> transaction_;
+};
+
+TEST_F(RevivalWithoutMemory, IsTriedAgain) {
+  std::uint64_t number = 1;
+  std::uint64_t failed = 0;
+  for (bool enough = true; enough; number += stride) {
+    SCOPED_TRACE(testing::Message() << "allocation " << number);
+    loader_.lose_at_call(1);
+    {
+      const FailingAllocation failing(number, FailingAllocation::Then::goes_on);
+      const auto prepared = database_->prepare(RayQueryOptions{.name = "late", .capacity = 1});
+      loader_.lose_at_call(0);
+      enough = failing.happened();
+      failed += prepared.ok() ? 0 : 1;
+      if (!prepared.ok()) {
+        EXPECT_EQ(prepared.error().code, ErrorCode::out_of_memory) << prepared.error().message;
+      }
+    }
+    const auto end = SteadyClock::now() + std::chrono::seconds(20);
+    Status status = ask();
+    while (status == Status::device_lost && SteadyClock::now() < end) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      status = ask();
+    }
+    ASSERT_EQ(status, Status::committed);
+    EXPECT_EQ(query_->hits()[0].status, HitStatus::hit);
+  }
+  EXPECT_GT(failed, 2u) << "of " << number << " allocations";
+}
+
+}  // namespace
+}  // namespace rtstdb::test
