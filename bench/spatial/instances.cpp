@@ -67,19 +67,20 @@ std::vector<Figure> measure_instances(const SuiteOptions& options) {
       {"ray_moving_instances", timed_rays(width * height, half_m, reach_m, window_ns, 4)},
       {"ray_moving_instances_scan", scan(width, height, reach_m)}};
   std::vector<Figure> figures;
-  for (const auto& [name, rays] : questions) {
+  for (const Question& question : questions) {
+    const std::vector<rtstdb::Ray>& rays = question.rays;
     auto ours = ask_rays(world, rays, rtstdb::RayMode::closest);
     std::vector<PeerHit> theirs(rays.size());
     const auto run_peer = [&] { peer.closest(rays, theirs); };
     ours.run();
     run_peer();
-    demand_same_closest({name, sideways_m,
+    demand_same_closest({question.name, sideways_m,
                          [&](std::size_t ray, const JudgedHit& claimed, double aside_m) {
                            return doubt_in_entity(bodies, rays[ray], claimed, aside_m);
                          }},
                         ours.query().hits(), theirs);
-    for (Figure& figure : rates(
-             {name, mega_rays, rays.size(), rounds, [&] { return ours.run(); }, embree_version(), run_peer}))
+    for (Figure& figure : rates({question.name, mega_rays, rays.size(), rounds, [&] { return ours.run(); },
+                                 embree_version(), run_peer}))
       figures.push_back(std::move(figure));
   }
   return figures;

@@ -53,7 +53,7 @@ Result<std::shared_ptr<const KeptGeometry>> GeometryPool::keep(gpu::Device& devi
   } else {
     const DeformingGeometry& geometry = deforming_.back();
     const std::span<const std::uint32_t> levels = builder_.levels();
-    KeptGeometry::Deforming& deforming = kept->deforming.emplace();
+    KeptDeforming& deforming = kept->deforming.emplace();
     deforming = {.mesh = mesh,
                  .options = options,
                  .places = {geometry.at(0), geometry.at(1)},
@@ -109,7 +109,7 @@ Result<void> GeometryPool::bring_back(gpu::Device& device, std::uint32_t index, 
   geometries_.host_as<shared::GeometryRecord>()[index] = kept.record;
   bounds_[index] = kept.bounds;
   if (!kept.deforming) return {};
-  const KeptGeometry::Deforming& deforming = *kept.deforming;
+  const KeptDeforming& deforming = *kept.deforming;
   auto made = DeformingGeometry::create(device, GeometryId{index}, deforming.mesh, deforming.options,
                                         deforming.places);
   if (!made) return made.error();

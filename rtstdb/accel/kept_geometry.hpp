@@ -23,27 +23,28 @@ struct PoolPart {
   std::uint32_t triangle_base = 0, triangle_end = 0;
 };
 
+/// Of one that deforms, besides the nodes of both places, in the order of DeformingGeometry. Triangles and boxes come with the refit to
+/// the shape that is asked for.
+struct KeptDeforming {
+  TriangleMesh mesh;
+  GeometryOptions options;
+  std::array<BlasBuilder::Place, DeformingGeometry::places> places;
+  std::vector<std::byte> order;
+  std::vector<std::uint32_t> levels;
+  float built_burden = 0.0f;
+};
+
 struct KeptGeometry {
   struct Piece {
     std::uint32_t base = 0;  ///< in elements of the pool
     std::vector<std::byte> bytes;
-  };
-  /// Besides the nodes of both places, in the order of DeformingGeometry. Triangles and boxes come with the refit to
-  /// the shape that is asked for.
-  struct Deforming {
-    TriangleMesh mesh;
-    GeometryOptions options;
-    std::array<BlasBuilder::Place, DeformingGeometry::places> places;
-    std::vector<std::byte> order;
-    std::vector<std::uint32_t> levels;
-    float built_burden = 0.0f;
   };
 
   PoolPart part;
   std::vector<Piece> nodes, triangles;
   shared::GeometryRecord record{};
   Bounds bounds;
-  std::optional<Deforming> deforming;
+  std::optional<KeptDeforming> deforming;
 };
 
 /// By index.

@@ -87,6 +87,7 @@ Tlas::Slot& Tlas::least_used(const Slot* but) noexcept {
   for (Slot& slot : slots_) {
     if (&slot != but && (least == nullptr || slot.last_used < least->last_used)) least = &slot;
   }
+  RTSTDB_ASSERT(least != nullptr);
   return *least;
 }
 

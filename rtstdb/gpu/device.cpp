@@ -52,7 +52,8 @@ std::vector<MemoryTraits> describe_memory(const vk::raii::PhysicalDevice& device
 
 }  // namespace
 
-Device::Impl::Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen, const DeviceOptions& options)
+Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& chosen,
+                   const DeviceOptions& options)
     : instance(std::move(instance_in)),
       physical_device(chosen.handle),
       info(chosen.candidate.info),

@@ -34,7 +34,7 @@ struct Device::Impl {
   std::atomic<bool> lost{false};
   std::atomic<std::uint32_t> allocations{0};
 
-  Impl(std::unique_ptr<Instance> instance_in, PhysicalDevice chosen, const DeviceOptions& options);
+  Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& chosen, const DeviceOptions& options);
 
   const vk::raii::DeviceDispatcher& vk() const { return *device.getDispatcher(); }
   void name(vk::ObjectType type, std::uint64_t handle, const std::string& text) const;
