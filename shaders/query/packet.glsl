@@ -96,12 +96,12 @@ Slabs slabs_of(uvec4 head, Segment ray, float lambda_min, float limit) {
   slabs.offset = (uintBitsToFloat(head.xyz) + ray.minus_o) * ray.inverse_d;
   slabs.reach = abs(slabs.slope) * 1.000001;
   slabs.first = floatBitsToInt(lambda_min);
-  slabs.last = floatBitsToInt(limit);
+  slabs.last = floatBitsToInt(limit * 1.000001);
   return slabs;
 }
 
 // Whether the lane's ray enters a box. By its middle and its width, so that no sign of the direction is asked for, in which the
-// rays of a packet may differ. A relative 1e-6 covers rounding; floats are compared as whole numbers, as in traverse.glsl.
+// rays of a packet may differ. A relative 1e-6 covers rounding, of the nearest so far too; floats are compared as whole numbers, as in traverse.glsl.
 bool enters(Slabs slabs, vec3 middle, vec3 width) {
   const vec3 at = middle * slabs.slope + slabs.offset;
   const vec3 reach = width * slabs.reach;

@@ -92,7 +92,8 @@ Slabs slabs_of(uvec4 head, Segment ray, float lambda_min, float limit) {
   slabs.far_offset = slabs.offset * 1.000001;
   slabs.backwards = lessThan(ray.inverse_d, vec3(0.0));
   slabs.first = floatBitsToInt(lambda_min);
-  slabs.last = floatBitsToInt(limit);
+  // Likewise: a box that holds what ties with the nearest so far begins there, but for rounding.
+  slabs.last = floatBitsToInt(limit * 1.000001);
   return slabs;
 }
 

@@ -1,13 +1,18 @@
 #include "tests/gpu/database_test.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <bit>
 #include <cstdlib>
 #include <mutex>
 #include <sstream>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <utility>
+
+#include "rtstdb/query/ray_coherence.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -198,7 +203,20 @@ std::vector<RayHit> DatabaseTest::trace(RayQuery& query, std::span<const Ray> ra
 
 std::vector<RayHit> DatabaseTest::trace(std::span<const Ray> rays, const ReadAt& read_at) {
   if (!closest_) closest_ = prepare_rays();
-  return trace(*closest_, rays, read_at);
+  auto hits = trace(*closest_, rays, read_at);
+  constexpr std::size_t beside = query::rays_per_packet;
+  std::vector<Ray> packets;
+  for (const Ray& ray : rays.first(std::min<std::size_t>(rays.size(), 4096)))
+    packets.insert(packets.end(), beside, ray);
+  const auto together = trace(*closest_, packets, read_at);
+  for (std::size_t i = 0; i < together.size(); ++i) {
+    const RayHit& alone = hits[i / beside];
+    EXPECT_TRUE(same_bits(together[i], alone))
+        << in_words(packets[i]) << ": together entity " << together[i].entity.index << " triangle "
+        << together[i].triangle << " lambda " << together[i].lambda << ", alone " << alone.entity.index
+        << ", " << alone.triangle << ", " << alone.lambda;
+  }
+  return hits;
 }
 
 RayHit DatabaseTest::trace(const Ray& ray, const ReadAt& read_at) {
@@ -226,6 +244,17 @@ oracle::World DatabaseTest::world(const ReadAt& read_at) {
   for (const TriangleMesh& mesh : meshes)
     pointers.push_back(&mesh);
   return {std::move(entities).value(), pointers, version_time};
+}
+
+bool same_bits(const RayHit& a, const RayHit& b) {
+  const auto bits = [](const RayHit& hit) {
+    return std::tuple(hit.status, std::bit_cast<std::uint32_t>(hit.lambda),
+                      std::bit_cast<std::uint32_t>(hit.u), std::bit_cast<std::uint32_t>(hit.v), hit.entity,
+                      hit.mask, hit.material, hit.triangle, hit.front_face,
+                      std::bit_cast<std::array<std::uint32_t, 3>>(hit.n_world),
+                      std::bit_cast<std::array<std::uint32_t, 3>>(hit.v_relative_mps));
+  };
+  return bits(a) == bits(b);
 }
 
 Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits, RayMode mode,

@@ -54,6 +54,7 @@ class DatabaseTest : public testing::Test {
                                          std::uint32_t capacity = 4096);
   /// In batches of the query's capacity; fails the test unless the outcome is committed.
   std::vector<RayHit> trace(RayQuery& query, std::span<const Ray> rays, const ReadAt& read_at = {});
+  /// For the nearest hits; the first few thousand also as packets, each ray beside itself, with the same bits.
   std::vector<RayHit> trace(std::span<const Ray> rays, const ReadAt& read_at = {});
   RayHit trace(const Ray& ray, const ReadAt& read_at = {});
 
@@ -64,6 +65,8 @@ class DatabaseTest : public testing::Test {
   std::unique_ptr<Database> database_;
   std::unique_ptr<RayQuery> closest_;
 };
+
+bool same_bits(const RayHit& a, const RayHit& b);
 
 /// Holds every answer against the oracle, on all processors; fails the test on each that differs.
 Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits,

@@ -1,12 +1,9 @@
 // Random worlds, random rays: every answer of the GPU against the oracle's.
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <numeric>
 #include <ostream>
 #include <string>
-#include <tuple>
 
 #include "rtstdb/query/ray_coherence.hpp"
 #include "tests/gpu/random_questions.hpp"
@@ -80,16 +77,6 @@ class SameAnswers : public DatabaseTest {
     for (std::size_t i = 0; i < hits.size(); ++i)
       back[order[i]] = hits[i];
     return back;
-  }
-  static bool same_bits(const RayHit& a, const RayHit& b) {
-    const auto bits = [](const RayHit& hit) {
-      return std::tuple(hit.status, std::bit_cast<std::uint32_t>(hit.lambda),
-                        std::bit_cast<std::uint32_t>(hit.u), std::bit_cast<std::uint32_t>(hit.v), hit.entity,
-                        hit.mask, hit.material, hit.triangle, hit.front_face,
-                        std::bit_cast<std::array<std::uint32_t, 3>>(hit.n_world),
-                        std::bit_cast<std::array<std::uint32_t, 3>>(hit.v_relative_mps));
-    };
-    return bits(a) == bits(b);
   }
   static std::size_t differences(const std::vector<RayHit>& a, const std::vector<RayHit>& b) {
     EXPECT_EQ(a.size(), b.size());
