@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 Json point_json(const rtstdb::VersionInfo& version);
 
 /// Both forms of one answer.
-struct Told {
+struct Told {  // NOLINT(bugprone-exception-escape): taken for one that moves JSON without noexcept
   std::string text;
   Json json;
 };

@@ -8,7 +8,9 @@
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/run/session.hpp"
 
-int main(int argc, char** argv) {
+namespace {
+
+int command_line(int argc, char** argv) {
   CLI::App app("hil: a hardware-in-the-loop real-time runtime");
   app.set_version_flag("--version", HIL_VERSION);
   app.require_subcommand(1);
@@ -25,12 +27,19 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     const int answer = app.exit(error);
     return answer == 0 ? 0 : hil::run::exit_bad_config;
-  } catch (const std::bad_alloc&) {
-    std::fputs("hil: memory ran out\n", stderr);
-    return hil::run::exit_internal;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "hil: internal fault: %s\n", error.what());
-    return hil::run::exit_internal;
   }
   return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return command_line(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fputs("hil: memory ran out\n", stderr);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hil: internal fault: %s\n", error.what());
+  }
+  return hil::run::exit_internal;
 }

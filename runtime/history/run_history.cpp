@@ -101,6 +101,7 @@ report::WorldRecord load_names(const fs::path& directory) {
 template <class Items, class NameOf>
 std::vector<std::string> names_in(const Items& items, const NameOf& name_of) {
   std::vector<std::string> names;
+  names.reserve(std::size(items));
   for (const auto& item : items)
     names.push_back(name_of(item));
   return names;

@@ -28,7 +28,7 @@ struct EntityId {
   std::uint32_t index = std::numeric_limits<std::uint32_t>::max();
   std::uint32_t generation = 0;
   bool valid() const noexcept { return index != std::numeric_limits<std::uint32_t>::max(); }
-  auto operator<=>(const EntityId&) const = default;
+  auto operator<=>(const EntityId&) const = default;  // NOLINT(modernize-use-nullptr): no pointer
 };
 
 struct GeometryId {
