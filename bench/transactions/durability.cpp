@@ -61,7 +61,7 @@ Figure async_beside_volatile(const std::string& name, const Size& size) {
 }  // namespace
 
 std::vector<Figure> measure_durability(const SuiteOptions& options) {
-  // A thousand rows are 128 kB of log, which is more than disks take: so many in one round that the ring holds them.
+  // Bursts of a thousand rows are more than disks take: so many in one round that the ring holds them.
   const Size small = options.tiny ? Size{1, 400, 1} : Size{1, 20'000, 61};
   const Size large = options.tiny ? Size{1000, 2, 1} : Size{1000, 100, 121};
   Size turning = small;

@@ -43,7 +43,7 @@ enum Function : std::uint8_t {
 #define FUNCTION_INDEX(name) at_##name,
   FALLIBLE_FUNCTIONS(FUNCTION_INDEX)
 #undef FUNCTION_INDEX
-      at_vkCreateDevice,
+      at_vkCreateDevice,  // NOLINT(readability-identifier-naming): Vulkan's name
   function_count
 };
 

@@ -146,6 +146,7 @@ TEST_F(SameAnswers, WhoeverRunsBeside) {
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, {}, [](std::size_t i) { return i % 8; });
     std::vector<Ray> apart;
+    apart.reserve(order.size());
     for (const std::size_t i : order)
       apart.push_back(rays_[i]);
     ASSERT_TRUE(query::run_side_by_side(rays_));

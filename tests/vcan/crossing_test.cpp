@@ -100,7 +100,6 @@ TEST(CrossingOnVcan, CansendFromOutsideReachesASignalAndTheCar) {
   ASSERT_TRUE(eventually([&] { return io::can::listeners() > listened; }, std::chrono::seconds(150)))
       << program.wait(std::chrono::seconds(1)).errors;
   EXPECT_EQ(io::can::Tool({"candump", "-n", "1", "vcan0"}, folder / "first_frame.log").finish(), 0);
-  EXPECT_GT(io::can::listeners(), listened);
 
   constexpr double asked_mps2 = 1.51;  // gently: it takes seconds to stand
   BrakeCommands commands;
