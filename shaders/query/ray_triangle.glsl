@@ -11,7 +11,7 @@ struct Segment {
   vec3 minus_o;  // not o: the compiler would push a negation into what o was made by, and make it anew at every visit
   vec3 d;
   vec3 inverse_d;
-  // For triangles: the axis along which the ray runs most, and what makes it the z axis (see test_triangle).
+  // For triangles: the axis along which the ray runs most, and what makes it the z axis (see test_corners).
   uint axis;
   vec3 shear;
   uint octant;
