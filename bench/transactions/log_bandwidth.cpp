@@ -77,9 +77,9 @@ class WriterByHand {
     return std::move(opened.value());
   }
 
+  log::Ring ring_{rtstdb::DurabilityOptions{}.ring_bytes};
   std::unique_ptr<log::Disk> disk_;
   rtstdb::transaction::MonotonicClock clock_;
-  log::Ring ring_{rtstdb::DurabilityOptions{}.ring_bytes};
   NoWorld no_world_;
   rtstdb::store::WriteSet set_;
   std::unique_ptr<log::Writer> writer_;
