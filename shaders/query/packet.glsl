@@ -44,6 +44,10 @@ uint in_any(uint bits) {
   return bits | subgroupShuffle(bits, gl_SubgroupInvocationID ^ 1u);
 }
 
+uint in_any(uint bits[8]) {
+  return in_any(((bits[0] | bits[1]) | (bits[2] | bits[3])) | ((bits[4] | bits[5]) | (bits[6] | bits[7])));
+}
+
 // Which child of a node a lane decodes: lane j has that in slot j ^ octant, so that a packet comes by them in the order of lanes.
 struct Seat {
   uint octant;
@@ -123,8 +127,7 @@ uint children_entered(uvec4 texels, Seat seat, Segment ray, float lambda_min, fl
     const uint other = gl_SubgroupInvocationID + k & 7u;
     entered[k] = enters(slabs, of_lane(child.middle, other), of_lane(child.width, other)) ? 1u << other : 0u;
   }
-  return in_any(((entered[0] | entered[1]) | (entered[2] | entered[3])) |
-                ((entered[4] | entered[5]) | (entered[6] | entered[7])));
+  return in_any(entered);
 }
 
 #ifdef RAY_MOVING
@@ -144,8 +147,7 @@ uint entities_entered(uvec4 texels, uvec4 ends, Seat seat, float share, Segment 
     const vec3 width = of_lane(child.width, other) + share * of_lane(width_change, other);
     entered[k] = enters(slabs, middle, width) ? 1u << other : 0u;
   }
-  return in_any(((entered[0] | entered[1]) | (entered[2] | entered[3])) |
-                ((entered[4] | entered[5]) | (entered[6] | entered[7])));
+  return in_any(entered);
 }
 #endif
 

@@ -76,7 +76,11 @@ void main() {
   vec3 direction = vec3(r0.w, r1.xy);
   vec3 v_origin = vec3(0.0);
 #ifdef RAY_MOVING
+#ifdef RAY_PACKET
+  const uint carrier = asks ? floatBitsToUint(r2.w) : no_entity;
+#else
   const uint carrier = floatBitsToUint(r2.w);
+#endif
   if (carrier != no_entity) {
     const Instance i = instance_at(places[carrier] + instance_base);
     const vec4 q = orientation_of(i, t_ns);

@@ -123,8 +123,9 @@ struct RayQueryOptions {
 
 /// Rays and hits lie in memory of the host that the device reads and writes where it can: nothing is copied on the
 /// way. They stay where they are as long as the query lives.
-/// Order: no answer depends on it. Nearest hits and RayMode::any take less time where eight neighbours in the batch, the
-/// first eight and so on, have one origin and carrier and run within 0.04 rad, as in the rows of a camera.
+/// Order: no answer depends on it. On a device whose subgroups have eight lanes, as lavapipe's have with 256 bits, nearest
+/// hits and RayMode::any take less time where eight neighbours in the batch, the first eight and so on, have one origin and
+/// carrier and run within 0.04 rad, as in the rows of a camera.
 class RayQuery : public Query {
  public:
   virtual std::span<Ray> rays() noexcept = 0;  ///< capacity elements, the caller's to fill
