@@ -25,8 +25,57 @@ float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 
 vec3 velocity_at(Instance i, int t_ns, vec3 point) { return i.v + cross(i.w, point - position_of(i, t_ns)); }
 
-// `unit`: what the caller's lambda is of the one that found and direction are in.
-void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, float unit, vec3 v_origin, int t_ns) {
+// A ray as it is traced, in the world's frame. `unit`: what the caller's lambda is of this one's.
+struct Asked {
+  vec3 origin;
+  vec3 direction;
+  float unit;
+  vec3 v_origin;
+  float lambda_min;
+  float lambda_max;
+  uint mask;
+  int t_ns;
+  uint instance_base;
+  float share;  // of the window that has passed
+};
+
+Asked read_ray(uint index) {
+  const int base = int(index * ray_texels);
+  const vec4 r0 = texelFetch(rays, base);
+  const vec4 r1 = texelFetch(rays, base + 1);
+  const vec4 r2 = texelFetch(rays, base + 2);
+  const uint at_ns = args.still != 0u ? args.still_ns : floatBitsToUint(r2.x);
+  const uint since_epoch_ns = at_ns - args.epoch_ns;
+  const bool late = since_epoch_ns >= epoch_length_ns;
+  Asked asked;
+  asked.t_ns = int(late ? since_epoch_ns - epoch_length_ns : since_epoch_ns);
+  asked.instance_base = late ? args.late_base : 0u;
+  asked.share = clamp(float(at_ns - args.window_begin_ns) * args.per_window_ns, 0.0, 1.0);
+  asked.origin = r0.xyz;
+  asked.direction = vec3(r0.w, r1.xy);
+  asked.v_origin = vec3(0.0);
+#ifdef RAY_MOVING
+  const uint carrier = floatBitsToUint(r2.w);
+  if (carrier != no_entity) {
+    const Instance i = instance_at(places[carrier] + asked.instance_base);
+    const vec4 q = orientation_of(i, asked.t_ns);
+    asked.origin = position_of(i, asked.t_ns) + rotate(q, asked.origin);
+    asked.direction = rotate(q, asked.direction);
+    asked.v_origin = velocity_at(i, asked.t_ns, asked.origin);
+  }
+#endif
+  // By a power of two, which changes no digit: whatever the direction's length, products of the search stay far from the ends of
+  // single precision.
+  const uint exponent = floatBitsToUint(largest(asked.direction)) >> 23;
+  asked.unit = uintBitsToFloat(254u - exponent << 23);
+  asked.direction *= asked.unit;
+  asked.lambda_min = r1.z * uintBitsToFloat(exponent << 23);
+  asked.lambda_max = min(r1.w * uintBitsToFloat(exponent << 23), 3.4e38);
+  asked.mask = floatBitsToUint(r2.z);
+  return asked;
+}
+
+void write_hit(uint hit_index, Found found, Asked ray) {
   const int place = int(hit_index * hit_texels);
   const bool hit = found.status == status_hit;
   const Instance i = instance_at(hit ? found.instance : 0u);
@@ -36,94 +85,92 @@ void write_hit(uint hit_index, Found found, vec3 origin, vec3 direction, float u
   const vec3 ac = triangle_texel(corners + 2).xyz - a;
   // Normals turn with the body and scale with the inverse. Lengths near one, so that no square vanishes.
   const vec3 n = cross(ab / largest(ab), ac / largest(ac)) / i.scale;
-  const vec3 n_world = normalize(rotate(orientation_of(i, t_ns), n / largest(n)));
-  const vec3 v_relative_mps = velocity_at(i, t_ns, origin + found.lambda * direction) - v_origin;
+  const vec3 n_world = normalize(rotate(orientation_of(i, ray.t_ns), n / largest(n)));
+  const vec3 v_relative_mps = velocity_at(i, ray.t_ns, ray.origin + found.lambda * ray.direction) - ray.v_origin;
   const uvec4 nothing = uvec4(0u);
   const uvec4 side = uvec4(found.triangle, found.front ? 1u : 0u, floatBitsToUint(n_world.xy));
   const uvec4 motion = uvec4(floatBitsToUint(n_world.z), floatBitsToUint(v_relative_mps));
-  imageStore(hits, place, hit ? uvec4(found.status, floatBitsToUint(vec3(found.lambda * unit, found.u, found.v)))
+  imageStore(hits, place, hit ? uvec4(found.status, floatBitsToUint(vec3(found.lambda * ray.unit, found.u, found.v)))
                               : uvec4(found.status, nothing.xyz));
   imageStore(hits, place + 1, hit ? texelFetch(identities, int(hit ? found.entity : 0u)) : uvec4(no_entity, nothing.xyz));
   imageStore(hits, place + 2, hit ? side : nothing);
   imageStore(hits, place + 3, hit ? motion : nothing);
 }
 
-void main() {
-  // Workgroups are handed to lavapipe's threads in contiguous halves; taking rays crosswise gives both the same work.
-  const uint group = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x);
-  const uint shared_index = group * 64u + gl_LocalInvocationID.x;
+// Workgroups are handed to lavapipe's threads in contiguous halves; taking rays crosswise gives both the same work.
+uint place_in_batch() {
+  return (args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x)) * 64u + gl_LocalInvocationID.x;
+}
+
 #ifdef RAY_PACKET
-  // A lane without a ray goes along as the first one, and meets nothing.
-  const bool asks = shared_index < args.count;
-  const uint index = asks ? shared_index : 0u;
+// Whether two rays gain by going together: directions within 0.1 rad, origins within a decimetre.
+bool runs_beside(vec3 apart, vec3 a, vec3 b) {
+  const float along = dot(a, b);
+  return largest(apart) <= 0.1 && along > 0.0 && along * along >= 0.99 * dot(a, a) * dot(b, b);
+}
+
+// Rays that part from the first one go in a turn of their own, with those beside them. Where an image's row ends, a packet has rays of
+// the next one, too: a beam around both would be led through the whole world.
+Found trace_in_turns(bool asks, Asked ray) {
+  Found found = nothing_within(0.0);
+  found.status = status_incomplete;
+  const Segment world = make_segment(-ray.origin, ray.direction);
+  bool left = asks;
+  do {
+    const uint first_lane = least_of_lanes(left ? gl_SubgroupInvocationID : 0xFFu) & 7u;
+    const vec3 apart = ray.origin - of_lane(ray.origin, first_lane);
+    const bool mine = left && runs_beside(apart, ray.direction, of_lane(ray.direction, first_lane));
+    const Found now = trace_packet(mine, first_lane, world, ray.lambda_min, ray.lambda_max, ray.t_ns, ray.share, ray.instance_base,
+                                   ray.mask, args.root, args.faces, args.two);
+    if (mine) found = now;
+    left = left && !mine && gl_SubgroupInvocationID != first_lane;
+  } while (in_any(left ? 1u : 0u) != 0u);
+  return found;
+}
+
+void main() {
+  const uint index = place_in_batch();
+  const bool asks = index < args.count;
+  // A lane without a ray has the batch's first one, and asks nothing.
+  const Asked ray = read_ray(asks ? index : 0u);
+  const Found found = trace_in_turns(asks, ray);
+  if (!asks) return;
+#ifdef RAY_ANY
+  // The rest of the hit stays as it was made.
+  imageStore(hits, int(index * hit_texels), uvec4(found.status, 0u, 0u, 0u));
 #else
+  write_hit(index, found, ray);
+#endif
+  if (found.status == status_incomplete) some_incomplete = 1u;
+}
+#else
+void main() {
   const bool alone = args.alone != 0u;
   const uint place = args.first + gl_WorkGroupID.x;
-  const uint index = alone ? texelFetch(again, int(place >> 2))[place & 3u] : shared_index;
+  const uint index = alone ? texelFetch(again, int(place >> 2))[place & 3u] : place_in_batch();
   if ((alone ? gl_LocalInvocationID.x != 0u : index >= args.count)) return;
-#endif
-  const int base = int(index * ray_texels);
-  const vec4 r0 = texelFetch(rays, base);
-  const vec4 r1 = texelFetch(rays, base + 1);
-  const vec4 r2 = texelFetch(rays, base + 2);
-  const uint at_ns = args.still != 0u ? args.still_ns : floatBitsToUint(r2.x);
-  const uint since_epoch_ns = at_ns - args.epoch_ns;
-  const bool late = since_epoch_ns >= epoch_length_ns;
-  const int t_ns = int(late ? since_epoch_ns - epoch_length_ns : since_epoch_ns);
-  const uint instance_base = late ? args.late_base : 0u;
-  const float share = clamp(float(at_ns - args.window_begin_ns) * args.per_window_ns, 0.0, 1.0);
-  vec3 origin = r0.xyz;
-  vec3 direction = vec3(r0.w, r1.xy);
-  vec3 v_origin = vec3(0.0);
-#ifdef RAY_MOVING
-#ifdef RAY_PACKET
-  const uint carrier = asks ? floatBitsToUint(r2.w) : no_entity;
-#else
-  const uint carrier = floatBitsToUint(r2.w);
-#endif
-  if (carrier != no_entity) {
-    const Instance i = instance_at(places[carrier] + instance_base);
-    const vec4 q = orientation_of(i, t_ns);
-    origin = position_of(i, t_ns) + rotate(q, origin);
-    direction = rotate(q, direction);
-    v_origin = velocity_at(i, t_ns, origin);
-  }
-#endif
-  // By a power of two, which changes no digit: whatever the direction's length, products of the search stay far from the ends of
-  // single precision.
-  const uint exponent = floatBitsToUint(largest(direction)) >> 23;
-  const float unit = uintBitsToFloat(254u - exponent << 23);
-  direction *= unit;
-  const float lambda_min = r1.z * uintBitsToFloat(exponent << 23);
-  const float lambda_max = min(r1.w * uintBitsToFloat(exponent << 23), 3.4e38);
+  const Asked ray = read_ray(index);
 #ifdef RAY_LIST
   clear_list();
 #endif
-  const Segment world = make_segment(-origin, direction);
-  const uint mask = floatBitsToUint(r2.z);
-#ifdef RAY_PACKET
-  const Found found =
-      trace_packet(asks, world, lambda_min, lambda_max, t_ns, share, instance_base, mask, args.root, args.faces, args.two);
-  if (!asks) return;
-#else
-  const Found found = trace(world, lambda_min, lambda_max, t_ns, share, instance_base, mask, args.root, args.faces,
-                            args.hits_per_ray - 1u, args.two);
-#endif
+  const Found found = trace(make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.lambda_max, ray.t_ns, ray.share,
+                            ray.instance_base, ray.mask, args.root, args.faces, args.hits_per_ray - 1u, args.two);
 #if defined(RAY_LIST)
   for (uint k = 0u; k < args.hits_per_ray; ++k) {
-    Found one = nothing_within(lambda_max);
+    Found one = nothing_within(ray.lambda_max);
     if (found.status == status_incomplete) one.status = status_incomplete;
     if (found.status != status_incomplete && list_entity[k] != no_entity) {
-      const Segment ray = enter_instance(make_segment(-origin, direction), instance_at(list_instance[k]), t_ns);
-      test_triangle(ray, list_slot[k], lambda_min, args.faces, list_instance[k], list_entity[k], one);
+      const Segment segment = enter_instance(make_segment(-ray.origin, ray.direction), instance_at(list_instance[k]), ray.t_ns);
+      test_triangle(segment, list_slot[k], ray.lambda_min, args.faces, list_instance[k], list_entity[k], one);
     }
-    write_hit(index * args.hits_per_ray + k, one, origin, direction, unit, v_origin, t_ns);
+    write_hit(index * args.hits_per_ray + k, one, ray);
   }
 #elif defined(RAY_ANY)
   // The rest of the hit stays as it was made.
   imageStore(hits, int(index * hit_texels), uvec4(found.status, 0u, 0u, 0u));
 #else
-  write_hit(index, found, origin, direction, unit, v_origin, t_ns);
+  write_hit(index, found, ray);
 #endif
   if (found.status == status_incomplete) some_incomplete = 1u;
 }
+#endif

@@ -107,6 +107,13 @@ Ray random_ray(Random& random, std::span<const EntityState> entities, const Scen
 std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> entities,
                                    const SceneOptions& options, WorldTime first, double window_s) {
   std::vector<Ray> rays(8, random_ray(random, entities, options, first, window_s));
+  // Where a row of an image ends, another begins; and a few are no neighbours at all.
+  const bool parted = random.one_in(24);
+  if (parted) std::fill(rays.begin() + 3, rays.end(), random_ray(random, entities, options, first, window_s));
+  if (parted && random.one_in(3)) {
+    for (Ray& ray : rays)
+      ray = random_ray(random, entities, options, first, window_s);
+  }
   // From neighbours that meet the same triangle to such as meet other entities.
   const double apart_rad = random.magnitude(1e-6, 0.008);
   for (Ray& ray : rays) {

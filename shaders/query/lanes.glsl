@@ -1,0 +1,38 @@
+// What the eight lanes of a subgroup tell one another. By shuffles: on lavapipe a shuffle is one or two instructions, and all else that
+// subgroups can do goes lane by lane.
+#ifndef RTSTDB_QUERY_LANES_GLSL
+#define RTSTDB_QUERY_LANES_GLSL
+
+uint of_lane(uint v, uint lane) { return subgroupShuffle(v, lane); }
+float of_lane(float v, uint lane) { return subgroupShuffle(v, lane); }
+vec3 of_lane(vec3 v, uint lane) { return vec3(subgroupShuffle(v.x, lane), subgroupShuffle(v.y, lane), subgroupShuffle(v.z, lane)); }
+uvec4 of_lane(uvec4 v, uint lane) {
+  return uvec4(subgroupShuffle(v.x, lane), subgroupShuffle(v.y, lane), subgroupShuffle(v.z, lane), subgroupShuffle(v.w, lane));
+}
+
+uint least_of_lanes(uint v) {
+  v = min(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 4u));
+  v = min(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 2u));
+  return min(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 1u));
+}
+
+// The bits of all lanes.
+uint in_any(uint bits) {
+  bits |= subgroupShuffle(bits, gl_SubgroupInvocationID ^ 4u);
+  bits |= subgroupShuffle(bits, gl_SubgroupInvocationID ^ 2u);
+  return bits | subgroupShuffle(bits, gl_SubgroupInvocationID ^ 1u);
+}
+
+float lesser(float a, float b) { return a < b ? a : b; }
+
+float least_of_lanes(float v) {
+  v = lesser(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 4u));
+  v = lesser(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 2u));
+  return lesser(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 1u));
+}
+
+float most_of_lanes(float v) { return -least_of_lanes(-v); }
+
+vec3 least_of_lanes(vec3 v) { return vec3(least_of_lanes(v.x), least_of_lanes(v.y), least_of_lanes(v.z)); }
+
+#endif
