@@ -73,9 +73,8 @@ struct Range {
   int last;
 };
 
-// A relative 1e-6 covers rounding of boxes and of the nearest so far: a box that holds what ties with it begins there, but for rounding.
 Range range_of(float lambda_min, float limit) {
-  return Range(floatBitsToInt(least_of_lanes(lambda_min)), floatBitsToInt(most_of_lanes(limit) * 1.000001));
+  return Range(floatBitsToInt(least_of_lanes(lambda_min)), floatBitsToInt(most_of_lanes(limit)));
 }
 
 // A beam seen from a node: lambda of a plane is slope * quanta + offset.

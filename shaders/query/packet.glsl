@@ -172,7 +172,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
   const Beam world_beam = beam_of(asks, world);
   const vec2 shares = vec2(least_of_lanes(asks ? share : 1.0), most_of_lanes(asks ? share : 0.0));
   float world_begin = asks ? lambda_min : beyond_all;
-  Range world_range = range_of(world_begin, best.lambda);
+  Range world_range = range_of(world_begin, reach_of(best));
   uint current = root;
   if (current != ref_none) do {
     ++search.rounds;
@@ -189,7 +189,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
         const uint bottom = search.depth;
         // A mask shuts out the one ray or the other.
         float begin = (candidate.mask & mask) != 0u ? world_begin : beyond_all;
-        Range range = range_of(begin, best.lambda);
+        Range range = range_of(begin, reach_of(best));
         current = of_lane(candidate.blas_root, first_lane);
         if (current != ref_none) do {
           ++search.rounds;
@@ -200,14 +200,14 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
             if ((current & ref_leaf_bit) != 0u) {
               test_run(current, search, ray, begin, faces, instance, candidate.entity, best);
               begin = begin_of(begin, best);
-              range = range_of(begin, best.lambda);
+              range = range_of(begin, reach_of(best));
               current = unless_found(pop_geometry(search, bottom, seat.octant), begin);
             }
           } while ((current & ref_leaf_bit) != 0u && current != ref_none);
         } while (current != ref_none);
         search.depth = bottom;
         world_begin = begin_of(world_begin, best);
-        world_range = range_of(world_begin, best.lambda);
+        world_range = range_of(world_begin, reach_of(best));
         current = unless_found(pop_entities(search, world_seat.octant), world_begin);
       }
     } while ((current & ref_leaf_bit) != 0u && current != ref_none);

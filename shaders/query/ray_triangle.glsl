@@ -57,11 +57,16 @@ struct Found {
   uint triangle;
   uint slot;  // of the triangle in the leaf order
   bool front;
+  float slack;  // what rounding may have taken from lambda
 };
 
 Found nothing_within(float lambda_max) {
-  return Found(status_miss, lambda_max, 0.0, 0.0, no_entity, no_entity, 0u, 0u, false);
+  return Found(status_miss, lambda_max, 0.0, 0.0, no_entity, no_entity, 0u, 0u, false, 0.0);
 }
+
+// A box that begins beyond holds nothing that is nearer or ties: rounding of the box, too, is covered. Not negative, so that it may be
+// compared as a whole number.
+float reach_of(Found best) { return max(best.lambda * 1.000001 + best.slack, 1e-37); }
 
 // The frame of an instance at `t_ns`, in which its geometry stands still. The direction is not normalised, so that lambda
 // means the same on both sides.
@@ -69,6 +74,19 @@ Segment enter_instance(Segment world, Instance i, int t_ns) {
   const vec4 q = conjugate(orientation_of(i, t_ns));
   const vec3 p = position_of(i, t_ns);
   return make_segment(rotate(q, p + world.minus_o) / i.scale, rotate(q, world.d) / i.scale);
+}
+
+// Whether all are above zero. Whole numbers have the order of floats that are, and -0 is none.
+bool all_above(vec3 v) {
+  const ivec3 bits = floatBitsToInt(v);
+  return min(min(bits.x, bits.y), bits.z) > 0;
+}
+
+// Whether a triangle lies beside the ray, which is the z axis: to one side of it along x or y.
+bool beside(vec2 a, vec2 b, vec2 c) {
+  const vec3 x = vec3(a.x, b.x, c.x);
+  const vec3 y = vec3(a.y, b.y, c.y);
+  return all_above(x) || all_above(-x) || all_above(y) || all_above(-y);
 }
 
 // Twice the area that the origin, p and q span; swapping p and q turns the sign and changes nothing else.
@@ -81,6 +99,9 @@ float edge_function(vec2 p, vec2 q) {
 // to the same point in every triangle that shares it; then the products of a shared edge are the same numbers for both its
 // triangles (`precise` keeps the compiler from fusing them), and no ray slips between. Edges belong to both. Corners are seen
 // from the ray's origin with an error that grows with their distance alone, however small the triangle.
+//
+// Of a triangle far beside the ray nothing is left of the edges' products but rounding, whatever its sign; so it is told by its
+// corners. A triangle that the ray meets has it between them, by the same numbers.
 void test_corners(Segment ray, vec4 t0, vec3 t1, vec3 t2, uint slot, float lambda_min, float faces, uint instance, uint entity,
                   inout Found best) {
   const uint triangle = floatBitsToUint(t0.w);
@@ -93,7 +114,7 @@ void test_corners(Segment ray, vec4 t0, vec3 t1, vec3 t2, uint slot, float lambd
   const float wa = edge_function(c2, b2);
   const float wb = edge_function(a2, c2);
   const float wc = edge_function(b2, a2);
-  const bool inside = (wa >= 0.0 && wb >= 0.0 && wc >= 0.0) || (wa <= 0.0 && wb <= 0.0 && wc <= 0.0);
+  const bool inside = ((wa >= 0.0 && wb >= 0.0 && wc >= 0.0) || (wa <= 0.0 && wb <= 0.0 && wc <= 0.0)) && !beside(a2, b2, c2);
   const float sum = wa + wb + wc;
   const float lambda = (wa * a.z + wb * b.z + wc * c.z) / sum * ray.shear.z;
   const float facing = sum * ray.shear.z;
@@ -110,6 +131,8 @@ void test_corners(Segment ray, vec4 t0, vec3 t1, vec3 t2, uint slot, float lambd
     best.triangle = triangle;
     best.slot = slot;
     best.front = facing > 0.0;
+    // Lambda is made of the corners' distances, and of the differences by which they were brought about the ray.
+    best.slack = 1e-6 * max(max(abs(a.z), abs(b.z)), abs(c.z)) * abs(ray.shear.z);
   }
 }
 

@@ -92,8 +92,7 @@ Slabs slabs_of(uvec4 head, Segment ray, float lambda_min, float limit) {
   slabs.far_offset = slabs.offset * 1.000001;
   slabs.backwards = lessThan(ray.inverse_d, vec3(0.0));
   slabs.first = floatBitsToInt(lambda_min);
-  // Likewise: a box that holds what ties with the nearest so far begins there, but for rounding.
-  slabs.last = floatBitsToInt(limit * 1.000001);
+  slabs.last = floatBitsToInt(limit);
   return slabs;
 }
 
@@ -256,6 +255,7 @@ void test_run(uint run, inout Search search, Segment ray, float lambda_min, floa
       test_triangle(ray, slot, lambda_min, faces, instance, entity, one);
       keep(one);
       best.lambda = min(best.lambda, list_lambda[last_kept]);
+      best.slack = max(best.slack, one.slack);
 #else
       test_triangle(ray, slot, lambda_min, faces, instance, entity, best);
 #endif
@@ -285,7 +285,7 @@ Found trace(Segment world, float lambda_min, float lambda_max, int t_ns, float s
   uint current = root;
   if (current != ref_none) do {
     ++search.rounds;
-    current = descend_entities(current, search, share, world, lambda_min, best.lambda);
+    current = descend_entities(current, search, share, world, lambda_min, reach_of(best));
     if (current == ref_none) break;
     // Instances, as long as they follow one another.
     do {
@@ -298,7 +298,7 @@ Found trace(Segment world, float lambda_min, float lambda_max, int t_ns, float s
         current = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
         if (current != ref_none) do {
           ++search.rounds;
-          current = descend_geometry(current, search, bottom, ray, lambda_min, best.lambda);
+          current = descend_geometry(current, search, bottom, ray, lambda_min, reach_of(best));
           if (current == ref_none) break;
           // Leaves likewise.
           do {

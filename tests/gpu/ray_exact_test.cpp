@@ -1,5 +1,6 @@
 // Rays where no rounding may decide: ties, edges and corners, ranges, zero components, extremes.
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -53,6 +54,104 @@ TEST_F(RayTies, CoincidingTrianglesGiveTheLowest) {
   ASSERT_EQ(hit.status, HitStatus::hit);
   EXPECT_EQ(hit.triangle, 7u);
   EXPECT_EQ(hit.lambda, 4.0f);
+}
+
+TEST_F(RayTies, WhereTheRayBegins) {
+  create(std::vector<EntityRow>(12, row_of(add(make_box({2.0, 2.0, 2.0})))));
+  const RayHit hit = trace(ray_from({-1.0f, 0.1f, 0.2f}, {-1.0f, 0.0f, 0.1f}));
+  ASSERT_EQ(hit.status, HitStatus::hit);
+  EXPECT_EQ(hit.lambda, 0.0f);
+  EXPECT_EQ(hit.entity.index, 0u);
+}
+
+/// Lambda is made of the distances of corners far away, and their rounding is more than lambda's own.
+TEST_F(RayTies, CloseToLargeTriangles) {
+  for (const double size_m : {10.0, 100.0, 1000.0}) {
+    open({});
+    create(std::vector<EntityRow>(12, row_of(add(make_rectangle(size_m, size_m)), {3.0, 4.0, 5.0})));
+    Random random(3);
+    std::vector<Ray> rays;
+    for (int k = 0; k < 400; ++k) {
+      const glm::dvec3 from_m(0.2 * size_m * random.uniform(-1.0, 1.0),
+                              0.2 * size_m * random.uniform(-1.0, 1.0), 5.0 + random.magnitude(0.01, 2.0));
+      rays.push_back(ray_from(
+          from_m, {random.uniform(0.5, 1.0), random.uniform(-0.5, 0.5), random.uniform(-0.5, -0.1)}));
+    }
+    std::size_t hits = 0;
+    for (const RayHit& hit : trace(rays)) {
+      if (hit.status != HitStatus::hit) continue;
+      ++hits;
+      ASSERT_EQ(hit.entity.index, 0u) << "lambda " << hit.lambda << ", rectangles of " << size_m << " m";
+    }
+    EXPECT_GT(hits, 200u);
+  }
+}
+
+/// Of a small triangle far beside a ray nothing is left of its edge functions but rounding. Rays that run side by side are held
+/// against all triangles that one of them may meet.
+class FarBodies : public DatabaseTest {
+ protected:
+  /// A camera that looks along x, a pixel of 2 mrad.
+  static std::vector<Ray> camera() {
+    std::vector<Ray> rays;
+    for (int z = -80; z < 80; ++z) {
+      for (int y = -80; y < 80; ++y)
+        rays.push_back(ray_from({}, {1.0, 0.002 * y, 0.002 * z}));
+    }
+    return rays;
+  }
+};
+
+TEST_F(FarBodies, ARayHitsNoneThatItPassesBy) {
+  const GeometryId ball = add(make_sphere(0.05, 5));
+  Random random(1);
+  std::vector<EntityRow> rows;
+  for (int i = 0; i < 400; ++i) {
+    const double far_m = random.uniform(500.0, 3000.0);
+    const double row = static_cast<double>(random.below(160)) - 80.0;
+    rows.push_back(row_of(ball, {far_m, far_m * 0.16 * random.uniform(-1.0, 1.0), far_m * 0.002 * row}));
+    rows.back().motion.q_world = random.orientation();
+  }
+  create(rows);
+  const std::vector<Ray> rays = camera();
+  for (const RayMode mode : {RayMode::closest, RayMode::any}) {
+    const auto query = prepare_rays(mode, false, static_cast<std::uint32_t>(rays.size()));
+    const auto hits = trace(*query, rays);
+    std::size_t met = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const glm::dvec3 along = glm::normalize(glm::dvec3(rays[i].direction));
+      const bool meets = std::ranges::any_of(rows, [&](const EntityRow& row) {
+        return glm::length(glm::cross(row.motion.p_world_m, along)) < 0.051;
+      });
+      met += meets ? 1 : 0;
+      if (!meets) {
+        ASSERT_EQ(hits[i].status, HitStatus::miss)
+            << "ray " << i << " hits entity " << hits[i].entity.index << " at lambda " << hits[i].lambda;
+      }
+    }
+    EXPECT_GT(met, 10u);
+    EXPECT_GT(std::ranges::count(hits, HitStatus::hit, &RayHit::status), 10);
+  }
+}
+
+TEST_F(FarBodies, ABallOfACentimetreAKilometreAway) {
+  Random random(1);
+  EntityRow row = row_of(add(make_sphere(1.0, 5)), {1000.0, 0.0, 0.0});
+  row.scale = glm::dvec3(0.01);
+  row.motion.q_world = random.orientation();
+  create(row);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 4000; ++i) {
+    // Four around the ball, four in between, none within 3 m of it.
+    const bool around = i % 8 < 4;
+    const double turn_rad = around ? 0.7854 + 1.5708 * (i % 4) : random.uniform(0.0, 6.28);
+    const double apart_rad = around ? 0.012 : random.uniform(0.003, 0.012);
+    rays.push_back(ray_from({}, {1.0, apart_rad * std::cos(turn_rad), apart_rad * std::sin(turn_rad)}));
+  }
+  for (const RayMode mode : {RayMode::closest, RayMode::any}) {
+    const auto hits = trace(*prepare_rays(mode, false), rays);
+    EXPECT_EQ(std::ranges::count(hits, HitStatus::hit, &RayHit::status), 0);
+  }
 }
 
 using RayFaces = DatabaseTest;
