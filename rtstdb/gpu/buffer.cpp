@@ -15,6 +15,7 @@ vk::BufferUsageFlags usage_of(const BufferOptions& options) {
   if (options.texel_uint4 || options.texel_float4) usage |= Usage::eUniformTexelBuffer;
   if (options.texel_image) usage |= Usage::eStorageTexelBuffer;
   if (options.indirect) usage |= Usage::eIndirectBuffer;
+  if (options.addressed) usage |= Usage::eShaderDeviceAddress;
   return usage;
 }
 
@@ -35,17 +36,22 @@ std::optional<std::string> passed_limit(const Device::Impl& device, const Buffer
   return std::nullopt;
 }
 
+vk::MemoryAllocateFlagsInfo flags_of(const BufferOptions& options) {
+  return {options.addressed ? vk::MemoryAllocateFlagBits::eDeviceAddress : vk::MemoryAllocateFlags{}};
+}
+
 /// Puts the caller's pages under the buffer. Empty: the device can not have just these.
 vk::raii::DeviceMemory take_in(const Device::Impl& device, const vk::MemoryRequirements& needs,
-                               const HostMemory& host) {
+                               const BufferOptions& options) {
   constexpr auto type = vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT;
-  const std::span<std::byte> pages = host.pages();
+  const std::span<std::byte> pages = options.host->pages();
   if (needs.size > pages.size()) return nullptr;
   const auto possible = device.device.getMemoryHostPointerPropertiesEXT(type, pages.data());
   const auto types = rank_memory_types(device.memory_types, needs.memoryTypeBits & possible.memoryTypeBits,
                                        Memory::readback);
   if (types.empty()) return nullptr;
-  const vk::ImportMemoryHostPointerInfoEXT import(type, pages.data());
+  const vk::MemoryAllocateFlagsInfo flags = flags_of(options);
+  const vk::ImportMemoryHostPointerInfoEXT import(type, pages.data(), &flags);
   vk::MemoryAllocateInfo wanted(pages.size(), types.front());
   wanted.pNext = &import;
   return {device.device, wanted};
@@ -53,10 +59,12 @@ vk::raii::DeviceMemory take_in(const Device::Impl& device, const vk::MemoryRequi
 
 /// Tries the suitable memory types from best to worst: the best one may be small and full.
 vk::raii::DeviceMemory allocate(const Device::Impl& device, const vk::MemoryRequirements& needs,
-                                Memory memory) {
-  for (const std::uint32_t type : rank_memory_types(device.memory_types, needs.memoryTypeBits, memory)) {
+                                const BufferOptions& options) {
+  const vk::MemoryAllocateFlagsInfo flags = flags_of(options);
+  for (const std::uint32_t type :
+       rank_memory_types(device.memory_types, needs.memoryTypeBits, options.memory)) {
     try {
-      return {device.device, vk::MemoryAllocateInfo(needs.size, type)};
+      return {device.device, vk::MemoryAllocateInfo(needs.size, type, &flags)};
     } catch (
         const vk::OutOfDeviceMemoryError&) {  // NOLINT(bugprone-empty-catch): the next type may have room
     }
@@ -77,10 +85,11 @@ Buffer::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions&
   device->name(vk::ObjectType::eBuffer, reinterpret_cast<std::uint64_t>(static_cast<VkBuffer>(*buffer)),
                options.name);
   const vk::MemoryRequirements needs = buffer.getMemoryRequirements();
-  if (takes_in) memory = take_in(*device, needs, *options.host);
+  if (takes_in) memory = take_in(*device, needs, options);
   const bool taken_in = *memory != vk::DeviceMemory{};
-  if (!taken_in) memory = allocate(*device, needs, options.memory);
+  if (!taken_in) memory = allocate(*device, needs, options);
   buffer.bindMemory(*memory, 0);
+  if (options.addressed) address = d.getBufferAddress(vk::BufferDeviceAddressInfo(*buffer));
   const auto view = [&](vk::Format format) {
     return vk::raii::BufferView(d, vk::BufferViewCreateInfo({}, *buffer, format, 0, VK_WHOLE_SIZE));
   };
@@ -122,6 +131,11 @@ std::size_t Buffer::size_bytes() const noexcept {
 std::span<std::byte> Buffer::host() const noexcept {
   RTSTDB_ASSERT(impl_ != nullptr && impl_->mapped != nullptr);
   return {impl_->copied_to != nullptr ? impl_->copied_to : impl_->mapped, impl_->options.size_bytes};
+}
+
+glm::uvec2 Buffer::address() const noexcept {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.addressed);
+  return {static_cast<std::uint32_t>(impl_->address), static_cast<std::uint32_t>(impl_->address >> 32)};
 }
 
 void Buffer::push(std::size_t offset_bytes, std::size_t size_bytes) const noexcept {

@@ -21,6 +21,7 @@ struct Buffer::Impl {
   vk::raii::Buffer buffer{nullptr};
   vk::raii::BufferView texel_uint4{nullptr};
   vk::raii::BufferView texel_float4{nullptr};
+  std::uint64_t address = 0;       ///< 0 unless addressed
   std::byte* mapped = nullptr;     ///< null for Memory::device
   std::byte* copied_to = nullptr;  ///< the caller's memory where the device has a copy of it; else null
 

@@ -5,6 +5,8 @@
 // Threads: creation calls from any one thread at a time (setup). A Recorder and a Timeline belong to one
 // thread. Lost device: after DeviceLost every object of that device only may be destroyed.
 
+#include <glm/ext/vector_uint2.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -39,6 +41,7 @@ struct BufferOptions {
   bool texel_float4 = false;  ///< may be bound as View::texel_float4
   bool texel_image = false;   ///< with texel_uint4: shaders may load and store whole texels of an image
   bool indirect = false;      ///< may hold dispatch counts
+  bool addressed = false;     ///< shaders may be given its address
   /// The buffer's bytes are these, at least size_bytes, which outlive it. Memory::upload or readback. Where the device
   /// can not take memory of the host in, it has bytes of its own, and push and pull copy.
   const HostMemory* host = nullptr;
@@ -58,6 +61,8 @@ class Buffer {
   /// there. Nothing to do where the device took that memory in.
   void push(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
   void pull(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
+  /// Where its first byte is, low word first, for shaders; misuse unless `addressed`. Nothing checks what they write by it.
+  glm::uvec2 address() const noexcept;
   template <class T>
   std::span<T> host_as() const noexcept {
     const auto bytes = host();

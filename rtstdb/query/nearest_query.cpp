@@ -157,6 +157,7 @@ Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
                          gpu::BufferOptions{.name = options_.name + " neighbors",
                                             .size_bytes = neighbor_memory_[place].size_bytes(),
                                             .memory = gpu::Memory::readback,
+                                            .addressed = true,
                                             .host = &neighbor_memory_[place]});
   }
   for (const auto& [buffer, options] : buffers) {
@@ -186,26 +187,23 @@ Result<void> GpuNearestQuery::bind(gpu::Device& device, const accel::GeometryPoo
   search_bindings_.clear();
   still_bindings_.clear();
   sign_bindings_.clear();
-  slots_ = tlas.slots();
-  for (std::uint32_t place = 0; place < neighbors_.size() * slots_; ++place) {
-    const std::uint32_t slot = place % slots_;
-    const gpu::Buffer& neighbors = neighbors_[place / slots_];
-    const gpu::Buffer* searched[] = {
-        &tlas.nodes(slot), &tlas.instances(slot),       &point_records_,   &counts_,
-        &neighbors,        &tlas.identity_texels(slot), &pool.triangles(), &pool.nodes()};
+  for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
+    const gpu::Buffer* searched[] = {&tlas.nodes(slot), &tlas.instances(slot),       &point_records_,
+                                     &counts_,          &tlas.identity_texels(slot), &pool.triangles(),
+                                     &pool.nodes()};
     const std::span all(searched);
-    auto search = device.create_bindings(search_, looks_at_triangles(options_.target) ? all : all.first(6));
+    auto search = device.create_bindings(search_, looks_at_triangles(options_.target) ? all : all.first(5));
     if (!search) return search.error();
     search_bindings_.push_back(std::move(search).value());
     if (still_) {
-      searched[6] = &tlas.centers(slot);
-      auto still = device.create_bindings(still_, all.first(7));
+      searched[5] = &tlas.centers(slot);
+      auto still = device.create_bindings(still_, all.first(6));
       if (!still) return still.error();
       still_bindings_.push_back(std::move(still).value());
     }
     if (!sign_) continue;
-    const gpu::Buffer* const signs[] = {&pool.nodes(), &tlas.instances(slot), &point_records_,   &counts_,
-                                        &neighbors,    &pool.triangles(),     &tlas.places(slot)};
+    const gpu::Buffer* const signs[] = {&pool.nodes(), &tlas.instances(slot), &point_records_,
+                                        &counts_,      &pool.triangles(),     &tlas.places(slot)};
     auto sign = device.create_bindings(sign_, signs);
     if (!sign) return sign.error();
     sign_bindings_.push_back(std::move(sign).value());
@@ -259,21 +257,21 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
       const shared::NearestArgs args{.root = view.root,
                                      .count = range.end,
                                      .k = options_.k,
+                                     .neighbors = neighbors_[places_.written()].address(),
                                      .alone = alone ? 1u : 0u,
                                      .first_group = first,
                                      .two = 2};
       recorder.dispatch(pipeline, bindings, args, std::min(end - first, most_groups));
     }
   };
-  const std::size_t at = places_.written() * slots_ + view.slot;
   const bool still = still_ && view.window_begin == view.window_end;
   if (still)
-    in_pieces(still_, still_bindings_[at], 1);
+    in_pieces(still_, still_bindings_[view.slot], 1);
   else
-    in_pieces(search_, search_bindings_[at], 1);
+    in_pieces(search_, search_bindings_[view.slot], 1);
   if (!sign_) return;
   recorder.barrier();
-  in_pieces(sign_, sign_bindings_[at], options_.k);
+  in_pieces(sign_, sign_bindings_[view.slot], options_.k);
 }
 
 void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {

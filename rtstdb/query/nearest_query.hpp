@@ -65,7 +65,6 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   std::vector<Nearest> points_;
   std::uint32_t answered_ = 0;
   AnswerPlaces places_;
-  std::uint32_t slots_ = 0;
   PointOrder order_;                       // in which the device has the points
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
   gpu::Pipeline search_, still_, sign_;    // still_: of centres alone; sign_: of signed queries alone
@@ -73,10 +72,9 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
       neighbor_memory_;  // of each place; the answers look into it: it stays where it is
   // In the device's order; k neighbors for each point.
   gpu::Buffer point_records_, counts_;
-  std::vector<gpu::Buffer> neighbors_;               // of each place
-  std::vector<std::vector<NearestAnswer>> answers_;  // in each place
-  std::vector<gpu::Bindings> search_bindings_, still_bindings_,
-      sign_bindings_;  // one per slot, for each place
+  std::vector<gpu::Buffer> neighbors_;                                           // of each place
+  std::vector<std::vector<NearestAnswer>> answers_;                              // in each place
+  std::vector<gpu::Bindings> search_bindings_, still_bindings_, sign_bindings_;  // one per slot
 };
 
 }  // namespace rtstdb::query

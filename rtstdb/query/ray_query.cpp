@@ -51,11 +51,11 @@ std::uint32_t low_word(WorldTime t) noexcept {
   return static_cast<std::uint32_t>(t.time_since_epoch().count());
 }
 
-// What shaders/shared/query.h says of their texels.
+// What shaders/shared/query.h says of their texels and pairs of words.
 static_assert(sizeof(Ray) == 16 * shared::ray_texels && offsetof(Ray, direction) == 12 &&
               offsetof(Ray, lambda_min) == 24 && offsetof(Ray, t) == 32 && offsetof(Ray, mask) == 40 &&
               offsetof(Ray, carrier) == 44);
-static_assert(sizeof(RayHit) == 16 * shared::hit_texels && offsetof(RayHit, entity) == 16 &&
+static_assert(sizeof(RayHit) == 8 * shared::hit_pairs && offsetof(RayHit, entity) == 16 &&
               offsetof(RayHit, mask) == 24 && offsetof(RayHit, triangle) == 32 &&
               offsetof(RayHit, front_face) == 36 && sizeof(bool) == 1 && offsetof(RayHit, n_world) == 40 &&
               offsetof(RayHit, v_relative_mps) == 52);
@@ -153,10 +153,11 @@ Result<void> GpuRayQuery::create_buffers(gpu::Device& device) {
       {&again_, texels(" rays asked again", 16 * again_texels, gpu::Memory::upload)},
       {&some_incomplete_, texels(" incomplete", 16, gpu::Memory::readback)}};
   for (std::size_t place = 0; place < hits_.size(); ++place) {
-    auto hits = texels(" hits", hit_memory_[place].size_bytes(), gpu::Memory::readback);
-    hits.texel_image = true;
-    hits.host = &hit_memory_[place];
-    buffers.emplace_back(&hits_[place], hits);
+    buffers.emplace_back(&hits_[place], gpu::BufferOptions{.name = options_.name + " hits",
+                                                           .size_bytes = hit_memory_[place].size_bytes(),
+                                                           .memory = gpu::Memory::readback,
+                                                           .addressed = true,
+                                                           .host = &hit_memory_[place]});
   }
   for (const auto& [buffer, wanted] : buffers) {
     auto made = device.create_buffer(wanted);
@@ -210,11 +211,9 @@ std::optional<BadInput> GpuRayQuery::fault_of(std::uint32_t element, const RowSo
 
 Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& pool,
                                const accel::Tlas& tlas) {
-  slots_ = tlas.slots();
   for (Kernel& kernel : kernels_) {
     kernel.bindings.clear();
-    for (std::uint32_t place = 0; place < hits_.size() * slots_; ++place) {
-      const std::uint32_t slot = place % slots_;
+    for (std::uint32_t slot = 0; slot < tlas.slots(); ++slot) {
       const gpu::Buffer* buffers[] = {&pool.nodes(),
                                       &pool.triangles(),
                                       &tlas.nodes(slot),
@@ -222,7 +221,6 @@ Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& p
                                       &tlas.identity_texels(slot),
                                       &rays_,
                                       &again_,
-                                      &hits_[place / slots_],
                                       &some_incomplete_,
                                       &tlas.places(slot)};
       auto bindings = device.create_bindings(
@@ -292,13 +290,14 @@ void GpuRayQuery::dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone,
                        .window_begin_ns = low_word(view.window_begin),
                        .per_window_ns = window_s > 0.0 ? static_cast<float>(1e-9 / window_s) : 0.0f,
                        .hits_per_ray = options_.hits_per_ray,
+                       .hits = hits_[places_.written()].address(),
                        .faces = options_.faces == Faces::both    ? 0.0f
                                 : options_.faces == Faces::front ? 1.0f
                                                                  : -1.0f,
                        .two = 2};
   while (args.first < groups.end) {
     const std::uint32_t some = std::min(groups.end - args.first, max_groups_);
-    recorder.dispatch(kernel.pipeline, kernel.bindings[places_.written() * slots_ + view.slot], args, some);
+    recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args, some);
     args.first += some;  // max_groups_ may be more than the sum can hold
   }
 }

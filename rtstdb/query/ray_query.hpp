@@ -60,7 +60,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   struct Kernel {
     gpu::ShaderId shader;
     gpu::Pipeline pipeline;
-    std::vector<gpu::Bindings> bindings;  // one per slot, for each place of hits
+    std::vector<gpu::Bindings> bindings;  // one per slot
   };
 
   /// `moving`: not all rays stand in the world and ask at one instant. Where there are fewer kernels, the one that
@@ -88,7 +88,6 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   mutable bool side_by_side_ = false;
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
   std::uint32_t max_groups_ = 0;
-  std::uint32_t slots_ = 0;
   std::vector<Kernel> kernels_;
   gpu::HostMemory ray_memory_;               // the caller's spans: they stay where they are
   std::vector<gpu::HostMemory> hit_memory_;  // of each place

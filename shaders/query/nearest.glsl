@@ -12,6 +12,7 @@
 #include "common/interleave.glsl"
 #include "common/loops.glsl"
 #include "common/wide_node.glsl"
+#include "query/answer.glsl"
 #include "query/nearest_point.glsl"
 
 #if defined(NEAREST_CENTER) || defined(NEAREST_BOUNDS)
@@ -24,14 +25,13 @@ layout(set = 0, binding = 0) uniform usamplerBuffer tlas;
 layout(set = 0, binding = 1) uniform samplerBuffer instances;
 layout(set = 0, binding = 2, scalar) readonly buffer PointsBuffer { NearestRecord points[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer CountsBuffer { NearestCount counts[]; };
-layout(set = 0, binding = 4, scalar) writeonly buffer NeighborsBuffer { NeighborRecord neighbors[]; };
-layout(set = 0, binding = 5) uniform usamplerBuffer identities;
+layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 #ifdef NEAREST_STILL
-layout(set = 0, binding = 6) uniform samplerBuffer centers;
+layout(set = 0, binding = 5) uniform samplerBuffer centers;
 #endif
 #ifndef NEAREST_ENTITY
-layout(set = 0, binding = 6) uniform samplerBuffer triangles;
-layout(set = 0, binding = 7) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 5) uniform samplerBuffer triangles;
+layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
 #endif
 
 const float nowhere = 3.4e38;  // farther than anything
@@ -293,6 +293,18 @@ NeighborRecord described(uint place, uint slot, float distance, NearestRecord re
   return neighbor;
 }
 
+void store_neighbor(uint place, NeighborRecord neighbor) {
+  const uint pair = place * neighbor_pairs;
+  store_pair(args.neighbors, pair, neighbor.entity);
+  store_pair(args.neighbors, pair + 1u, uvec2(neighbor.mask, neighbor.material));
+  store_pair(args.neighbors, pair + 2u, uvec2(neighbor.triangle, floatBitsToUint(neighbor.distance_m)));
+  store_pair(args.neighbors, pair + 3u, floatBitsToUint(vec2(neighbor.u, neighbor.v)));
+  store_pair(args.neighbors, pair + 4u, uvec2(neighbor.has_sign, floatBitsToUint(neighbor.p_world_m.x)));
+  store_pair(args.neighbors, pair + 5u, floatBitsToUint(neighbor.p_world_m.yz));
+  store_pair(args.neighbors, pair + 6u, floatBitsToUint(neighbor.v_relative_mps.xy));
+  store_pair(args.neighbors, pair + 7u, uvec2(floatBitsToUint(neighbor.v_relative_mps.z), 0u));
+}
+
 #ifdef NEAREST_ENTITY
 #include "query/nearest_entities.glsl"
 #else
@@ -343,7 +355,7 @@ void main() {
   uint k = 0u;
   if (found != 0u) do {
     const uint j = LIST_SIZE - args.k + k;
-    neighbors[record.place * args.k + k] = described(places[j], slots[j], distances[j], record, asked);
+    store_neighbor(record.place * args.k + k, described(places[j], slots[j], distances[j], record, asked));
     ++k;
   } while (k < found);
   cut_short = cut_short || !loops_still_turn(args.two);

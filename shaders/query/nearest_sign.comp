@@ -15,9 +15,10 @@ layout(set = 0, binding = 0) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 1) uniform samplerBuffer instances;
 layout(set = 0, binding = 2, scalar) readonly buffer PointsBuffer { NearestRecord points[]; };
 layout(set = 0, binding = 3, scalar) buffer CountsBuffer { NearestCount counts[]; };
-layout(set = 0, binding = 4, scalar) buffer NeighborsBuffer { NeighborRecord neighbors[]; };
-layout(set = 0, binding = 5) uniform samplerBuffer triangles;
-layout(set = 0, binding = 6, scalar) readonly buffer PlacesBuffer { uint places[]; };
+layout(set = 0, binding = 4) uniform samplerBuffer triangles;
+layout(set = 0, binding = 5, scalar) readonly buffer PlacesBuffer { uint places[]; };
+
+layout(buffer_reference, buffer_reference_align = 8, scalar) buffer Neighbors { NeighborRecord records[]; };
 
 const uint stack_size = 128u;
 // Every inner node pushes at most 8 references.
@@ -58,7 +59,8 @@ void main() {
   const uint rank = index % args.k;
   if (rank >= counts[record.place].found) return;
   const uint neighbor = record.place * args.k + rank;
-  const Instance i = fetch_instance(instances, places[neighbors[neighbor].entity.x] + record.instance_base);
+  Neighbors neighbors = Neighbors(args.neighbors);
+  const Instance i = fetch_instance(instances, places[neighbors.records[neighbor].entity.x] + record.instance_base);
   const vec3 turned = into_frame(i, orientation_of(i, record.t_ns), record.t_ns, asked_of(instances, record).point);
   const vec3 point = turned / i.scale;
 
@@ -105,8 +107,8 @@ void main() {
     }
     if (depth > 0u) current = stack[--depth];
   }
-  if (winding != 0) neighbors[neighbor].distance_m = -neighbors[neighbor].distance_m;
-  neighbors[neighbor].has_sign = i.closed ? 1u : 0u;
+  if (winding != 0) neighbors.records[neighbor].distance_m = -neighbors.records[neighbor].distance_m;
+  neighbors.records[neighbor].has_sign = i.closed ? 1u : 0u;
   cut_short = cut_short || !loops_still_turn(args.two);
   if (cut_short) counts[record.place].incomplete = 1u;
 }

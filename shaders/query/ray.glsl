@@ -4,6 +4,7 @@
 // some of them move with an entity, RAY_LIST as the largest number of hits of each, where that is more than one, RAY_PACKET
 // where eight neighbours run side by side.
 #include "common/interleave.glsl"
+#include "query/answer.glsl"
 #ifdef RAY_PACKET
 #include "query/packet.glsl"
 #else
@@ -15,11 +16,12 @@ layout(push_constant, scalar) uniform Push { RayArgs args; };
 layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer rays;
 layout(set = 0, binding = 6) uniform usamplerBuffer again;
-layout(set = 0, binding = 7, rgba32ui) writeonly uniform uimageBuffer hits;
-layout(set = 0, binding = 8, scalar) writeonly buffer IncompleteBuffer { uint some_incomplete; };
+layout(set = 0, binding = 7, scalar) writeonly buffer IncompleteBuffer { uint some_incomplete; };
 #ifdef RAY_MOVING
-layout(set = 0, binding = 9, scalar) readonly buffer PlacesBuffer { uint places[]; };
+layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint places[]; };
 #endif
+
+void store_hit(uint place, uint pair, uvec2 words) { store_pair(args.hits, place * hit_pairs + pair, words); }
 
 float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 
@@ -75,8 +77,7 @@ Asked read_ray(uint index) {
   return asked;
 }
 
-void write_hit(uint hit_index, Found found, Asked ray) {
-  const int place = int(hit_index * hit_texels);
+void write_hit(uint place, Found found, Asked ray) {
   const bool hit = found.status == status_hit;
   const Instance i = instance_at(hit ? found.instance : 0u);
   const int corners = int(found.slot * triangle_texels);
@@ -87,14 +88,16 @@ void write_hit(uint hit_index, Found found, Asked ray) {
   const vec3 n = cross(ab / largest(ab), ac / largest(ac)) / i.scale;
   const vec3 n_world = normalize(rotate(orientation_of(i, ray.t_ns), n / largest(n)));
   const vec3 v_relative_mps = velocity_at(i, ray.t_ns, ray.origin + found.lambda * ray.direction) - ray.v_origin;
-  const uvec4 nothing = uvec4(0u);
-  const uvec4 side = uvec4(found.triangle, found.front ? 1u : 0u, floatBitsToUint(n_world.xy));
-  const uvec4 motion = uvec4(floatBitsToUint(n_world.z), floatBitsToUint(v_relative_mps));
-  imageStore(hits, place, hit ? uvec4(found.status, floatBitsToUint(vec3(found.lambda * ray.unit, found.u, found.v)))
-                              : uvec4(found.status, nothing.xyz));
-  imageStore(hits, place + 1, hit ? texelFetch(identities, int(hit ? found.entity : 0u)) : uvec4(no_entity, nothing.xyz));
-  imageStore(hits, place + 2, hit ? side : nothing);
-  imageStore(hits, place + 3, hit ? motion : nothing);
+  const uvec4 identity = texelFetch(identities, int(hit ? found.entity : 0u));
+  const uvec2 nothing = uvec2(0u);
+  store_hit(place, 0u, uvec2(found.status, hit ? floatBitsToUint(found.lambda * ray.unit) : 0u));
+  store_hit(place, 1u, hit ? floatBitsToUint(vec2(found.u, found.v)) : nothing);
+  store_hit(place, 2u, hit ? identity.xy : uvec2(no_entity, 0u));
+  store_hit(place, 3u, hit ? identity.zw : nothing);
+  store_hit(place, 4u, hit ? uvec2(found.triangle, found.front ? 1u : 0u) : nothing);
+  store_hit(place, 5u, hit ? floatBitsToUint(n_world.xy) : nothing);
+  store_hit(place, 6u, hit ? floatBitsToUint(vec2(n_world.z, v_relative_mps.x)) : nothing);
+  store_hit(place, 7u, hit ? floatBitsToUint(v_relative_mps.yz) : nothing);
 }
 
 // Workgroups are handed to lavapipe's threads in contiguous halves; taking rays crosswise gives both the same work.
@@ -137,7 +140,7 @@ void main() {
   if (!asks) return;
 #ifdef RAY_ANY
   // The rest of the hit stays as it was made.
-  imageStore(hits, int(index * hit_texels), uvec4(found.status, 0u, 0u, 0u));
+  store_hit(index, 0u, uvec2(found.status, 0u));
 #else
   write_hit(index, found, ray);
 #endif
@@ -167,7 +170,7 @@ void main() {
   }
 #elif defined(RAY_ANY)
   // The rest of the hit stays as it was made.
-  imageStore(hits, int(index * hit_texels), uvec4(found.status, 0u, 0u, 0u));
+  store_hit(index, 0u, uvec2(found.status, 0u));
 #else
   write_hit(index, found, ray);
 #endif

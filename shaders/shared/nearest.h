@@ -23,7 +23,7 @@ RTSTDB_STRUCT(NearestRecord)
   F(uint, incomplete)
 RTSTDB_STRUCT(NearestCount)
 
-// `k` of them for each place. As the caller reads them: rtstdb/query.hpp, Neighbor.
+// `k` of them for each place. As the caller reads them: rtstdb/query.hpp, Neighbor. Written as pairs of words.
 #define RTSTDB_FIELDS_NeighborRecord(F) \
   F(uvec2, entity) /* index, generation */ \
   F(uint, mask)                         \
@@ -34,13 +34,16 @@ RTSTDB_STRUCT(NearestCount)
   F(float, v)                           \
   F(uint, has_sign)                     \
   F(vec3, p_world_m)                    \
-  F(vec3, v_relative_mps)
+  F(vec3, v_relative_mps)               \
+  F(uint, unused)
 RTSTDB_STRUCT(NeighborRecord)
+RTSTDB_CONSTANT(neighbor_pairs, 8)
 
 #define RTSTDB_FIELDS_NearestArgs(F) \
   F(uint, root)                      \
   F(uint, count)                     \
   F(uint, k)                         \
+  F(uvec2, neighbors) /* their address, low word first */ \
   F(uint, alone) /* 1: one point, or one neighbor, a workgroup */ \
   F(uint, first_group) /* what is many is dispatched in pieces */ \
   F(uint, two)   /* see loops_still_turn */

@@ -11,10 +11,10 @@ RTSTDB_CONSTANT(status_incomplete, 2)
 // A ray lies as the caller filled it in (rtstdb::Ray), 4 texels:
 //   0 origin, direction x    1 direction yz, lambda range    2 time (int64 ns, low word first), mask, carrier's index    3 -
 RTSTDB_CONSTANT(ray_texels, 4)
-// A hit lies as the caller reads it (rtstdb::RayHit), 4 texels of words:
-//   0 status, lambda, u, v   1 entity's index and generation, mask, material   2 triangle, front, normal xy
-//   3 normal z, relative velocity
-RTSTDB_CONSTANT(hit_texels, 4)
+// A hit lies as the caller reads it (rtstdb::RayHit), 8 pairs of words:
+//   0 status, lambda    2 entity's index and generation    4 triangle, front    6 normal z, relative velocity x
+//   1 u, v              3 mask, material                   5 normal xy          7 relative velocity yz
+RTSTDB_CONSTANT(hit_pairs, 8)
 
 #define RTSTDB_FIELDS_RayArgs(F)                                                                  \
   F(uint, root)                                                                                   \
@@ -28,6 +28,7 @@ RTSTDB_CONSTANT(hit_texels, 4)
   F(uint, window_begin_ns) /* low word */                                                         \
   F(float, per_window_ns)  /* 1 over the window's length; 0: it is an instant */                   \
   F(uint, hits_per_ray)                                                                          \
+  F(uvec2, hits)     /* their address, low word first */                                          \
   F(float, faces)    /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                \
   F(uint, two)       /* see loops_still_turn */
 RTSTDB_STRUCT(RayArgs)

@@ -236,7 +236,7 @@ struct Nearest {
       excluded;  ///< never found: most often the carrier itself; default: none. Alive, or the batch is refused
 };
 
-struct Neighbor {
+struct alignas(8) Neighbor {
   EntityId entity;
   std::uint32_t mask = 0;      ///< the entity's
   std::uint32_t material = 0;  ///< the entity's
