@@ -236,6 +236,7 @@ struct Nearest {
       excluded;  ///< never found: most often the carrier itself; default: none. Alive, or the batch is refused
 };
 
+/// By eight bytes, as the device writes it.
 struct alignas(8) Neighbor {
   EntityId entity;
   std::uint32_t mask = 0;      ///< the entity's
