@@ -43,9 +43,9 @@ struct Search {
 // The group on top of the stack; where none is left above `bottom`, one of a node that there is.
 uint top_of(Search search, uint bottom) {
   const uint top = search.depth - 1u;
-  const uint low = subgroupShuffle(search.stack[0], top & 7u);
-  const uint middle = subgroupShuffle(search.stack[1], top & 7u);
-  const uint high = subgroupShuffle(search.stack[2], top & 7u);
+  const uint low = of_lane(search.stack[0], top & 7u);
+  const uint middle = of_lane(search.stack[1], top & 7u);
+  const uint high = of_lane(search.stack[2], top & 7u);
   return search.depth == bottom ? 0u : top < 8u ? low : top < 16u ? middle : high;
 }
 
