@@ -102,8 +102,10 @@ class Tlas {
   const gpu::Buffer& identity_texels(std::uint32_t slot) const noexcept {
     return slots_[slot].identity_texels;
   }
-  /// Centres of the bounds at the window's begin, with the mask, in the order of the instances.
+  // Where the slot's window is one instant, in the order of the instances: centres of the bounds with the mask, and the
+  // bounds (still_bounds_texels each).
   const gpu::Buffer& centers(std::uint32_t slot) const noexcept { return slots_[slot].centers; }
+  const gpu::Buffer& still_bounds(std::uint32_t slot) const noexcept { return slots_[slot].still_bounds; }
   /// By entity index: place_of.
   const gpu::Buffer& places(std::uint32_t slot) const noexcept { return slots_[slot].places; }
   /// Where the entity's instance stands in its slot: those with a geometry by ascending index, which nearest
@@ -143,7 +145,7 @@ class Tlas {
   };
 
   struct Slot {
-    gpu::Buffer rows, instances, centers, live, identity_texels, places, nodes, levels_readback,
+    gpu::Buffer rows, instances, centers, still_bounds, live, identity_texels, places, nodes, levels_readback,
         cost_readback, motion_boxes;
     gpu::Bindings apply_rows, instances_pass, small_build, refit, cost;
     TlasBuilder::Bound large_build;

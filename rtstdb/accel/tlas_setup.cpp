@@ -92,6 +92,9 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   instances.texel_image = true;
   gpu::BufferOptions centers{.name = name + " centers", .size_bytes = 16 * n};
   centers.texel_float4 = true;
+  gpu::BufferOptions still_bounds{.name = name + " still bounds",
+                                  .size_bytes = 16 * shared::still_bounds_texels * n};
+  still_bounds.texel_float4 = true;
   gpu::BufferOptions identities{
       .name = name + " identities", .size_bytes = sizeof(Identity) * n, .memory = gpu::Memory::upload};
   identities.texel_uint4 = true;
@@ -106,6 +109,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
       {&slot.rows, rows},
       {&slot.instances, instances},
       {&slot.centers, centers},
+      {&slot.still_bounds, still_bounds},
       {&slot.live, {.name = name + " live", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
       {&slot.identity_texels, identities},
       {&slot.places, {.name = name + " places", .size_bytes = 4 * n, .memory = gpu::Memory::upload}},
@@ -138,7 +142,8 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
                                          {&bounds_},
                                          {&slot.motion_boxes},
                                          {&slot.centers},
-                                         {&renewed_places_}};
+                                         {&renewed_places_},
+                                         {&slot.still_bounds}};
     auto instances_bindings = device.create_bindings(instances_pass_, instances);
     if (!instances_bindings) return instances_bindings.error();
     slot.instances_pass = std::move(instances_bindings).value();

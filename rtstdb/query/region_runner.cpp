@@ -169,7 +169,9 @@ Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& 
     for (std::uint32_t slot = 0; bound && slot < tlas.slots(); ++slot) {
       std::array<const gpu::Buffer*, 7> buffers{&tlas.nodes(slot), &tlas.instances(slot)};
       std::size_t count = 2;
-      if (options_.level != RegionLevel::bounds) {
+      if (options_.level == RegionLevel::bounds) {
+        buffers[count++] = &tlas.still_bounds(slot);
+      } else {
         buffers[count++] = &pool.nodes();
         buffers[count++] = &pool.triangles();
       }

@@ -15,9 +15,10 @@ layout(set = 0, binding = 3, scalar) writeonly buffer InstancesBuffer { vec4 ins
 layout(set = 0, binding = 4, scalar) writeonly buffer LateInstancesBuffer { vec4 late_instances[]; };
 layout(set = 0, binding = 5, scalar) writeonly buffer BoundsBuffer { Box bounds[]; };
 layout(set = 0, binding = 6, scalar) writeonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
-// Of the bounds, at the window's begin, with the mask: for queries that ask at one instant.
+// For queries that ask at one instant, of windows that are one: of the bounds, with the mask.
 layout(set = 0, binding = 7, scalar) writeonly buffer CentersBuffer { vec4 centers[]; };
 layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint listed_places[]; };
+layout(set = 0, binding = 9, scalar) writeonly buffer StillBoundsBuffer { vec4 still_bounds[]; };
 
 const uint no_geometry = 0xFFFFFFFFu;
 
@@ -89,10 +90,15 @@ void main() {
   }
   if (place >= args.visible_count) return;
   // From the epoch's instance, as queries that ask at several instants do it.
-  const vec3 center = center_at(early, int(args.window_begin.x - args.epoch.x));
-  centers[place] = vec4(center, uintBitsToFloat(early.mask));
+  const OrientedBox still = bounds_at(early, int(args.window_begin.x - args.epoch.x));
+  if (args.window_s == 0.0) {
+    centers[place] = vec4(still.center, uintBitsToFloat(early.mask));
+    still_bounds[place * still_bounds_texels] = vec4(still.center, uintBitsToFloat(early.mask));
+    still_bounds[place * still_bounds_texels + 1u] = vec4(still.half_extent, uintBitsToFloat(early.entity));
+    still_bounds[place * still_bounds_texels + 2u] = still.q;
+  }
   const MotionBox box = bounds_of(instance_of(row, geometry, args.window_begin), args.window_s);
   bounds[place] = swept(box);
   // Both ends of a window of one instant are the same: in the place of one there is what searches for centres want.
-  motion_boxes[place] = MotionBox(box.begin, args.window_s == 0.0 ? Box(center, center) : box.end);
+  motion_boxes[place] = MotionBox(box.begin, args.window_s == 0.0 ? Box(still.center, still.center) : box.end);
 }

@@ -93,8 +93,17 @@ vec3 position_of(Instance i, int t_ns) { return i.p + i.v * since(i, t_ns); }
 
 vec4 orientation_of(Instance i, int t_ns) { return orientation_at(i.q, i.w, since(i, t_ns)); }
 
-// The centre of the instance's bounds.
-vec3 center_at(Instance i, int t_ns) { return position_of(i, t_ns) + rotate(orientation_of(i, t_ns), i.box_center * i.scale); }
+struct OrientedBox {
+  vec3 center;
+  vec4 q;
+  vec3 half_extent;
+};
+
+// The instance's bounds at an instant.
+OrientedBox bounds_at(Instance i, int t_ns) {
+  const vec4 q = orientation_of(i, t_ns);
+  return OrientedBox(position_of(i, t_ns) + rotate(q, i.box_center * i.scale), q, i.box_half * i.scale);
+}
 
 // What a query needs first of an instance, its first five texels; the box is read only where it is used.
 Instance instance_from(vec4 t0, vec4 t1, vec4 t2, vec4 t3, vec4 t4) {

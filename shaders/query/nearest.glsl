@@ -197,7 +197,7 @@ vec3 offset_to_center(uint place, vec3 point) {
 // From the point to the target, in the world.
 vec3 offset_to(Instance i, int t_ns, vec3 point) {
 #ifdef NEAREST_CENTER
-  precise vec3 offset = center_at(i, t_ns) - point;
+  precise vec3 offset = bounds_at(i, t_ns).center - point;
   return offset;
 #else
   const vec4 q = orientation_of(i, t_ns);

@@ -22,10 +22,11 @@ layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RegionArgs args; };
 layout(set = 0, binding = 0) uniform usamplerBuffer tlas;
 layout(set = 0, binding = 1) uniform samplerBuffer instances;
-layout(set = 0, binding = 2, scalar) readonly buffer RegionsBuffer { RegionRecord regions[]; };
-layout(set = 0, binding = 3, scalar) buffer CountsBuffer { RegionCount counts[]; };
+layout(set = 0, binding = 2) uniform samplerBuffer still_bounds;
+layout(set = 0, binding = 3, scalar) readonly buffer RegionsBuffer { RegionRecord regions[]; };
+layout(set = 0, binding = 4, scalar) buffer CountsBuffer { RegionCount counts[]; };
 #ifndef REGION_COUNT
-layout(set = 0, binding = 4, scalar) buffer IdsBuffer { uint ids[]; };
+layout(set = 0, binding = 5, scalar) buffer IdsBuffer { uint ids[]; };
 #endif
 
 // Groups of inner nodes: at most one a level of the tree.
@@ -72,6 +73,29 @@ uint visit(uint node, uint share, Shape shape) {
   return done || cut_short ? ref_none : next;
 }
 
+struct Leaf {
+  OrientedBox box;
+  uint mask;
+  uint entity;
+};
+
+Leaf fetch_leaf(uint visible, RegionRecord record) {
+#ifdef REGION_MOVING
+  const uint place = visible + record.instance_base;
+  Instance i = fetch_instance(instances, place);
+  fetch_instance_box(instances, place, i);
+  return Leaf(bounds_at(i, record.t_ns), i.mask, i.entity);
+#else
+  const int base = int(visible * still_bounds_texels);
+  const vec4 t0 = texelFetch(still_bounds, base);
+  const vec4 t1 = texelFetch(still_bounds, base + 1);
+  const vec4 q = texelFetch(still_bounds, base + 2);
+  return Leaf(OrientedBox(t0.xyz, q, t1.xyz), floatBitsToUint(t0.w), floatBitsToUint(t1.w));
+#endif
+}
+
+bool wants(RegionRecord record, Leaf leaf) { return (leaf.mask & record.mask) != 0u && leaf.entity != record.excluded; }
+
 void look_at_border(RegionRecord record, Shape shape, uint base) {
   uint group = 0u;
   if (border_count > 0u) do {
@@ -80,11 +104,8 @@ void look_at_border(RegionRecord record, Shape shape, uint base) {
       const bool pop = (group & 0xFFu) == 0u;
       border_count -= pop ? 1u : 0u;
       group = pop ? border_list[border_count] : group;
-      const uint place = (take_child(tlas, tlas_node_texels, group) & ref_instance_mask) + record.instance_base;
-      Instance i = fetch_instance(instances, place);
-      fetch_instance_box(instances, place, i);
-      const bool wanted = (i.mask & record.mask) != 0u && i.entity != record.excluded;
-      keep(base, wanted && holds(shape, bounds_at(i, record.t_ns)), i.entity);
+      const Leaf leaf = fetch_leaf(take_child(tlas, tlas_node_texels, group) & ref_instance_mask, record);
+      keep(base, wants(record, leaf) && holds(shape, leaf.box), leaf.entity);
     }
   } while (border_count > 0u || (group & 0xFFu) != 0u);
 }
@@ -97,10 +118,8 @@ void look_within(RegionRecord record, uint base) {
       const bool pop = (group & 0xFFu) == 0u;
       within_count -= pop ? 1u : 0u;
       group = pop ? within_list[within_count] : group;
-      const uint place = (take_child(tlas, tlas_node_texels, group) & ref_instance_mask) + record.instance_base;
-      const uint mask = floatBitsToUint(texelFetch(instances, int(place * instance_texels)).w);
-      const uint entity = floatBitsToUint(texelFetch(instances, int(place * instance_texels) + 3).w);
-      keep(base, (mask & record.mask) != 0u && entity != record.excluded, entity);
+      const Leaf leaf = fetch_leaf(take_child(tlas, tlas_node_texels, group) & ref_instance_mask, record);
+      keep(base, wants(record, leaf), leaf.entity);
     }
   } while (within_count > 0u || (group & 0xFFu) != 0u);
 }

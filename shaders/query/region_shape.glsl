@@ -4,20 +4,8 @@
 #include "common/instance.glsl"
 #include "shared/query.h"
 
-struct OrientedBox {
-  vec3 center;
-  vec4 q;
-  vec3 half_extent;
-};
-
 mat3 axes_of(vec4 q) {
   return mat3(rotate(q, vec3(1.0, 0.0, 0.0)), rotate(q, vec3(0.0, 1.0, 0.0)), rotate(q, vec3(0.0, 0.0, 1.0)));
-}
-
-// The instance's bounds at an instant.
-OrientedBox bounds_at(Instance i, int t_ns) {
-  const vec4 q = orientation_of(i, t_ns);
-  return OrientedBox(position_of(i, t_ns) + rotate(q, i.box_center * i.scale), q, i.box_half * i.scale);
 }
 
 // The region's centre and orientation in the world.

@@ -40,6 +40,9 @@ RTSTDB_STRUCT(GeometryRecord)
 //   4 scale, from | closed  5 box centre, -          6 box half extent, -       (box: entity frame, unscaled)
 RTSTDB_CONSTANT(instance_texels, 7)
 RTSTDB_CONSTANT(instance_closed_bit, 0x80000000u)
+// The bounds of an entity at the one instant of a window, 3 texels of vec4:
+//   0 centre, mask          1 half extent, entity index                      2 orientation (xyzw)
+RTSTDB_CONSTANT(still_bounds_texels, 3)
 // Epochs lie this far apart.
 RTSTDB_CONSTANT(epoch_length_ns, 1000000000)
 
