@@ -130,7 +130,7 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
     lane.while_waiting(meanwhile);
   const accel::Tlas::Counts trees = epoch.tlas.counts();
   const accel::GeometryPool::Counts shapes = epoch.pool.counts();
-  RunReport report = ChunkedRun(epoch.structures, lanes, rows, requests, times, meanwhile).run();
+  RunReport report = ChunkedRun(epoch.structures, lanes, fork_join_, rows, requests, times, meanwhile).run();
   // Together with those in its gaps, if there were any.
   report.structures = {
       .refitted = epoch.tlas.counts().refits + epoch.tlas.counts().patches > trees.refits + trees.patches,

@@ -57,7 +57,8 @@ class GpuExecutor final : public Executor {
   Health device_health() const;
 
  private:
-  GpuExecutor(OpenDevice open, const DatabaseOptions& options) : open_(std::move(open)), options_(options) {}
+  GpuExecutor(OpenDevice open, const DatabaseOptions& options)
+      : open_(std::move(open)), options_(options), fork_join_(options.thread_priority) {}
   Result<GeometryId> add_here(const TriangleMesh& mesh, const GeometryOptions& options);
   Result<void> join(GpuQuery& query);
   Result<void> connect(GpuQuery& query);
@@ -79,6 +80,7 @@ class GpuExecutor final : public Executor {
 
   const OpenDevice open_;
   const DatabaseOptions options_;
+  threads::ForkJoin fork_join_;
   DeviceInfo device_info_;
   std::shared_ptr<PreparedQueries> prepared_ = std::make_shared<PreparedQueries>();
   accel::KeptGeometries kept_;  // of the epoch before; one that stands has its own

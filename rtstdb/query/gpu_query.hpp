@@ -8,6 +8,7 @@
 #include "rtstdb/accel/tlas.hpp"
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/query/prepared_queries.hpp"
+#include "rtstdb/threads/fork_join.hpp"
 
 namespace rtstdb::query {
 
@@ -38,8 +39,9 @@ class GpuQuery : public PreparedQuery {
   /// version.
   virtual void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                       const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
-  /// Answers to the caller's span.
-  virtual void unpack(PlaceRange range, const accel::TlasView& view) noexcept = 0;
+  /// Answers to the caller's span. `fork_join`: to do it on two threads.
+  virtual void unpack(PlaceRange range, const accel::TlasView& view,
+                      threads::ForkJoin& fork_join) noexcept = 0;
 
   // On lavapipe the elements of a group share one allowance of work, so that whether an element finishes
   // could depend on its neighbours in the batch. Those left incomplete are asked again, each in a group of

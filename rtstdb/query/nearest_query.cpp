@@ -274,7 +274,8 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
   in_pieces(sign_, sign_bindings_[view.slot], options_.k);
 }
 
-void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
+void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/,
+                             threads::ForkJoin& /*fork_join*/) noexcept {
   answered_ = range.end;
   const std::size_t bytes_per_point = options_.k * sizeof(Neighbor);
   neighbors_[places_.written()].pull(range.first * bytes_per_point,

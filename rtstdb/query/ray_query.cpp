@@ -251,7 +251,8 @@ void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::T
   dispatch(groups, range.end, false, rows, view, recorder);
 }
 
-void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
+void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/,
+                         threads::ForkJoin& /*fork_join*/) noexcept {
   answered_ = range.end;
   pull(range.first, range.end);
   // A chunk after this one may have raised it; then this one is looked at in vain.

@@ -13,6 +13,9 @@ namespace {
 
 using enum gpu::ShaderId;
 
+/// What one thread puts in order while another is woken.
+constexpr std::size_t ids_worth_sharing = 8192;
+
 struct ShadersOfKind {
   std::optional<gpu::ShaderId> still, moving, lowest;
 };
@@ -147,18 +150,21 @@ Result<void> RegionRunner::create_buffers(gpu::Device& device) {
 void RegionRunner::make_room_for_answers() {
   const std::size_t capacity = options_.capacity;
   const std::size_t listed = capacity * options_.ids_per_region;
-  if (lists_triangles()) {
-    for (Answers& answers : answers_)
+  for (Answers& answers : answers_) {
+    if (lists_triangles())
       answers.triangles.resize(listed);
-    sorted_.resize(options_.ids_per_region);
-    numbers_.resize(options_.ids_per_region);
-  } else {
-    for (Answers& answers : answers_)
+    else
       answers.entities.resize(listed);
-  }
-  for (Answers& answers : answers_)
     answers.of_regions.resize(capacity);
+  }
+  begins_.resize(capacity + 1);
   incomplete_.reserve(capacity);
+  sorters_.resize(listed < ids_worth_sharing ? 1 : threads::ForkJoin::hands);
+  if (!lists_triangles()) return;
+  for (Sorter& sorter : sorters_) {
+    sorter.by_entity.resize(options_.ids_per_region);
+    sorter.numbers.resize(options_.ids_per_region);
+  }
 }
 
 Result<void> RegionRunner::bind(gpu::Device& device, const accel::GeometryPool& pool,
@@ -199,6 +205,7 @@ void RegionRunner::arrange(std::span<const std::uint32_t> order, const RegionKin
   order_ = order;
   ends_ = ends;
   incomplete_.clear();
+  begins_[0] = 0;
   answered_ = 0;
 }
 
@@ -234,12 +241,33 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
     run(kernels_[kind].lowest, begin_of(kind), end_of(kind));
 }
 
-void RegionRunner::unpack(PlaceRange range, const accel::TlasView& view) noexcept {
-  for (std::uint32_t i = range.first; i < range.end; ++i) {
-    unpack_answer(order_[i], i, view);
-    if (answers_[places_.written()].of_regions[order_[i]].incomplete) incomplete_.push_back(i);
-  }
+void RegionRunner::unpack(PlaceRange range, const accel::TlasView& view,
+                          threads::ForkJoin& fork_join) noexcept {
+  const auto unpack_block = [&](std::uint32_t first, std::uint32_t end, std::uint32_t hand) {
+    for (std::uint32_t place = first; place < end; ++place)
+      unpack_answer(place, place, view, sorters_[hand]);
+  };
   answered_ = range.end;
+  if (lay_out(range) < ids_worth_sharing) return unpack_block(range.first, range.end, 0);
+  const std::uint32_t blocks = (range.end - range.first + places_per_group - 1) / places_per_group;
+  fork_join.each(blocks, [&](std::uint32_t block, std::uint32_t hand) {
+    const std::uint32_t first = range.first + block * places_per_group;
+    unpack_block(first, std::min(first + places_per_group, range.end), hand);
+  });
+}
+
+std::size_t RegionRunner::lay_out(PlaceRange range) noexcept {
+  const auto counts = counts_.host_as<const shared::RegionCount>();
+  std::size_t next = begins_[range.first];
+  for (std::uint32_t place = range.first; place < range.end; ++place) {
+    begins_[place] = next;
+    const bool incomplete = counts[place].incomplete != 0;
+    if (incomplete) incomplete_.push_back(place);
+    // One that is asked again may find more then.
+    next += incomplete ? options_.ids_per_region : kept(counts[place]);
+  }
+  begins_[range.end] = next;
+  return next - begins_[range.first];
 }
 
 void RegionRunner::record_again(PlaceRange range, const accel::TlasView& view,
@@ -254,7 +282,7 @@ void RegionRunner::record_again(PlaceRange range, const accel::TlasView& view,
 
 void RegionRunner::unpack_again(PlaceRange range, const accel::TlasView& view) noexcept {
   for (std::uint32_t i = range.first; i < range.end; ++i)
-    unpack_answer(order_[incomplete_[i]], i, view);
+    unpack_answer(incomplete_[i], i, view, sorters_[0]);
 }
 
 bool RegionRunner::truncated() const noexcept {
@@ -271,53 +299,50 @@ void RegionRunner::let_stand(std::uint32_t answered, std::uint32_t count) noexce
   places_.let_stand(count);
 }
 
-void RegionRunner::unpack_answer(std::uint32_t region, std::uint32_t place,
-                                 const accel::TlasView& view) noexcept {
-  const shared::RegionCount count = counts_.host_as<const shared::RegionCount>()[place];
-  RegionAnswer& answer = answers_[places_.written()].of_regions[region];
+void RegionRunner::unpack_answer(std::uint32_t place, std::uint32_t from, const accel::TlasView& view,
+                                 Sorter& sorter) noexcept {
+  const shared::RegionCount count = counts_.host_as<const shared::RegionCount>()[from];
+  RegionAnswer& answer = answers_[places_.written()].of_regions[order_[place]];
   answer = {.entities = {},
             .triangles = {},
             .found = count.found,
             .overflow = options_.ids_per_region > 0 && count.found > options_.ids_per_region,
             .incomplete = count.incomplete != 0};
-  const std::uint32_t kept = std::min(count.found, options_.ids_per_region);
-  if (kept == 0) return;
-  if (options_.level == RegionLevel::triangle) {
-    answer.triangles = unpack_triangles(region, place, kept, view);
-  } else {
-    answer.entities = unpack_entities(region, place, kept, view);
-  }
+  if (kept(count) == 0) return;
+  if (lists_triangles())
+    answer.triangles = unpack_triangles(begins_[place], from, kept(count), view, sorter);
+  else
+    answer.entities = unpack_entities(begins_[place], from, kept(count), view, sorter);
 }
 
-std::span<const EntityId> RegionRunner::unpack_entities(std::uint32_t region, std::uint32_t place,
-                                                        std::uint32_t kept,
-                                                        const accel::TlasView& view) noexcept {
+std::span<const EntityId> RegionRunner::unpack_entities(std::size_t begin, std::uint32_t from,
+                                                        std::uint32_t kept, const accel::TlasView& view,
+                                                        Sorter& sorter) noexcept {
   const auto all_ids = ids_.host_as<const std::uint32_t>();
-  const std::size_t begin = std::size_t{place} * options_.ids_per_region;
-  const auto ids = all_ids.subspan(begin, kept);
-  const auto entities = std::span(answers_[places_.written()].entities)
-                            .subspan(std::size_t{region} * options_.ids_per_region, kept);
+  const std::size_t ids_begin = std::size_t{from} * options_.ids_per_region;
+  const auto ids = all_ids.subspan(ids_begin, kept);
+  const auto entities = std::span(answers_[places_.written()].entities).subspan(begin, kept);
   // Identities lie all over the memory, and the ids of the next region were written by another core: they are
   // called for before they are needed, which takes a quarter off.
   for (const std::uint32_t index : ids)
     __builtin_prefetch(&view.identities[index]);
   const auto next_ids =
-      all_ids.subspan(std::min(begin + options_.ids_per_region, all_ids.size() - kept), kept);
+      all_ids.subspan(std::min(ids_begin + options_.ids_per_region, all_ids.size() - kept), kept);
   for (std::size_t k = 0; k < kept; k += 16)
     __builtin_prefetch(&next_ids[k]);
   std::size_t next = 0;
-  id_order_.ascending(ids, [&](std::uint32_t index) { entities[next++] = view.identities[index].id; });
+  sorter.id_order.ascending(ids, [&](std::uint32_t index) { entities[next++] = view.identities[index].id; });
   // Of a search that was cut short an id may stand twice.
   return entities.first(next);
 }
 
-std::span<const EntityTriangle> RegionRunner::unpack_triangles(std::uint32_t region, std::uint32_t place,
+std::span<const EntityTriangle> RegionRunner::unpack_triangles(std::size_t begin, std::uint32_t from,
                                                                std::uint32_t kept,
-                                                               const accel::TlasView& view) noexcept {
+                                                               const accel::TlasView& view,
+                                                               Sorter& sorter) noexcept {
   const auto found =
-      ids_.host_as<const glm::uvec2>().subspan(std::size_t{place} * options_.ids_per_region, kept);
-  const auto triangles = std::span(answers_[places_.written()].triangles)
-                             .subspan(std::size_t{region} * options_.ids_per_region, kept);
+      ids_.host_as<const glm::uvec2>().subspan(std::size_t{from} * options_.ids_per_region, kept);
+  const auto triangles = std::span(answers_[places_.written()].triangles).subspan(begin, kept);
   const std::uint32_t entity = found[0].x;
   std::uint32_t others = 0;
   std::uint32_t first = found[0].y;
@@ -330,12 +355,14 @@ std::span<const EntityTriangle> RegionRunner::unpack_triangles(std::uint32_t reg
   std::size_t next = 0;
   // Most often they are of one entity, and do not lie far apart in its mesh.
   if (others == 0 && last - first < max_entities) {
-    const auto numbers = std::span(numbers_).first(kept);
+    const auto numbers = std::span(sorter.numbers).first(kept);
     std::ranges::transform(found, numbers.begin(), [&](const glm::uvec2& one) { return one.y - first; });
     const EntityId id = view.identities[entity].id;
-    id_order_.ascending(numbers, [&](std::uint32_t number) { triangles[next++] = {id, first + number}; });
+    sorter.id_order.ascending(numbers, [&](std::uint32_t number) {
+      triangles[next++] = {id, first + number};
+    });
   } else {
-    const auto sorted = std::span(sorted_).first(kept);
+    const auto sorted = std::span(sorter.by_entity).first(kept);
     std::ranges::transform(found, sorted.begin(), in_order);
     std::ranges::sort(sorted);
     for (const std::uint64_t one : std::span(sorted.begin(), std::unique(sorted.begin(), sorted.end())))

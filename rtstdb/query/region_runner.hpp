@@ -50,7 +50,7 @@ class RegionRunner {
   void arrange(std::span<const std::uint32_t> order, const RegionKindEnds& ends) noexcept;
   /// Answers what stands in these records.
   void record(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
-  void unpack(PlaceRange range, const accel::TlasView& view) noexcept;
+  void unpack(PlaceRange range, const accel::TlasView& view, threads::ForkJoin& fork_join) noexcept;
   /// Places to be asked again: the i-th of them as the i-th record.
   std::span<const std::uint32_t> incomplete() const noexcept { return incomplete_; }
   void record_again(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
@@ -76,9 +76,15 @@ class RegionRunner {
     std::optional<Kernel> lowest;  // asks those again that found more than they have room for
   };
   struct Answers {
-    std::vector<EntityId> entities;         // ids_per_region for each, or
-    std::vector<EntityTriangle> triangles;  // these
+    std::vector<EntityId> entities;         // ids_per_region for each at most, or
+    std::vector<EntityTriangle> triangles;  // these, place after place
     std::vector<RegionAnswer> of_regions;   // looking into them
+  };
+  /// What a thread needs to put answers in order.
+  struct Sorter {
+    IdOrder id_order;
+    std::vector<std::uint64_t> by_entity;  // and triangle, of one region
+    std::vector<std::uint32_t> numbers;    // of one region, where all are of one entity
   };
   Result<void> create_kernels(gpu::Device& device);
   template <class Each>
@@ -88,12 +94,18 @@ class RegionRunner {
   void make_room_for_answers();
   void dispatch(PlaceRange range, const RegionKindEnds& ends, bool alone, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;
-  /// The answer to the caller's region from what the device left at `place`.
-  void unpack_answer(std::uint32_t region, std::uint32_t place, const accel::TlasView& view) noexcept;
-  std::span<const EntityId> unpack_entities(std::uint32_t region, std::uint32_t place, std::uint32_t kept,
-                                            const accel::TlasView& view) noexcept;
-  std::span<const EntityTriangle> unpack_triangles(std::uint32_t region, std::uint32_t place,
-                                                   std::uint32_t kept, const accel::TlasView& view) noexcept;
+  std::uint32_t kept(const shared::RegionCount& count) const noexcept {
+    return std::min(count.found, options_.ids_per_region);
+  }
+  /// Where the answers to these places begin, and which of them are incomplete. Returns how many ids there are.
+  std::size_t lay_out(PlaceRange range) noexcept;
+  /// The answer to `order_[place]` from what the device left at `from`.
+  void unpack_answer(std::uint32_t place, std::uint32_t from, const accel::TlasView& view,
+                     Sorter& sorter) noexcept;
+  std::span<const EntityId> unpack_entities(std::size_t begin, std::uint32_t from, std::uint32_t kept,
+                                            const accel::TlasView& view, Sorter& sorter) noexcept;
+  std::span<const EntityTriangle> unpack_triangles(std::size_t begin, std::uint32_t from, std::uint32_t kept,
+                                                   const accel::TlasView& view, Sorter& sorter) noexcept;
 
   RegionRunnerOptions options_;
   std::uint32_t answered_ = 0;
@@ -101,11 +113,10 @@ class RegionRunner {
   gpu::Buffer records_, counts_, ids_;
   std::span<const std::uint32_t> order_;  // the caller's region of each record
   RegionKindEnds ends_{};
-  IdOrder id_order_;
   AnswerPlaces places_;
   std::vector<Answers> answers_;           // in each place
-  std::vector<std::uint64_t> sorted_;      // of one region, by entity and triangle
-  std::vector<std::uint32_t> numbers_;     // of one region, where all are of one entity
+  std::vector<std::size_t> begins_;        // of the answers to each place of a batch, and to the one behind
+  std::vector<Sorter> sorters_;            // one a thread
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
 };
 

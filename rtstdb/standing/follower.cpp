@@ -3,7 +3,6 @@
 #include <pthread.h>
 
 #include <algorithm>
-#include <csignal>
 #include <new>
 #include <system_error>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "rtstdb/standing/membership_watch.hpp"
 #include "rtstdb/standing/nearest_watch.hpp"
 #include "rtstdb/standing/version_errand.hpp"
+#include "rtstdb/threads/signals_blocked.hpp"
 
 namespace rtstdb::standing {
 namespace {
@@ -85,17 +85,8 @@ void Follower::begin_thread() {
   feed_.make_room(options_.feed_capacity);
   engine_.listen(&feed_);
   // It inherits what its creator has: signals are the program's business, and priority the tick's.
-  sigset_t all;
-  sigset_t before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  try {
-    thread_ = std::thread([this] { run(); });
-  } catch (...) {
-    pthread_sigmask(SIG_SETMASK, &before, nullptr);
-    throw;
-  }
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  const threads::SignalsBlocked inherited_by_the_thread;
+  thread_ = std::thread([this] { run(); });
   pthread_setname_np(thread_.native_handle(), "rtstdb follower");
   const sched_param ordinary{};
   pthread_setschedparam(thread_.native_handle(), SCHED_OTHER, &ordinary);

@@ -11,7 +11,7 @@
 #include "rtstdb/log/geometry_file.hpp"
 #include "rtstdb/log/log_start.hpp"
 #include "rtstdb/log/posix_disk.hpp"
-#include "rtstdb/transaction/signals_blocked.hpp"
+#include "rtstdb/threads/signals_blocked.hpp"
 #include "rtstdb/transaction/transaction_impl.hpp"
 
 namespace rtstdb::transaction {
@@ -107,7 +107,7 @@ void CommitLog::start(LogOwner& owner, const Clock& deadline_clock) {
   world_copy_.attach(&owner);
   is_driven_ = options_.driver != nullptr;
   if (is_driven_) return;
-  const SignalsBlocked inherited_by_the_thread;
+  const threads::SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run_thread(); });
   pthread_setname_np(thread_.native_handle(), "rtstdb log");
   const sched_param ordinary{};

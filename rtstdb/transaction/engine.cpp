@@ -8,10 +8,10 @@
 
 #include <rtstdb/result.hpp>
 
+#include "rtstdb/threads/signals_blocked.hpp"
 #include "rtstdb/transaction/futex.hpp"
 #include "rtstdb/transaction/late_answers.hpp"
 #include "rtstdb/transaction/shape_errand.hpp"
-#include "rtstdb/transaction/signals_blocked.hpp"
 #include "rtstdb/transaction/snapshot_errand.hpp"
 
 namespace rtstdb::transaction {
@@ -58,7 +58,7 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
   if (log_ != nullptr) log_->restore(store_);
   if (is_past_) options.past(store_);
   latest_.set(store_.latest());
-  const SignalsBlocked inherited_by_the_thread;
+  const threads::SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run_thread(); });
   try {
     relief_ = std::thread([this] { relieve(); });

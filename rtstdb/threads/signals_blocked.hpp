@@ -3,7 +3,7 @@
 
 #include <csignal>
 
-namespace rtstdb::transaction {
+namespace rtstdb::threads {
 
 class SignalsBlocked {
  public:
@@ -20,4 +20,4 @@ class SignalsBlocked {
   sigset_t before_{};
 };
 
-}  // namespace rtstdb::transaction
+}  // namespace rtstdb::threads

@@ -1,0 +1,101 @@
+#include "rtstdb/threads/fork_join.hpp"
+
+#include <gtest/gtest.h>
+#include <sched.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "tests/support/allocation_guard.hpp"
+
+namespace rtstdb::threads {
+namespace {
+
+/// Each block done once, by whom.
+struct Done {
+  explicit Done(std::uint32_t count) : times(count, 0), by(count, 9) {}
+  void mark(std::uint32_t block, std::uint32_t hand) {
+    ++times[block];
+    by[block] = hand;
+  }
+  std::vector<int> times;
+  std::vector<std::uint32_t> by;
+};
+
+TEST(ForkJoin, DoesEachBlockOnceAndShowsWhatWasDone) {
+  ForkJoin both(0);
+  for (std::uint32_t round = 0; round < 3000; ++round) {
+    const std::uint32_t count = round % 70;
+    Done done(count);
+    both.each(count, [&](std::uint32_t block, std::uint32_t hand) { done.mark(block, hand); });
+    EXPECT_EQ(done.times, std::vector<int>(count, 1)) << "round " << round;
+    for (const std::uint32_t hand : done.by)
+      EXPECT_LT(hand, ForkJoin::hands);
+  }
+}
+
+TEST(ForkJoin, BothTakeBlocks) {
+  ForkJoin both(0);
+  // Whoever takes one stays until the other has, too: this ends only when the other thread comes.
+  std::array<std::atomic<bool>, ForkJoin::hands> came{};
+  both.each(2, [&](std::uint32_t, std::uint32_t hand) {
+    came[hand] = true;
+    came[hand].notify_all();
+    came[1 - hand].wait(false);
+  });
+  EXPECT_TRUE(came[0]);
+  EXPECT_TRUE(came[1]);
+}
+
+TEST(ForkJoin, WaitsForWhatTheOtherHasBegun) {
+  ForkJoin both(0);
+  for (int round = 0; round < 20; ++round) {
+    std::atomic<bool> other_is_inside{false};
+    bool other_has_ended = false;
+    both.each(2, [&](std::uint32_t, std::uint32_t hand) {
+      if (hand == 0) return other_is_inside.wait(false);
+      other_is_inside = true;
+      other_is_inside.notify_all();
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      other_has_ended = true;
+    });
+    EXPECT_TRUE(other_has_ended);
+  }
+}
+
+TEST(ForkJoin, ASingleBlockStaysWithTheCaller) {
+  ForkJoin both(0);
+  for (int round = 0; round < 1000; ++round) {
+    std::thread::id by;
+    both.each(1, [&](std::uint32_t, std::uint32_t) { by = std::this_thread::get_id(); });
+    EXPECT_EQ(by, std::this_thread::get_id());
+  }
+}
+
+TEST(ForkJoin, ComesAndGoes) {
+  for (int round = 0; round < 300; ++round) {
+    ForkJoin both(0);
+    std::atomic<int> done{0};
+    if (round % 2 == 0) both.each(8, [&](std::uint32_t, std::uint32_t) { ++done; });
+    EXPECT_EQ(done, round % 2 == 0 ? 8 : 0);
+  }
+}
+
+TEST(ForkJoin, AllocatesNothing) {
+  namespace guard = hil::allocation_guard;
+  ForkJoin both(0);
+  Done done(64);
+  guard::reset();
+  guard::enter_tick();
+  for (int round = 0; round < 100; ++round)
+    both.each(64, [&](std::uint32_t block, std::uint32_t hand) { done.mark(block, hand); });
+  guard::leave_tick();
+  EXPECT_EQ(guard::seen().total(), 0u);
+}
+
+}  // namespace
+}  // namespace rtstdb::threads
