@@ -106,6 +106,15 @@ bool is_asked_for(const CheckpointHeader& header, const RecoveryOptions& options
   return !options.up_to_time || world_time_ns(header.world_time_ns) <= *options.up_to_time;
 }
 
+/// With its meshes.
+Result<Checkpoint> read_world(Disk& disk, std::uint64_t number, std::uint64_t database_id) {
+  auto checkpoint = read_checkpoint(disk, number, database_id);
+  if (!checkpoint) return checkpoint;
+  auto read = read_meshes(disk, database_id, checkpoint.value().world);
+  if (!read) return Error{ErrorCode::file, checkpoint_name(number) + ": " + read.error().message};
+  return checkpoint;
+}
+
 /// The newest checkpoint that is whole and not newer than what is asked for, into `recovered`; where reading goes on.
 Result<Position> begin_from_checkpoint(Disk& disk, const RecoveryOptions& options, Recovered& recovered) {
   RecoveryReport& report = recovered.report;
@@ -115,8 +124,8 @@ Result<Position> begin_from_checkpoint(Disk& disk, const RecoveryOptions& option
     if (header && report.database_id != 0 && header.value().database_id != report.database_id)
       return Error{ErrorCode::file, checkpoint_name(*number) + ": it belongs to another database"};
     if (header && !is_asked_for(header.value(), options)) continue;
-    auto checkpoint = header ? read_checkpoint(disk, *number, header.value().database_id)
-                             : Result<Checkpoint>(header.error());
+    auto checkpoint =
+        header ? read_world(disk, *number, header.value().database_id) : Result<Checkpoint>(header.error());
     if (!checkpoint) {
       report.damaged_checkpoints.push_back(checkpoint.error().message);
       continue;
@@ -125,7 +134,6 @@ Result<Position> begin_from_checkpoint(Disk& disk, const RecoveryOptions& option
     report.checkpoint = *number;
     report.checkpoint_version = checkpoint.value().header.version;
     recovered.world = std::move(checkpoint.value().world);
-    if (auto read = read_meshes(disk, report.database_id, recovered.world); !read) return read.error();
     return checkpoint.value().position();
   }
   return Position{};

@@ -31,7 +31,7 @@ struct RecoveryReport {
   std::uint64_t checkpoint = 0;   ///< 0: from the empty world
   Version checkpoint_version = 0;
   Position read_from;  ///< where reading of groups began
-  /// Newer checkpoints that were not whole, in words.
+  /// Newer checkpoints that were not whole, or a geometry of theirs was not, in words.
   std::vector<std::string> damaged_checkpoints;
   ReadReport log;
   std::uint64_t versions = 0;  ///< applied from records

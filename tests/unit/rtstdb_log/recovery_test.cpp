@@ -86,6 +86,48 @@ TEST(LogRecovery, ASalvagedLogGoesOnAndIsWhole) {
   EXPECT_TRUE(image_of(recovered.value().world) == sample.history.images.at(version + 5));
 }
 
+/// A geometry that checkpoints know: gone, or not what it was.
+TEST(LogRecovery, ALogIsSalvagedUpToAGeometryThatIsNotWhole) {
+  for (const bool gone : {false, true}) {
+    SampleLog sample = make_sample({.seed = 14, .commits = 40, .closed = false});
+    const std::string file = geometry_name(9);  // of the second geometry; the first checkpoint is newer
+    if (gone)
+      sample.contents.erase(file);
+    else
+      sample.contents.at(file)[100] ^= std::byte{1};
+    SimulatedDisk disk(1);
+    disk.set_contents(sample.contents);
+    const auto refused = recover(disk);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().message.find(file), std::string::npos) << refused.error().message;
+
+    const auto salvaged = recover(disk, {.salvage = true});
+    ASSERT_TRUE(salvaged.ok()) << salvaged.error().message;
+    const Version version = salvaged.value().world.latest.version;
+    EXPECT_GT(version, 2u);
+    EXPECT_EQ(salvaged.value().world.geometries.size(), 1u);
+    EXPECT_TRUE(image_of(salvaged.value().world) == sample.history.images.at(version));
+    EXPECT_NE(salvaged.value().report.log.damage.find(file), std::string::npos);
+    EXPECT_EQ(salvaged.value().report.damaged_checkpoints.size(), 2u);
+
+    // What goes on from there is whole, although the checkpoints lie there still.
+    ManualClock clock;
+    sample.history.forget_after(version);
+    LiveWorld world(3, sample.history, 1 << 14, salvaged.value());
+    auto writer =
+        Writer::start(disk, clock, world.ring(), world, {.segment_bytes = 8192, .checkpoint_every_bytes = 0},
+                      start_after(salvaged.value(), 1));
+    ASSERT_TRUE(writer.ok());
+    world.commit();
+    while (writer.value()->step(0).worked) {
+    }
+    disk.crash();
+    const auto again = recover(disk);
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_TRUE(image_of(again.value().world) == sample.history.images.at(version + 1));
+  }
+}
+
 // ---- where reading ends between records
 
 /// No checkpoint is to be had.
