@@ -42,7 +42,7 @@ vk::MemoryAllocateFlagsInfo flags_of(const BufferOptions& options) {
 
 /// Puts the caller's pages under the buffer. Empty: the device can not have just these.
 vk::raii::DeviceMemory take_in(const Device::Impl& device, const vk::MemoryRequirements& needs,
-                               const BufferOptions& options) {
+                               const BufferOptions& options) try {
   constexpr auto type = vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT;
   const std::span<std::byte> pages = options.host->pages();
   if (needs.size > pages.size()) return nullptr;
@@ -55,6 +55,10 @@ vk::raii::DeviceMemory take_in(const Device::Impl& device, const vk::MemoryRequi
   vk::MemoryAllocateInfo wanted(pages.size(), types.front());
   wanted.pNext = &import;
   return {device.device, wanted};
+} catch (const vk::OutOfDeviceMemoryError&) {
+  return nullptr;
+} catch (const vk::InvalidExternalHandleError&) {
+  return nullptr;
 }
 
 /// Tries the suitable memory types from best to worst: the best one may be small and full.

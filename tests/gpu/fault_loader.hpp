@@ -16,6 +16,7 @@ class FaultLoader {
   static constexpr int out_of_host_memory = -1;
   static constexpr int out_of_device_memory = -2;
   static constexpr int device_lost = -4;
+  static constexpr int invalid_external_handle = -1'000'072'003;
   static constexpr int for_ever = std::numeric_limits<int>::max();
 
   FaultLoader() = default;

@@ -74,6 +74,32 @@ TEST_F(FaultTest, NoMemoryForABufferIsAnErrorAndTheDeviceLivesOn) {
   }
 }
 
+TEST_F(FaultTest, MemoryOfTheHostThatCanNotBeTakenInIsCopied) {
+  constexpr std::size_t size_bytes = 8192;
+  HostMemory memory(size_bytes);
+  for (const auto& [function, result] :
+       {std::pair{"vkGetMemoryHostPointerPropertiesEXT", FaultLoader::invalid_external_handle},
+        {"vkAllocateMemory", FaultLoader::invalid_external_handle},
+        {"vkAllocateMemory", FaultLoader::out_of_device_memory}}) {
+    make_work();
+    loader_.fail(function, result, 1);
+    auto made = device().create_buffer(
+        {.name = "shared", .size_bytes = size_bytes, .memory = Memory::readback, .host = &memory});
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    const Buffer shared = std::move(made).value();
+    memory.as<std::uint32_t>()[1] = 17;
+    memory.as<std::uint32_t>()[2] = 0;
+    shared.push(0, size_bytes);
+    recorder_.begin();
+    recorder_.copy(shared, 4, shared, 8, 4);
+    recorder_.end();
+    ASSERT_EQ(timeline_.wait(timeline_.submit(recorder_), test_timeout_ns), WaitResult::done);
+    EXPECT_EQ(memory.as<std::uint32_t>()[2], 0u) << "it is no copy";
+    shared.pull(0, size_bytes);
+    EXPECT_EQ(memory.as<std::uint32_t>()[2], 17u);
+  }
+}
+
 TEST_F(FaultTest, NoMemoryForAPipelineIsAnError) {
   loader_.fail("vkCreateComputePipelines", FaultLoader::out_of_device_memory, 1);
   const auto refused = device().create_pipeline(test_shader_info(TestShader::add));
