@@ -68,6 +68,12 @@ void RadixSort::record_warm_up(const Bound& bound, gpu::Recorder& recorder) cons
 
 void RadixSort::record(std::uint32_t count, std::uint32_t half_size, Words words, const Bound& bound,
                        gpu::Recorder& recorder) const {
+  for (std::uint32_t step = 0; step < steps(words); ++step)
+    record_step(step, count, half_size, words, bound, recorder);
+}
+
+void RadixSort::record_step(std::uint32_t step, std::uint32_t count, std::uint32_t half_size, Words words,
+                            const Bound& bound, gpu::Recorder& recorder) const {
   shared::SortArgs args{};
   args.count = count;
   args.half_size = half_size;
@@ -79,27 +85,24 @@ void RadixSort::record(std::uint32_t count, std::uint32_t half_size, Words words
     args.run = keys_per_group;
     dispatch(pass, groups_of(count, keys_per_group));
   };
-  // Four digits of eight bits; an even number of passes ends where it began.
-  const auto sort_by_word = [&] {
-    args.run = run_length(count);
-    const std::uint32_t groups = groups_of(groups_of(count, args.run), runs_per_group);
-    for (args.shift = 0; args.shift < 32; args.shift += shared::radix_bits) {
-      dispatch(count_pass, groups);
-      dispatch(scan_pass, 1);
-      dispatch(place_pass, groups);
-      args.source = 1 - args.source;
-    }
-  };
-  if (words == Words::upper) {
-    sort_by_word();
-    visit_each(ties_pass);
-    return;
-  }
-  for (const std::uint32_t word : {0, 1}) {
+  // Of both words, each begins with its keys; of the upper ones alone, ties come last.
+  const std::uint32_t steps_before = words == Words::both ? 1 : 0;
+  const std::uint32_t word = step / (steps_before + word_steps);
+  const std::uint32_t of_word = step % (steps_before + word_steps);
+  if (words == Words::both && of_word == 0) {
     args.shift = word;
-    visit_each(keys_pass);
-    sort_by_word();
+    return visit_each(keys_pass);
   }
+  if (words == Words::upper && word == 1) return visit_each(ties_pass);
+  // Four digits of eight bits; an even number of passes ends where it began.
+  const std::uint32_t digit = (of_word - steps_before) / digit_steps;
+  args.shift = digit * shared::radix_bits;
+  args.source = digit % 2;
+  args.run = run_length(count);
+  const std::uint32_t groups = groups_of(groups_of(count, args.run), runs_per_group);
+  constexpr PassIndex passes[] = {count_pass, scan_pass, place_pass};
+  const PassIndex pass = passes[(of_word - steps_before) % digit_steps];
+  dispatch(pass, pass == scan_pass ? 1 : groups);
 }
 
 }  // namespace rtstdb::accel

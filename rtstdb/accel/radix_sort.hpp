@@ -30,8 +30,16 @@ class RadixSort {
   /// Sorts the values in the first half; the upper words stand beside them afterwards.
   void record(std::uint32_t count, std::uint32_t half_size, Words words, const Bound& bound,
               gpu::Recorder& recorder) const;
+  /// The same in steps, one after the other, a dispatch each.
+  static constexpr std::uint32_t steps(Words words) noexcept {
+    return words == Words::upper ? word_steps + 1 : 2 * (1 + word_steps);
+  }
+  void record_step(std::uint32_t step, std::uint32_t count, std::uint32_t half_size, Words words,
+                   const Bound& bound, gpu::Recorder& recorder) const;
 
  private:
+  static constexpr std::uint32_t digit_steps = 3;
+  static constexpr std::uint32_t word_steps = 4 * digit_steps;
   std::array<gpu::Pipeline, pass_count> pipelines_;
 };
 

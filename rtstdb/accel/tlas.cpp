@@ -249,12 +249,16 @@ void Tlas::learn_levels(Slot& slot) {
   slot.tree = Tree::known;
 }
 
+float Tlas::growth_of(Slot& slot) noexcept {
+  const float cost = slot.cost_readback.host_as<const float>()[0];
+  if (slot.built_cost == 0.0f) slot.built_cost = cost;
+  return cost > slot.built_cost ? cost / slot.built_cost : 1.0f;
+}
+
 bool Tlas::may_refit(Slot& slot) {
   if (slot.tree == Tree::none || !refits_) return false;
   learn_levels(slot);
-  const float cost = slot.cost_readback.host_as<const float>()[0];
-  if (slot.built_cost == 0.0f) slot.built_cost = cost;
-  return cost <= rebuild_growth * slot.built_cost;
+  return growth_of(slot) <= rebuild_growth;
 }
 
 /// Boxes from the deepest level up.
@@ -281,6 +285,7 @@ bool Tlas::build(Slot& slot, Submit& submit) {
     slot.tree = Tree::unknown;
     return true;
   }
+  if (ahead_.slot != nullptr && ahead_.step == Ahead::Step::build) drop_ahead();
   const bool built = large_build_->run(slot.visible_count, slot.large_build, submit, slot.levels);
   if (!built) return false;
   slot.tree = Tree::known;
@@ -346,18 +351,20 @@ bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, 
 std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit) {
   uploaded_ = 0;
   if (ahead_.slot != nullptr && ahead_.step == Ahead::Step::verdict) judge_ahead();
+  if (ahead_.slot != nullptr && ahead_.step == Ahead::Step::build && large_build_->recorded())
+    take_tree_ahead();
   Slot* slot = find(rows, wanted);
   if (slot == nullptr) {
     slot = find_near(rows, wanted);
-    if (slot != nullptr) {
-      renew(*slot, rows, submit.recorder());
-    } else {
-      slot = &least_used(nullptr);
-      if (!fill(*slot, rows, wanted, submit)) return std::nullopt;
-    }
+    if (slot != nullptr) renew(*slot, rows, submit.recorder());
+  }
+  const bool stands = slot != nullptr;
+  if (!stands) {
+    slot = &least_used(nullptr);
+    if (!fill(*slot, rows, wanted, submit)) return std::nullopt;
   }
   slot->last_used = ++uses_;
-  make_ahead(*slot, rows, wanted, submit.recorder());
+  if (stands) make_ahead(*slot, rows, wanted, submit.recorder());
   return TlasView{.slot = static_cast<std::uint32_t>(slot - slots_.data()),
                   .identities = slot->identities.data(),
                   .root = slot->root(),

@@ -11,7 +11,7 @@
 // A batch that is small beside the world gets a window that reaches ahead, so that those that follow it in time
 // need a patch at the most; a large one gets a window as short as its times, in which it is answered sooner. Before a window
 // that reaches ahead ends, the slot for the next one is made, a part with each batch (tlas_ahead.cpp): no batch waits for
-// a refit of all.
+// a refit of all, or a build.
 //
 // Threads: one. prepare is the tick's and does not allocate; the rest is setup.
 
@@ -44,6 +44,10 @@ static_assert(epoch_length.count() >= max_query_window_ns, "a window meets at mo
 
 /// A tree that costs more than this times what it did when it was built is built anew.
 inline constexpr float rebuild_growth = 1.3f;
+/// The same where that is done ahead, a part with each batch, within so much time; and what is too much even for that.
+inline constexpr Nanoseconds rebuilt_ahead_within{125'000'000};
+inline constexpr float rebuild_growth_ahead = 1.1f;
+inline constexpr float most_growth_ahead = 4.0f;
 
 /// How far the window of a small batch reaches ahead: beside what a refit of all takes, few of them; and boxes of bodies that
 /// turn are still of use.
@@ -129,9 +133,10 @@ class Tlas {
   /// How slots came to their versions so far.
   struct Counts {
     std::uint64_t builds = 0, refits = 0, patches = 0;
-    std::uint64_t rows = 0;      ///< written to the device
-    std::uint64_t renewals = 0;  ///< of the refits
-    std::uint64_t ahead = 0;     ///< slots made before they were asked for
+    std::uint64_t rows = 0;         ///< written to the device
+    std::uint64_t renewals = 0;     ///< of the refits
+    std::uint64_t ahead = 0;        ///< slots made before they were asked for
+    std::uint64_t ahead_built = 0;  ///< of them, those with a tree of their own
   };
   Counts counts() const noexcept { return counts_; }
 
@@ -174,14 +179,17 @@ class Tlas {
     bool holds(const Wanted& wanted) const noexcept;
   };
 
+  /// How a slot that is made ahead comes to its tree.
+  enum class TreeAhead : std::uint8_t { copied, built };
   /// The slot that is made for the time behind another's window.
   struct Ahead {
-    enum class Step : std::uint8_t { tree, rows, instances, boxes, parents, cost, verdict };
+    enum class Step : std::uint8_t { build, tree, rows, instances, boxes, parents, cost, verdict };
     Slot* slot = nullptr;    ///< none: nothing is being made
     Slot* source = nullptr;  ///< the one whose window ends; filled for another, it is none any more
     WorldTime begun{}, due{};
     Step step = Step::tree;
     std::uint32_t row_count = 0;
+    TreeAhead tree = TreeAhead::copied;
     std::uint32_t next = 0;  ///< of what the step goes through
     std::size_t level = 0;   ///< that boxes are made of
     std::uint64_t done = 0;  ///< work
@@ -214,6 +222,8 @@ class Tlas {
   void record_instances(const Slot& slot, std::uint32_t first, std::uint32_t count, bool listed,
                         gpu::Recorder& recorder) const;
   static void learn_levels(Slot& slot);
+  /// What the slot's tree costs beside what it did when it was built.
+  static float growth_of(Slot& slot) noexcept;
   bool may_refit(Slot& slot);
   void refit(const Slot& slot, gpu::Recorder& recorder) const;
   void refit_nodes(const Slot& slot, std::uint32_t first, std::uint32_t count, gpu::Recorder& recorder) const;
@@ -223,13 +233,17 @@ class Tlas {
   static bool is_small(const Slot& slot, const Wanted& wanted) noexcept {
     return wanted.elements < slot.visible_count / entities_per_small_element;
   }
-  /// A part of the slot that comes behind `used`, which answers a batch. Records; submits nothing.
+  /// A part of the slot that comes behind `used`, which answers a batch and was made for one before. Records; submits
+  /// nothing.
   void make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
                   gpu::Recorder& recorder) noexcept;
-  bool wants_ahead(const Slot& used, const query::RowSource& rows, const Wanted& wanted) const noexcept;
+  /// Whether it is time to make the slot behind this one.
+  std::optional<TreeAhead> tree_ahead(Slot& used, const query::RowSource& rows,
+                                      const Wanted& wanted) const noexcept;
   /// What there is to do for the slot behind this one, in the weights of tlas_ahead.cpp.
-  static std::uint64_t work_ahead(const Slot& used, std::uint32_t row_count) noexcept;
-  void begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted) noexcept;
+  static std::uint64_t work_with_tree(const Slot& slot, std::uint32_t row_count) noexcept;
+  static std::uint64_t work_ahead(const Slot& used, std::uint32_t row_count, TreeAhead tree) noexcept;
+  void begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted, TreeAhead tree) noexcept;
   /// What was being made is of no use any more.
   void drop_ahead() noexcept;
   /// The work that a batch at `now` has to do.
@@ -240,6 +254,8 @@ class Tlas {
   void copy_rows_ahead(std::uint32_t first, std::uint32_t count, gpu::Recorder& recorder) noexcept;
   /// Brings what has been copied to the version of `rows`. False: too much changed, it is dropped.
   bool catch_up_ahead(const query::RowSource& rows, gpu::Recorder& recorder) noexcept;
+  /// Once the device has built its tree.
+  void take_tree_ahead() noexcept;
   /// Once the device has said what its tree costs: whether the slot is to be used.
   void judge_ahead() noexcept;
   Result<void> create_slot(gpu::Device& device, Slot& slot, const std::string& name);

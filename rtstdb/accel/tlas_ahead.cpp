@@ -1,7 +1,8 @@
 // The slot for the time behind a window that reaches ahead, made while the window lasts: each batch of its last part does a
 // share, so that the slot is there in time and none waits for the whole. It begins as a copy of the slot in use, whose tree
-// it keeps, and gets instances and boxes for a window of its own. Rows are copied over several batches; those that change
-// meanwhile are written again by each, so that what has been copied is of one version, which may be one that was discarded.
+// it keeps, or, where that has become dear, with one that is built over where entities are at the end of the window in use; and
+// gets instances and boxes for a window of its own. Rows are copied over several batches; those that change meanwhile are
+// written again by each, so that what has been copied is of one version, which may be one that was discarded.
 
 #include <algorithm>
 #include <utility>
@@ -20,7 +21,8 @@ constexpr std::uint64_t per_node = 16;
 constexpr std::uint64_t per_parent = 6;
 /// What a batch does at the least: less would hardly take less time, for a dispatch has a price of its own.
 constexpr std::uint64_t least_share = 3'000;
-/// More work than this is begun earlier than in the last quarter of a window, up to its last three.
+/// More work than this is begun earlier than in the last quarter of a window, up to its last three; where a tree is built, in the last
+/// half, since the host has to look at it in between, or at once.
 constexpr double work_of_a_window = 1e6;
 /// One whose reader has not come again for so many batches of others makes room for theirs.
 constexpr std::uint64_t most_patience = 32;
@@ -31,12 +33,13 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
                       gpu::Recorder& recorder) noexcept {
   if (!is_small(used, wanted)) return;
   if (ahead_.source != &used) {
-    if (!wants_ahead(used, rows, wanted)) return;
+    const auto tree = tree_ahead(used, rows, wanted);
+    if (!tree) return;
     if (ahead_.slot != nullptr) {
       if (uses_ - ahead_.slot->last_used < most_patience) return;
       drop_ahead();
     }
-    begin_ahead(used, rows, wanted);
+    begin_ahead(used, rows, wanted, *tree);
   }
   ahead_.slot->last_used = ++uses_;
   const std::uint64_t due = due_ahead(wanted.times.last);
@@ -48,18 +51,32 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
   }
 }
 
-bool Tlas::wants_ahead(const Slot& used, const query::RowSource& rows, const Wanted& wanted) const noexcept {
-  if (!makes_ahead_ || used.followed || used.tree != Tree::known) return false;
-  const double lead =
-      std::clamp(static_cast<double>(work_ahead(used, rows.index_limit())) / work_of_a_window, 0.25, 0.75);
-  return used.visible_count > shared::small_build_max &&
-         used.window_end - used.window_begin >= window_ahead && wanted.times.last < used.window_end &&
-         seconds_between(wanted.times.last, used.window_end) <= lead * 1e-9 * window_ahead.count();
+std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSource& rows,
+                                                const Wanted& wanted) const noexcept {
+  if (!makes_ahead_ || used.followed || used.tree != Tree::known ||
+      used.visible_count <= shared::small_build_max || used.window_end - used.window_begin < window_ahead ||
+      wanted.times.last >= used.window_end)
+    return std::nullopt;
+  const float growth = growth_of(used);
+  const TreeAhead tree = growth > rebuild_growth_ahead ? TreeAhead::built : TreeAhead::copied;
+  const double least_lead = growth > rebuild_growth ? 1.0 : tree == TreeAhead::built ? 0.5 : 0.25;
+  const double wanted_lead =
+      static_cast<double>(work_ahead(used, rows.index_limit(), tree)) / work_of_a_window;
+  const double lead = std::clamp(wanted_lead, least_lead, std::max(least_lead, 0.75));
+  const double left_s = seconds_between(wanted.times.last, used.window_end);
+  return left_s <= lead * 1e-9 * window_ahead.count() ? std::optional(tree) : std::nullopt;
 }
 
-std::uint64_t Tlas::work_ahead(const Slot& used, std::uint32_t row_count) noexcept {
-  return used.levels.back() * (per_copied_node + per_node + per_parent) + row_count * per_row +
-         used.live_count * per_instance + least_share;
+/// What is left when the slot has its tree.
+std::uint64_t Tlas::work_with_tree(const Slot& slot, std::uint32_t row_count) noexcept {
+  const std::uint64_t nodes = slot.levels.back();
+  return nodes * (per_node + per_parent) + row_count * per_row + slot.live_count * per_instance + least_share;
+}
+
+std::uint64_t Tlas::work_ahead(const Slot& used, std::uint32_t row_count, TreeAhead tree) noexcept {
+  const std::uint64_t for_tree =
+      tree == TreeAhead::built ? TlasBuilder::work(used.visible_count) : used.levels.back() * per_copied_node;
+  return for_tree + work_with_tree(used, row_count);
 }
 
 void Tlas::drop_ahead() noexcept {
@@ -67,17 +84,23 @@ void Tlas::drop_ahead() noexcept {
   ahead_ = {};
 }
 
-void Tlas::begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted) noexcept {
+void Tlas::begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
+                       TreeAhead tree) noexcept {
+  const bool builds = tree == TreeAhead::built;
   used.followed = true;
   Slot& slot = least_used(&used);
   const std::uint32_t row_count = rows.index_limit();
-  ahead_ = {.slot = &slot,
-            .source = &used,
-            .begun = wanted.times.last,
-            .due = used.window_end,
-            .row_count = row_count,
-            .level = used.levels.size() - 2,
-            .total = work_ahead(used, row_count)};
+  ahead_ = {
+      .slot = &slot,
+      .source = &used,
+      .begun = wanted.times.last,
+      .due = builds ? std::min(used.window_end, wanted.times.last + rebuilt_ahead_within) : used.window_end,
+      .step = builds ? Ahead::Step::build : Ahead::Step::tree,
+      .row_count = row_count,
+      .tree = tree,
+      .level = used.levels.size() - 2,
+      .total = work_ahead(used, row_count, tree)};
+  if (builds) large_build_->begin(used.visible_count);
   slot.filled = true;
   slot.made = slot.followed = false;
   slot.shapes = used.shapes;
@@ -89,7 +112,7 @@ void Tlas::begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& w
   slot.patch.stamp = 0;
   slot.tree = Tree::known;
   slot.levels = used.levels;
-  slot.built_cost = used.built_cost;
+  slot.built_cost = builds ? 0.0f : used.built_cost;
   slot.presence = used.presence;
 }
 
@@ -118,6 +141,8 @@ std::uint64_t Tlas::step_ahead(std::uint64_t most, const query::RowSource& rows,
     recorder.barrier();
   };
   switch (ahead_.step) {
+    case Ahead::Step::build:
+      return large_build_->record(most, &ahead_.source->large_build, slot.large_build, recorder);
     case Ahead::Step::tree: {
       const std::uint32_t count = take(slot.levels.back(), per_copied_node);
       constexpr std::size_t node_bytes = 16 * std::size_t{shared::tlas_node_texels};
@@ -195,13 +220,23 @@ bool Tlas::catch_up_ahead(const query::RowSource& rows, gpu::Recorder& recorder)
   return true;
 }
 
-/// A tree that knows nothing any more of where its entities are is not for use: when the window ends, one is built.
+void Tlas::take_tree_ahead() noexcept {
+  Slot& slot = *ahead_.slot;
+  if (!large_build_->take_levels(slot.levels)) return;
+  ahead_.step = Ahead::Step::rows;
+  ahead_.level = slot.levels.size() - 2;
+  ahead_.total = ahead_.done + work_with_tree(slot, ahead_.row_count);
+}
+
+/// A tree that knows nothing any more of where its entities are is not for use: when the window ends, one is built. One that is
+/// dear is used while another is made.
 void Tlas::judge_ahead() noexcept {
   const Ahead made = std::exchange(ahead_, {});
-  if (!may_refit(*made.slot)) return;
+  if (growth_of(*made.slot) > most_growth_ahead) return;
   made.slot->made = true;
   made.source->next = made.slot;
   ++counts_.ahead;
+  counts_.ahead_built += made.tree == TreeAhead::built ? 1 : 0;
 }
 
 }  // namespace rtstdb::accel

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 #include <utility>
 
 #include "rtstdb/accel/build_scratch.hpp"
@@ -10,21 +11,21 @@
 namespace rtstdb::accel {
 namespace {
 
-enum PassIndex : std::size_t {
-  centers_pass,
-  codes_pass,
-  leaves_pass,
-  merge_pass,
-  root_pass,
-  count_pass,
-  queue_pass,
-};
-
 constexpr gpu::ShaderId pass_shaders[] = {
     gpu::ShaderId::tlas_centers, gpu::ShaderId::tlas_codes, gpu::ShaderId::tlas_leaves,
     gpu::ShaderId::tlas_merge,   gpu::ShaderId::tlas_root,  gpu::ShaderId::tlas_count,
     gpu::ShaderId::tlas_queue,
 };
+
+/// What passes over the instances take for each, beside the copy of a row; and how many of them a workgroup visits.
+struct Pass {
+  std::uint32_t weight, per_group;
+};
+constexpr std::array passes{Pass{1, shared::blas_tile}, Pass{1, shared::blas_tile},
+                            Pass{1, shared::blas_tile}, Pass{5, 64 * shared::blas_run}};
+constexpr std::uint32_t sort_steps_a_weight = 6;
+/// Of all levels together.
+constexpr std::uint32_t all_levels_weight = 3;
 
 /// Levels that are recorded at once: each is two dispatches more, also where the tree does not have it; a deeper
 /// tree takes another submission.
@@ -74,15 +75,24 @@ Result<TlasBuilder> TlasBuilder::create(gpu::Device& device, std::uint32_t capac
 }
 
 Result<TlasBuilder::Bound> TlasBuilder::bind(gpu::Device& device, const gpu::Buffer& bounds,
+                                             const gpu::Buffer& motion_boxes,
                                              const gpu::Buffer& nodes) const {
   // In the order of tree_scratch.glsl.
   const gpu::Buffer* buffers[] = {&bounds,  &nodes,     &keys_, &values_, &offsets_, &box_lo_, &box_hi_,
                                   &binary_, &arrivals_, &keys_, &costs_,  &queue_,   &state_,  &children_};
   Bound bound;
+  const auto connect = [&](std::size_t pass, gpu::Bindings& bindings) -> Result<void> {
+    auto made = device.create_bindings(pipelines_[pass], buffers);
+    if (!made) return made.error();
+    bindings = std::move(made).value();
+    return {};
+  };
   for (std::size_t i = 0; i < pass_count; ++i) {
-    auto bindings = device.create_bindings(pipelines_[i], buffers);
-    if (!bindings) return bindings.error();
-    bound.passes[i] = std::move(bindings).value();
+    if (auto made = connect(i, bound.passes[i]); !made) return made.error();
+  }
+  buffers[0] = &motion_boxes;
+  for (std::size_t i = 0; i < reading_pass_count; ++i) {
+    if (auto made = connect(i, bound.of_motion[i]); !made) return made.error();
   }
   auto sort = sort_.bind(device, keys_, values_, offsets_);
   if (!sort) return sort.error();
@@ -101,73 +111,137 @@ void TlasBuilder::record_warm_up(const Bound& bound, gpu::Recorder& recorder) co
   sort_.record_warm_up(bound.sort, recorder);
 }
 
-void TlasBuilder::record_tree(const shared::BlasArgs& args, RadixSort::Words words, const Bound& bound,
-                              gpu::Recorder& recorder) const {
-  const auto dispatch = [&](PassIndex pass, std::uint32_t groups) {
-    recorder.dispatch(pipelines_[pass], bound.passes[pass], args, groups);
-    recorder.barrier();
-  };
-  const std::uint32_t tiles = groups_of(args.count, shared::blas_tile);
-  recorder.barrier();
-  recorder.fill(state_, 0, 4 * shared::blas_state_words, 0);
-  recorder.barrier();
-  dispatch(centers_pass, tiles);
-  dispatch(codes_pass, tiles);
-  sort_.record(args.count, args.half_size, words, bound.sort, recorder);
-  dispatch(leaves_pass, tiles);
-  dispatch(merge_pass, groups_of(args.count, 64 * shared::blas_run));
-  dispatch(root_pass, 1);
+shared::BlasArgs TlasBuilder::args() const noexcept {
+  shared::BlasArgs args{};
+  args.count = count_;
+  args.half_size = capacity_;
+  return args;
 }
 
-void TlasBuilder::record_levels(shared::BlasArgs args, std::uint32_t levels, const Bound& bound,
-                                gpu::Recorder& recorder) const {
-  for (args.level = 0; args.level < levels; ++args.level) {
-    const std::size_t groups = 4 * level_word(args.level, shared::blas_level_groups);
-    for (const PassIndex pass : {count_pass, queue_pass}) {
-      recorder.dispatch_indirect(pipelines_[pass], bound.passes[pass], args, state_, groups);
+void TlasBuilder::begin(std::uint32_t count) noexcept {
+  count_ = count;
+  stage_ = Stage::clear;
+  next_ = levels_taken_ = 0;
+}
+
+std::uint64_t TlasBuilder::work(std::uint32_t count) noexcept {
+  std::uint64_t each = all_levels_weight;
+  for (const Pass& pass : passes)
+    each += pass.weight;
+  return each * count + RadixSort::steps(RadixSort::Words::upper) * (count / sort_steps_a_weight);
+}
+
+std::uint64_t TlasBuilder::record(std::uint64_t most, const Bound* source, const Bound& bound,
+                                  gpu::Recorder& recorder) {
+  switch (stage_) {
+    case Stage::clear:
       recorder.barrier();
+      recorder.fill(state_, 0, 4 * shared::blas_state_words, 0);
+      recorder.barrier();
+      stage_ = Stage::centers;
+      return 1;
+    case Stage::centers:
+      return record_pass(centers_pass, most, Stage::codes, source, bound, recorder);
+    case Stage::codes:
+      return record_pass(codes_pass, most, Stage::sort, source, bound, recorder);
+    case Stage::sort:
+      sort_.record_step(next_, count_, capacity_, words_, bound.sort, recorder);
+      if (++next_ == RadixSort::steps(words_)) go_on_with(Stage::leaves);
+      return 1 + count_ / sort_steps_a_weight;
+    case Stage::leaves:
+      return record_pass(leaves_pass, most, Stage::merge, source, bound, recorder);
+    case Stage::merge:
+      return record_pass(merge_pass, most, Stage::root, source, bound, recorder);
+    case Stage::root:
+      recorder.dispatch(pipelines_[root_pass], bound.passes[root_pass], args(), 1);
+      recorder.barrier();
+      go_on_with(Stage::levels);
+      return 1;
+    case Stage::levels:
+      record_level(bound, recorder);
+      if (++next_ == levels_recorded(count_)) {
+        recorder.copy(state_, 0, state_readback_, 0, 4 * shared::blas_state_words);
+        go_on_with(Stage::submission);
+      }
+      return 1 + std::uint64_t{all_levels_weight} * count_ / levels_recorded(count_);
+    case Stage::submission:
+      break;
+  }
+  return 0;
+}
+
+std::uint64_t TlasBuilder::record_pass(PassIndex index, std::uint64_t most, Stage then, const Bound* source,
+                                       const Bound& bound, gpu::Recorder& recorder) {
+  const Pass& pass = passes[index];
+  const bool of_motion = source != nullptr && index < reading_pass_count;
+  shared::BlasArgs args = this->args();
+  // A motion box is a box at the window's begin, and one at its end.
+  args.box_first = of_motion ? 1 : 0;
+  args.box_stride = of_motion ? 2 : 1;
+  args.first = next_;
+  const std::uint32_t groups = groups_of(count_, pass.per_group);
+  const std::uint64_t per_group = std::uint64_t{pass.weight} * pass.per_group;
+  const auto taken =
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(groups - next_, most / per_group + 1));
+  recorder.dispatch(pipelines_[index], of_motion ? source->of_motion[index] : bound.passes[index], args,
+                    taken);
+  recorder.barrier();
+  next_ += taken;
+  if (next_ == groups) go_on_with(then);
+  return taken * per_group;
+}
+
+void TlasBuilder::record_level(const Bound& bound, gpu::Recorder& recorder) {
+  shared::BlasArgs args = this->args();
+  if (next_ == 0 && levels_taken_ > 0) {
+    // On from the level behind the last that was recorded.
+    recorder.fill(state_, 4 * shared::blas_levels, 4 * (shared::blas_state_words - shared::blas_levels), 0);
+    recorder.barrier();
+    recorder.copy(state_readback_, 4 * level_word(levels_recorded(count_), 0), state_, 4 * level_word(0, 0),
+                  4 * shared::blas_level_words);
+    recorder.barrier();
+  }
+  args.level = next_;
+  const std::size_t groups = 4 * level_word(args.level, shared::blas_level_groups);
+  for (const PassIndex pass : {count_pass, queue_pass}) {
+    recorder.dispatch_indirect(pipelines_[pass], bound.passes[pass], args, state_, groups);
+    recorder.barrier();
+  }
+}
+
+bool TlasBuilder::take_levels(std::vector<std::uint32_t>& levels) {
+  const auto state = state_readback_.host_as<const std::uint32_t>();
+  if (state[shared::blas_disorder] != 0) {
+    // The next tree of such a world is not tried without.
+    words_ = RadixSort::Words::both;
+    begin(count_);
+    return false;
+  }
+  if (levels_taken_ == 0) levels.clear();
+  const std::uint32_t recorded = levels_recorded(count_);
+  for (std::uint32_t level = 0; level < recorded; ++level) {
+    const std::uint32_t first = state[level_word(level, shared::blas_level_first)];
+    const std::uint32_t nodes = state[level_word(level, shared::blas_level_count)];
+    if (nodes != 0) levels.push_back(first);
+    const std::uint32_t after = state[level_word(level + 1, shared::blas_level_count)];
+    if (nodes != 0 && after == 0) {
+      levels.push_back(first + nodes);
+      return true;
     }
   }
-  recorder.copy(state_, 0, state_readback_, 0, 4 * shared::blas_state_words);
+  levels_taken_ += recorded;
+  go_on_with(Stage::levels);
+  return false;
 }
 
 bool TlasBuilder::run(std::uint32_t count, const Bound& bound, Submit& submit,
                       std::vector<std::uint32_t>& levels) {
-  shared::BlasArgs args{};
-  args.count = count;
-  args.half_size = capacity_;
-  gpu::Recorder& recorder = submit.recorder();
-  record_tree(args, words_, bound, recorder);
-  const std::uint32_t recorded = levels_recorded(count);
-  levels.clear();
-  while (true) {
-    record_levels(args, recorded, bound, recorder);
+  constexpr std::uint64_t all = std::numeric_limits<std::uint64_t>::max();
+  for (begin(count);; submit.begin()) {
+    while (!recorded())
+      record(all, nullptr, bound, submit.recorder());
     if (!submit.run()) return false;
-    const auto state = state_readback_.host_as<const std::uint32_t>();
-    if (state[shared::blas_disorder] != 0) {
-      // The next tree of such a world is not tried without.
-      words_ = RadixSort::Words::both;
-      submit.begin();
-      record_tree(args, words_, bound, recorder);
-      continue;
-    }
-    for (std::uint32_t level = 0; level < recorded; ++level) {
-      const std::uint32_t first = state[level_word(level, shared::blas_level_first)];
-      const std::uint32_t nodes = state[level_word(level, shared::blas_level_count)];
-      if (nodes != 0) levels.push_back(first);
-      const std::uint32_t after = state[level_word(level + 1, shared::blas_level_count)];
-      if (nodes != 0 && after == 0) {
-        levels.push_back(first + nodes);
-        return true;
-      }
-    }
-    // On from the level behind the last that was recorded.
-    submit.begin();
-    recorder.fill(state_, 4 * shared::blas_levels, 4 * (shared::blas_state_words - shared::blas_levels), 0);
-    recorder.barrier();
-    recorder.copy(state_readback_, 4 * level_word(recorded, 0), state_, 4 * level_word(0, 0),
-                  4 * shared::blas_level_words);
-    recorder.barrier();
+    if (take_levels(levels)) return true;
   }
 }
 

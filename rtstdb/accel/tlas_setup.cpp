@@ -164,7 +164,7 @@ Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {
     if (auto bound = patch_.bind(device, slot.nodes, slot.motion_boxes, renewed_places_, slot.patch); !bound)
       return bound.error();
     if (!large_build_) continue;
-    auto large = large_build_->bind(device, bounds_, slot.nodes);
+    auto large = large_build_->bind(device, bounds_, slot.motion_boxes, slot.nodes);
     if (!large) return large.error();
     slot.large_build = std::move(large).value();
   }

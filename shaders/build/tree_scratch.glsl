@@ -6,6 +6,7 @@
 //                 where the keys were
 //   offsets       counts of the sort; then, per gap between neighbours in sorted order, how early their codes part; then the
 //                 inner children of each workgroup of a level
+//   bounds        of a TLAS, boxes among which are those of its instances
 //   box_lo, _hi   boxes of the n inner nodes, of which one is not used, then of the n leaves in sorted order. Inner node g
 //                 parts the leaves in sorted order between g and g + 1 (Apetrei 2014); nodes are named by their place here
 //   binary        inner nodes: left, right, primitives below, how the cost is had (see tree_choice.glsl)
@@ -55,7 +56,10 @@ bool is_leaf(uint node) { return node >= args.count; }
 Box box_of(uint node) { return Box(box_lo[node], box_hi[node]); }
 
 #ifdef BUILD_TLAS
-Box box_of_primitive(uint primitive) { return Box(bounds[primitive].lo, bounds[primitive].hi); }
+Box box_of_primitive(uint primitive) {
+  const uint place = args.box_first + primitive * args.box_stride;
+  return Box(bounds[place].lo, bounds[place].hi);
+}
 #else
 vec3 position(uint corner) { return texelFetch(positions, int(corner)).xyz; }
 Box box_of_primitive(uint primitive) {
@@ -67,12 +71,15 @@ Box box_of_primitive(uint primitive) {
 }
 #endif
 
+// A pass may be several dispatches.
+uint workgroup() { return args.first + gl_WorkGroupID.x; }
+
 // The primitives that this workgroup visits.
-uint tile_begin() { return gl_WorkGroupID.x * blas_tile + gl_LocalInvocationID.x; }
-uint tile_end() { return min((gl_WorkGroupID.x + 1u) * blas_tile, args.count); }
+uint tile_begin() { return workgroup() * blas_tile + gl_LocalInvocationID.x; }
+uint tile_end() { return min((workgroup() + 1u) * blas_tile, args.count); }
 
 // Where the tree is climbed: the leaves from which this invocation sets out, one after the other.
-uint run_begin() { return gl_GlobalInvocationID.x * blas_run; }
+uint run_begin() { return (workgroup() * 64u + gl_LocalInvocationID.x) * blas_run; }
 uint run_end() { return min(run_begin() + blas_run, args.count); }
 
 #endif

@@ -62,8 +62,10 @@ class TickingTrees : public gpu::test::GpuTest, public testing::WithParamInterfa
   }
   accel::Tlas::Counts since(const accel::Tlas::Counts& before) const {
     const accel::Tlas::Counts now = tlas_.counts();
-    return {now.builds - before.builds, now.refits - before.refits,     now.patches - before.patches,
-            now.rows - before.rows,     now.renewals - before.renewals, now.ahead - before.ahead};
+    return {now.builds - before.builds,          now.refits - before.refits,
+            now.patches - before.patches,        now.rows - before.rows,
+            now.renewals - before.renewals,      now.ahead - before.ahead,
+            now.ahead_built - before.ahead_built};
   }
 
   Random random_{4};

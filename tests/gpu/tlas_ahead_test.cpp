@@ -1,9 +1,11 @@
 // The slot for the next window, made a part with each batch: none waits for a refit of all, and nobody can tell.
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "shaders/shared/entity.h"
+#include "shaders/shared/node.h"
 #include "tests/gpu/ticking_trees.hpp"
 
 namespace rtstdb::test {
@@ -25,12 +27,89 @@ class AheadTrees : public TickingTrees {
     const auto words = copy.host_as<const std::uint32_t>();
     return {words.begin(), words.end()};
   }
+  /// From now on all of them go their way, at up to so many metres a second along each axis.
+  void send_off(double most_mps) {
+    time_ += milliseconds(1);
+    rows_.next(
+        [&](std::uint32_t) {
+          EntityRow row = anywhere();
+          row.motion.v_world_mps = most_mps * random_.vector();
+          row.motion.valid_from = time_;
+          return std::optional(row);
+        },
+        time_);
+    settle();
+  }
+  /// Each slot comes to what has changed.
+  void settle() {
+    for (std::uint32_t k = 0; k <= slots(); ++k) {
+      prepare(1);
+      tick(1, true);
+    }
+  }
+  struct Child {
+    std::uint32_t reference;
+    glm::dvec3 lo_m, hi_m;  // at the window's begin
+    bool is_inner() const { return (reference & shared::ref_leaf_bit) == 0; }
+  };
+  /// Of all nodes that can be reached. What a node holds lies in its box, but for its own quanta.
+  std::vector<Child> children_of(const accel::Tlas& tlas, const accel::TlasView& view) {
+    const std::size_t bytes = tlas.nodes(view.slot).size_bytes();
+    const gpu::Buffer copy =
+        make_buffer({.name = "nodes", .size_bytes = bytes, .memory = gpu::Memory::readback});
+    run([&](gpu::Recorder& recorder) { recorder.copy(tlas.nodes(view.slot), 0, copy, 0, bytes); });
+    const auto words = copy.host_as<const std::uint32_t>();
+    std::vector<Child> children;
+    int outside = 0;
+    std::vector<Child> left{{view.root, glm::dvec3(-1e9), glm::dvec3(1e9)}};
+    while (!left.empty() && children.size() < words.size()) {
+      const Child parent = left.back();
+      left.pop_back();
+      const auto node = words.subspan(std::size_t{4} * shared::tlas_node_texels * parent.reference);
+      for (int child = 0; child < 8; ++child) {
+        if ((node[3] >> (24 + child) & 1u) == 0) continue;
+        Child made{node[16 + child], {}, {}};
+        for (int axis = 0; axis < 3; ++axis) {
+          const double quantum_m = std::ldexp(1.0, static_cast<int>(node[3] >> 8 * axis & 0xFFu) - 127);
+          const auto edge_m = [&](int side) {
+            const std::uint32_t edges = node[4 + 4 * axis + 2 * side + child / 4];
+            return double{std::bit_cast<float>(node[axis])} + quantum_m * (edges >> child % 4 * 8 & 0xFFu);
+          };
+          made.lo_m[axis] = edge_m(0);
+          made.hi_m[axis] = edge_m(1);
+          outside += made.lo_m[axis] < parent.lo_m[axis] - 2.0 * quantum_m ? 1 : 0;
+          outside += made.hi_m[axis] > parent.hi_m[axis] + 2.0 * quantum_m ? 1 : 0;
+        }
+        children.push_back(made);
+        if (made.is_inner()) left.push_back(made);
+      }
+    }
+    EXPECT_EQ(outside, 0);
+    return children;
+  }
+  /// Half the surfaces of all boxes in the tree.
+  double cost_of(const accel::Tlas& tlas, const accel::TlasView& view) {
+    double cost = 0.0;
+    for (const Child& child : children_of(tlas, view)) {
+      const glm::dvec3 size_m = child.hi_m - child.lo_m;
+      cost += size_m.x * size_m.y + size_m.y * size_m.z + size_m.z * size_m.x;
+    }
+    return cost;
+  }
+  void expect_each_entity_once(const accel::TlasView& view) {
+    std::vector<std::uint32_t> places;
+    for (const Child& child : children_of(tlas_, view))
+      if (!child.is_inner()) places.push_back(child.reference & shared::ref_instance_mask);
+    std::ranges::sort(places);
+    EXPECT_EQ(places, first_ones(GetParam()));
+  }
   /// Whether the slot is what one made for this version alone is, if their instants are written down from one epoch.
   bool expect_as_made_anew(const accel::TlasView& view) {
     accel::Tlas fresh = make_tlas(1);
     const auto beside = prepare(fresh, {.times = {time_, time_}});
     if (!beside || beside->epoch != view.epoch) return false;
     EXPECT_EQ(instance_words(tlas_, view), instance_words(fresh, *beside));
+    expect_each_entity_once(view);
     for (std::uint32_t i = 0; i < GetParam(); ++i) {
       EXPECT_EQ(view.identities[i].id, beside->identities[i].id);
       EXPECT_EQ(view.identities[i].material, beside->identities[i].material);
@@ -180,21 +259,90 @@ TEST_P(AheadTrees, AreNotMadeForLargeBatches) {
   EXPECT_EQ(since(before).ahead, 0u);
 }
 
-/// A tree whose entities have gone elsewhere meanwhile is built when the window ends.
-TEST_P(AheadTrees, AreNotUsedWithATreeThatHasGoneBad) {
+/// A tree whose entities go their ways is built anew while another is in use: no batch waits for that.
+TEST_P(AheadTrees, AreBuiltWhereATreeGoesBad) {
+  for (const std::int64_t period_ms : {1, 10}) {
+    send_off(30.0);
+    const auto before = tlas_.counts();
+    int looked_at = 0;
+    for (std::int64_t k = 0; k < 3000 / period_ms; ++k) {
+      tick(1, true, milliseconds(period_ms));
+      const auto view = prepare(1);
+      ASSERT_TRUE(view.has_value());
+      if (k % 41 == 0 && expect_as_made_anew(*view)) ++looked_at;
+      if (HasFailure()) break;
+    }
+    const auto counts = since(before);
+    EXPECT_EQ(counts.builds + counts.refits, 0u);
+    EXPECT_GE(counts.ahead, 10u);
+    EXPECT_GE(counts.ahead_built, 2u);
+    EXPECT_LT(counts.ahead_built, counts.ahead);
+    EXPECT_GT(looked_at, 30 / period_ms);
+  }
+}
+
+/// What such a tree costs is near what one costs that is built for the moment.
+TEST_P(AheadTrees, ThatAreBuiltAreAsCheapAsOthers) {
+  send_off(30.0);
+  std::uint64_t built = 0;
+  for (std::uint32_t k = 0; k < 4000 && built < 3; ++k) {
+    tick(1, true);
+    const auto before = tlas_.counts();
+    const auto view = prepare(1);
+    ASSERT_TRUE(view.has_value());
+    if (since(before).ahead_built == 0) continue;
+    ++built;
+    accel::Tlas fresh = make_tlas(1);
+    const auto beside =
+        prepare(fresh, {.times = {view->window_begin, view->window_end}, .elements = 1, .shapes = 0});
+    ASSERT_TRUE(beside.has_value());
+    EXPECT_LT(cost_of(tlas_, *view), 1.2 * cost_of(fresh, *beside));
+  }
+  EXPECT_EQ(built, 3u);
+}
+
+/// Another build takes the memory of one that is under way: that is given up.
+TEST_P(AheadTrees, AreGivenUpWhereATreeIsBuiltMeanwhile) {
+  send_off(30.0);
   const auto before = tlas_.counts();
-  const std::uint32_t in_all = GetParam() / 16;
-  std::uint32_t next = 0;
-  for (int k = 0; k < 3000 && since(before).builds == 0; ++k) {
+  int looked_at = 0;
+  for (std::uint32_t k = 0; k < 1500; ++k) {
+    tick(1, true);
+    const auto view = prepare(1);
+    ASSERT_TRUE(view.has_value());
+    if (k % 53 == 0 && expect_as_made_anew(*view)) ++looked_at;
+    if (HasFailure()) break;
+    if (k % 37 != 11) continue;
+    // Somebody else looks at another time, at which all stand elsewhere.
+    const WorldTime then = time_ + milliseconds(3000 + 3000 * (k % 7));
+    prepare(tlas_, {.times = {then, then}, .elements = GetParam(), .shapes = 0});
+  }
+  EXPECT_GT(looked_at, 20);
+  EXPECT_GT(since(before).builds, 10u);
+  EXPECT_GT(since(before).ahead_built, 0u);
+}
+
+/// A tree that knows nothing any more of where its entities are is built when the window ends.
+TEST_P(AheadTrees, AreNotUsedWithATreeThatIsWorthNothing) {
+  // All stand close together but the first two, who have a wide world between them.
+  rows_.next(
+      [&](std::uint32_t i) {
+        return std::optional(i < 2 ? row_of({0}, glm::dvec3(i == 0 ? 4000.0 : -4000.0)) : anywhere());
+      },
+      time_ += milliseconds(1));
+  settle();
+  const auto before = tlas_.counts();
+  std::uint32_t next = 2;
+  for (std::uint32_t k = 0; k < 600 && since(before).builds == 0; ++k) {
     time_ += milliseconds(1);
-    std::vector<std::uint32_t> some;
-    for (std::uint32_t i = 0; i < std::max(in_all / 250, 1u); ++i)
-      some.push_back(next++ % GetParam());
+    std::vector<std::uint32_t> some{next++};
+    if (GetParam() > 5000) some.push_back(next++);
     rows_.change(
-        some, [&](std::uint32_t) { return std::optional(row_of({0}, 400.0 * random_.vector())); }, time_);
+        some, [&](std::uint32_t) { return std::optional(row_of({0}, 4000.0 * random_.vector())); }, time_);
     prepare(1);
   }
-  EXPECT_GT(since(before).builds, 0u);
+  EXPECT_GT(since(before).patches, 200u);
+  EXPECT_EQ(since(before).builds, 1u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, AheadTrees, testing::Values(2500u, 9000u));
