@@ -335,6 +335,7 @@ bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, 
   }
   slot.filled = slot.made = true;
   slot.followed = false;
+  slot.rebuilds = 0;
   slot.next = nullptr;
   slot.version = rows.version();
   slot.shapes = wanted.shapes;

@@ -48,6 +48,8 @@ inline constexpr float rebuild_growth = 1.3f;
 inline constexpr Nanoseconds rebuilt_ahead_within{125'000'000};
 inline constexpr float rebuild_growth_ahead = 1.1f;
 inline constexpr float most_growth_ahead = 4.0f;
+/// Where a tree that was kept went bad, so many are built before one is kept again.
+inline constexpr std::uint32_t rebuilds_ahead = 4;
 
 /// How far the window of a small batch reaches ahead: beside what a refit of all takes, few of them; and boxes of bodies that
 /// turn are still of use.
@@ -171,6 +173,7 @@ class Tlas {
     Tree tree = Tree::none;
     std::vector<std::uint32_t> levels;  // first node of each, then the number of nodes
     float built_cost = 0.0f;            // 0: not known yet
+    std::uint32_t rebuilds = 0;         ///< so many of the slots made behind it get a tree of their own
     std::uint32_t root() const noexcept;
     void take_window(WorldTime begin, WorldTime end) noexcept;
     /// There is another one now, made ahead, for what asks for this version.

@@ -58,7 +58,8 @@ std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSour
       wanted.times.last >= used.window_end)
     return std::nullopt;
   const float growth = growth_of(used);
-  const TreeAhead tree = growth > rebuild_growth_ahead ? TreeAhead::built : TreeAhead::copied;
+  const TreeAhead tree =
+      used.rebuilds > 0 || growth > rebuild_growth_ahead ? TreeAhead::built : TreeAhead::copied;
   const double least_lead = growth > rebuild_growth ? 1.0 : tree == TreeAhead::built ? 0.5 : 0.25;
   const double wanted_lead =
       static_cast<double>(work_ahead(used, rows.index_limit(), tree)) / work_of_a_window;
@@ -113,6 +114,7 @@ void Tlas::begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& w
   slot.tree = Tree::known;
   slot.levels = used.levels;
   slot.built_cost = builds ? 0.0f : used.built_cost;
+  slot.rebuilds = used.rebuilds > 0 ? used.rebuilds - 1 : 0;
   slot.presence = used.presence;
 }
 
@@ -232,7 +234,9 @@ void Tlas::take_tree_ahead() noexcept {
 /// dear is used while another is made.
 void Tlas::judge_ahead() noexcept {
   const Ahead made = std::exchange(ahead_, {});
-  if (growth_of(*made.slot) > most_growth_ahead) return;
+  const float growth = growth_of(*made.slot);
+  if (growth > most_growth_ahead) return;
+  if (growth > rebuild_growth_ahead) made.slot->rebuilds = rebuilds_ahead;
   made.slot->made = true;
   made.source->next = made.slot;
   ++counts_.ahead;

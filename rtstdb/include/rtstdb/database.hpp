@@ -3,9 +3,9 @@
 //
 // Threads: open, add_geometry, prepare, reserve, watch and make_transaction are setup calls: they allocate and
 // block, and are not for the tick. submit, execute, wait, cancel and latest may be called from any number of threads
-// at once and are made for the tick. The database does its work on a thread of its own; the Vulkan driver's
-// threads are created inside open, so open must run before the caller raises its own priority or pins itself
-// (threads inherit both).
+// at once and are made for the tick. The database does its work on a thread of its own, and a second one helps it with long
+// answers; they and the Vulkan driver's threads are created inside open, so open must run before the caller raises its own
+// priority or pins itself (threads inherit both).
 //
 // A device that is lost is replaced by the database itself: what was on it ends as device_lost, what waits is answered
 // later, what only writes goes on. Prepared queries and their spans stay. Until each kind of query has been asked once
@@ -63,7 +63,7 @@ struct DatabaseOptions {
   /// Row changes that wait for the thread that follows standing queries; allocated with the first of them. A version that finds no
   /// room is not lost to them, but what it and those after it wrote is found at a later one (EventCause::gap).
   std::uint32_t followed_changes = 1u << 14;
-  /// SCHED_FIFO priority of the database's thread, 0: ordinary. The driver's threads, which do the computing
+  /// SCHED_FIFO priority of the database's threads, 0: ordinary. The driver's threads, which do the computing
   /// on a software device, get two less. Where it is refused, Health says so.
   int thread_priority = 0;
   /// What survives; by default nothing.
