@@ -109,7 +109,7 @@ Tlas::Slot* Tlas::find_near(const query::RowSource& rows, const Wanted& wanted) 
         (nearest == nullptr || slot.version > nearest->version))
       nearest = &slot;
   }
-  return nearest != nullptr && list_renewed(*nearest, rows) ? nearest : nullptr;
+  return nearest != nullptr && list_renewed(*nearest, rows, wanted) ? nearest : nullptr;
 }
 
 std::uint32_t Tlas::most_patched(const Slot& slot) noexcept {
@@ -124,7 +124,7 @@ std::uint32_t Tlas::most_renewed(const Slot& slot) noexcept {
   return std::max(slot.visible_count / renewed_share, most_patched(slot));
 }
 
-bool Tlas::list_renewed(Slot& slot, const query::RowSource& rows) noexcept {
+bool Tlas::list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& wanted) noexcept {
   changed_.clear();
   if (!rows.changed_between(slot.version, changed_) || changed_.size() > most_renewed(slot)) return false;
   const auto places = renewed_places_.host_as<std::uint32_t>();
@@ -134,7 +134,9 @@ bool Tlas::list_renewed(Slot& slot, const query::RowSource& rows) noexcept {
     if (presence_of(state) != slot.presence[entity] || state == nullptr) return false;
     places[k] = slot.place[entity];
   }
-  return is_patch(slot) || may_refit(slot);
+  // Where another tree is made ahead, one that is dear is of use as long as that takes.
+  const bool is_followed = makes_ahead_ && slot.visible_count >= least_made_ahead && is_small(slot, wanted);
+  return is_patch(slot) || may_refit(slot, is_followed ? most_growth_ahead : rebuild_growth);
 }
 
 void Tlas::renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
@@ -146,8 +148,8 @@ void Tlas::renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& record
   counts_.patches += few ? 1 : 0;
   counts_.refits += few ? 0 : 1;
   counts_.renewals += few ? 0 : 1;
-  // What changes so much has little use for a slot that was made some time ago.
-  if (!few) slot.followed = true;
+  // What changes so much at once has little use for a slot that was made some time ago.
+  if (listed > most_patched(slot)) slot.followed = true;
   if (listed == 0) return;
   upload_changes(slot, rows, recorder);
   record_instances(slot, 0, listed, true, recorder);
@@ -255,10 +257,10 @@ float Tlas::growth_of(Slot& slot) noexcept {
   return cost > slot.built_cost ? cost / slot.built_cost : 1.0f;
 }
 
-bool Tlas::may_refit(Slot& slot) {
+bool Tlas::may_refit(Slot& slot, float most_growth) {
   if (slot.tree == Tree::none || !refits_) return false;
   learn_levels(slot);
-  return growth_of(slot) <= rebuild_growth;
+  return growth_of(slot) <= most_growth;
 }
 
 /// Boxes from the deepest level up.
@@ -325,12 +327,20 @@ bool Tlas::make_tree(Slot& slot, Submit& submit) {
   return true;
 }
 
+/// Since the batch before, whatever slot that had.
+bool Tlas::few_changed_lately(const query::RowSource& rows) noexcept {
+  changed_.clear();
+  return latest_version_ == 0 || latest_version_ >= rows.version() ||
+         (rows.changed_between(latest_version_, changed_) &&
+          changed_.size() <= std::max(rows.index_limit() / renewed_share, fewest_patched));
+}
+
 bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit) {
   if (ahead_.slot == &slot || ahead_.source == &slot) drop_ahead();
-  bool few_changed = true;
+  // Where many change from version to version, the next one will need a refit in any case.
+  const bool reaches_ahead = patches_ && few_changed_lately(rows);
   if (!slot.filled || slot.version != rows.version()) {
     list_changes(slot, rows);
-    few_changed = !slot.filled || changed_.size() <= most_renewed(slot);
     upload_changes(slot, rows, submit.recorder());
   }
   slot.filled = slot.made = true;
@@ -340,8 +350,7 @@ bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, 
   slot.version = rows.version();
   slot.shapes = wanted.shapes;
   const auto [first, last] = wanted.times;
-  // Where many change from version to version, the next one will need a refit in any case.
-  const bool ahead = patches_ && few_changed && is_small(slot, wanted);
+  const bool ahead = reaches_ahead && is_small(slot, wanted);
   slot.take_window(first, ahead ? std::max(last, ahead_of(first)) : last);
   if (make_tree(slot, submit)) return true;
   slot.filled = false;
@@ -365,6 +374,7 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted
     if (!fill(*slot, rows, wanted, submit)) return std::nullopt;
   }
   slot->last_used = ++uses_;
+  latest_version_ = rows.version();
   if (stands) make_ahead(*slot, rows, wanted, submit.recorder());
   return TlasView{.slot = static_cast<std::uint32_t>(slot - slots_.data()),
                   .identities = slot->identities.data(),

@@ -48,6 +48,8 @@ inline constexpr float rebuild_growth = 1.3f;
 inline constexpr Nanoseconds rebuilt_ahead_within{125'000'000};
 inline constexpr float rebuild_growth_ahead = 1.1f;
 inline constexpr float most_growth_ahead = 4.0f;
+/// Smaller worlds are refitted, and built, when a window ends: that takes no longer than a batch.
+inline constexpr std::uint32_t least_made_ahead = 256;
 /// Where a tree that was kept went bad, so many are built before one is kept again.
 inline constexpr std::uint32_t rebuilds_ahead = 4;
 
@@ -210,9 +212,10 @@ class Tlas {
   /// Of what changed.
   bool is_patch(const Slot& slot) const noexcept;
   /// False: too much changed, or the tree itself has to.
-  bool list_renewed(Slot& slot, const query::RowSource& rows) noexcept;
+  bool list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& wanted) noexcept;
   /// With what list_renewed has listed.
   void renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
+  bool few_changed_lately(const query::RowSource& rows) noexcept;
   bool fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit);
   static Presence presence_of(const EntityState* state) noexcept;
   void list_changes(Slot& slot, const query::RowSource& rows);
@@ -227,7 +230,7 @@ class Tlas {
   static void learn_levels(Slot& slot);
   /// What the slot's tree costs beside what it did when it was built.
   static float growth_of(Slot& slot) noexcept;
-  bool may_refit(Slot& slot);
+  bool may_refit(Slot& slot, float most_growth = rebuild_growth);
   void refit(const Slot& slot, gpu::Recorder& recorder) const;
   void refit_nodes(const Slot& slot, std::uint32_t first, std::uint32_t count, gpu::Recorder& recorder) const;
   bool build(Slot& slot, Submit& submit);
@@ -269,6 +272,7 @@ class Tlas {
   bool patches_ = true;
   bool makes_ahead_ = true;
   std::uint64_t uses_ = 0;
+  Version latest_version_ = 0;  // of the batch before
   std::vector<Slot> slots_;
   Ahead ahead_;
   std::vector<std::uint32_t> changed_;

@@ -19,7 +19,9 @@ constexpr std::uint64_t per_row = 1;
 constexpr std::uint64_t per_instance = 4;
 constexpr std::uint64_t per_node = 16;
 constexpr std::uint64_t per_parent = 6;
-/// What a batch does at the least: less would hardly take less time, for a dispatch has a price of its own.
+/// What a dispatch takes besides, whatever it goes through.
+constexpr std::uint64_t per_dispatch = 1'500;
+/// What a batch does at the least: less would hardly take less time.
 constexpr std::uint64_t least_share = 3'000;
 /// More work than this is begun earlier than in the last quarter of a window, up to its last three; where a tree is built, in the last
 /// half, since the host has to look at it in between, or at once.
@@ -46,20 +48,23 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
   for (std::uint64_t done = 0; done < due && ahead_.slot != nullptr;) {
     const std::uint64_t part = step_ahead(due - done, rows, recorder);
     if (part == 0) break;
-    done += part;
-    ahead_.done += part;
+    done += part + per_dispatch;
+    // What dividing a step adds to it is in no estimate of the whole.
+    const bool divides =
+        ahead_.step == Ahead::Step::build ? large_build_->is_within_pass() : ahead_.next != 0;
+    ahead_.done += part + (divides ? 0 : per_dispatch);
   }
 }
 
 std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSource& rows,
                                                 const Wanted& wanted) const noexcept {
-  if (!makes_ahead_ || used.followed || used.tree != Tree::known ||
-      used.visible_count <= shared::small_build_max || used.window_end - used.window_begin < window_ahead ||
-      wanted.times.last >= used.window_end)
+  if (!makes_ahead_ || used.followed || used.tree == Tree::none || used.visible_count < least_made_ahead ||
+      used.window_end - used.window_begin < window_ahead || wanted.times.last >= used.window_end)
     return std::nullopt;
+  learn_levels(used);
   const float growth = growth_of(used);
-  const TreeAhead tree =
-      used.rebuilds > 0 || growth > rebuild_growth_ahead ? TreeAhead::built : TreeAhead::copied;
+  const bool is_dear = used.rebuilds > 0 || growth > rebuild_growth_ahead;
+  const TreeAhead tree = is_dear && large_build_ ? TreeAhead::built : TreeAhead::copied;
   const double least_lead = growth > rebuild_growth ? 1.0 : tree == TreeAhead::built ? 0.5 : 0.25;
   const double wanted_lead =
       static_cast<double>(work_ahead(used, rows.index_limit(), tree)) / work_of_a_window;
@@ -71,12 +76,17 @@ std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSour
 /// What is left when the slot has its tree.
 std::uint64_t Tlas::work_with_tree(const Slot& slot, std::uint32_t row_count) noexcept {
   const std::uint64_t nodes = slot.levels.back();
-  return nodes * (per_node + per_parent) + row_count * per_row + slot.live_count * per_instance + least_share;
+  const std::uint64_t dispatches =
+      slot.levels.size() + 4;  // rows, instances, boxes of each level, parents, cost
+  return nodes * (per_node + per_parent) + row_count * per_row + slot.live_count * per_instance +
+         dispatches * per_dispatch;
 }
 
 std::uint64_t Tlas::work_ahead(const Slot& used, std::uint32_t row_count, TreeAhead tree) noexcept {
   const std::uint64_t for_tree =
-      tree == TreeAhead::built ? TlasBuilder::work(used.visible_count) : used.levels.back() * per_copied_node;
+      tree == TreeAhead::built
+          ? TlasBuilder::work(used.visible_count) + TlasBuilder::passes(used.visible_count) * per_dispatch
+          : used.levels.back() * per_copied_node + per_dispatch;
   return for_tree + work_with_tree(used, row_count);
 }
 
@@ -118,9 +128,9 @@ void Tlas::begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& w
   slot.presence = used.presence;
 }
 
-/// By the time that has passed of what there is, and a quarter faster.
+/// By the time that has passed of what there is, and half as fast again.
 std::uint64_t Tlas::due_ahead(WorldTime now) const noexcept {
-  const double share = 1.25 * seconds_between(ahead_.begun, now) / seconds_between(ahead_.begun, ahead_.due);
+  const double share = 1.5 * seconds_between(ahead_.begun, now) / seconds_between(ahead_.begun, ahead_.due);
   const auto wanted =
       static_cast<std::uint64_t>(std::clamp(share, 0.0, 1.0) * static_cast<double>(ahead_.total));
   return std::max(wanted > ahead_.done ? wanted - ahead_.done : 0, least_share);
@@ -187,7 +197,7 @@ std::uint64_t Tlas::step_ahead(std::uint64_t most, const query::RowSource& rows,
     case Ahead::Step::cost:
       find_cost(slot, recorder);
       ahead_.step = Ahead::Step::verdict;
-      return least_share;
+      return 1;
     case Ahead::Step::verdict:
       break;
   }

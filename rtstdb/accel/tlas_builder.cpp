@@ -21,8 +21,8 @@ constexpr gpu::ShaderId pass_shaders[] = {
 struct Pass {
   std::uint32_t weight, per_group;
 };
-constexpr std::array passes{Pass{1, shared::blas_tile}, Pass{1, shared::blas_tile},
-                            Pass{1, shared::blas_tile}, Pass{5, 64 * shared::blas_run}};
+constexpr std::array visiting_passes{Pass{1, shared::blas_tile}, Pass{1, shared::blas_tile},
+                                     Pass{1, shared::blas_tile}, Pass{5, 64 * shared::blas_run}};
 constexpr std::uint32_t sort_steps_a_weight = 6;
 /// Of all levels together.
 constexpr std::uint32_t all_levels_weight = 3;
@@ -126,9 +126,15 @@ void TlasBuilder::begin(std::uint32_t count) noexcept {
 
 std::uint64_t TlasBuilder::work(std::uint32_t count) noexcept {
   std::uint64_t each = all_levels_weight;
-  for (const Pass& pass : passes)
+  for (const Pass& pass : visiting_passes)
     each += pass.weight;
   return each * count + RadixSort::steps(RadixSort::Words::upper) * (count / sort_steps_a_weight);
+}
+
+std::uint32_t TlasBuilder::passes(std::uint32_t count) noexcept {
+  constexpr std::uint32_t clear_and_root = 2;
+  return clear_and_root + static_cast<std::uint32_t>(visiting_passes.size()) +
+         RadixSort::steps(RadixSort::Words::upper) + levels_recorded(count);
 }
 
 std::uint64_t TlasBuilder::record(std::uint64_t most, const Bound* source, const Bound& bound,
@@ -172,7 +178,7 @@ std::uint64_t TlasBuilder::record(std::uint64_t most, const Bound* source, const
 
 std::uint64_t TlasBuilder::record_pass(PassIndex index, std::uint64_t most, Stage then, const Bound* source,
                                        const Bound& bound, gpu::Recorder& recorder) {
-  const Pass& pass = passes[index];
+  const Pass& pass = visiting_passes[index];
   const bool of_motion = source != nullptr && index < reading_pass_count;
   shared::BlasArgs args = this->args();
   // A motion box is a box at the window's begin, and one at its end.

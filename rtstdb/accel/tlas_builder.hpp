@@ -54,12 +54,17 @@ class TlasBuilder {
   // Another build in between takes the scratch memory: then it has to be begun again.
   void begin(std::uint32_t count) noexcept;
   bool recorded() const noexcept { return stage_ == Stage::submission; }
+  /// Of which a part was recorded last.
+  bool is_within_pass() const noexcept {
+    return next_ != 0 && stage_ != Stage::sort && stage_ != Stage::levels;
+  }
   /// Records `most` work or a little more, or what is left of a pass; returns how much. `source`: whose motion boxes at the end of its
   /// window are the instances', or null: the bounds of `bound` are.
   std::uint64_t record(std::uint64_t most, const Bound* source, const Bound& bound, gpu::Recorder& recorder);
   bool take_levels(std::vector<std::uint32_t>& levels);
-  /// All of it, in the weights of tlas_ahead.cpp.
+  /// All of it, in the weights of tlas_ahead.cpp; and how many passes that is.
   static std::uint64_t work(std::uint32_t count) noexcept;
+  static std::uint32_t passes(std::uint32_t count) noexcept;
 
  private:
   enum class Stage : std::uint8_t { clear, centers, codes, sort, leaves, merge, root, levels, submission };
