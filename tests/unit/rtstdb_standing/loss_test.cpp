@@ -102,8 +102,9 @@ TEST(Loss, ASlowReaderEndsWithTheTrueMembers) {
       world.update(alive[random() % alive.size()], row, now_ns);
     }
     if (random() % 16 == 0) take(std::span(some).first(query->next_events(some)));
+    // Where the follower came to run at the end alone, it would have less to tell than there is room for.
+    if (k % 50 == 49) world.catch_up(*query);
   }
-  world.catch_up(*query);
   EXPECT_GT(query->lost(), 0u);
   const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
   do {
