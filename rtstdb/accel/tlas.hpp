@@ -48,7 +48,7 @@ inline constexpr float rebuild_growth = 1.3f;
 inline constexpr Nanoseconds rebuilt_ahead_within{125'000'000};
 inline constexpr float rebuild_growth_ahead = 1.1f;
 inline constexpr float most_growth_ahead = 4.0f;
-/// Smaller worlds are refitted, and built, when a window ends: that takes no longer than a batch.
+/// Smaller worlds are refitted, and built, when a window ends.
 inline constexpr std::uint32_t least_made_ahead = 256;
 /// Where a tree that was kept went bad, so many are built before one is kept again.
 inline constexpr std::uint32_t rebuilds_ahead = 4;

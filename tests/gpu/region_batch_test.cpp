@@ -36,7 +36,7 @@ std::ostream& operator<<(std::ostream& out, const Case& one) {
 
 class LongAnswers : public RandomQuestions, public testing::WithParamInterface<Case> {};
 
-/// Some overflow, some are empty, and in the middle stand those that are asked again.
+/// Some overflow, some are empty.
 TEST_P(LongAnswers, OfALargeBatchAreThoseOfSmallOnes) {
   open({.chunk = GetParam().chunk});
   fill({31, 600, 12.0});
@@ -85,8 +85,8 @@ INSTANTIATE_TEST_SUITE_P(Levels, LongAnswers,
 
 class OneInstant : public DatabaseTest, public testing::WithParamInterface<std::uint32_t> {};
 
-/// Bodies that are turned, moved and stretched from version to version, while all questions are about one instant: what is written
-/// down of bodies for it follows them, by patch, by renewal and by refit.
+/// Bodies that are turned from version to version, few or many, while all questions are about one instant: what is written down of
+/// bodies for it follows them.
 TEST_P(OneInstant, FollowsTheVersions) {
   const std::uint32_t entities = GetParam();
   const GeometryId bar = add(make_box({4.0, 0.2, 0.2}));

@@ -1,12 +1,10 @@
 #include "rtstdb/threads/fork_join.hpp"
 
 #include <gtest/gtest.h>
-#include <sched.h>
 
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <memory>
 #include <thread>
 #include <vector>
 
