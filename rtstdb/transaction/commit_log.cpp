@@ -88,11 +88,14 @@ Result<void> CommitLog::start_writer() {
   options.checkpoint_every_bytes = durability.checkpoint_every_bytes;
   // Whoever waits for the disk waits for no company.
   if (mode() == DurabilityMode::async) options.flush_interval = durability.flush_interval;
+  const bool has_damaged_checkpoint = !recovered_->report.damaged_checkpoints.empty();
   const log::LogStart start = log::start_after(*recovered_, log::new_database_id());
   database_id_ = start.database_id;
   auto writer = log::Writer::start(*disk_, clock_, ring_, world_copy_, options, start);
   if (!writer) return writer.error();
   writer_ = std::move(writer).value();
+  // One that is whole takes the place of those that are not.
+  if (has_damaged_checkpoint) writer_->checkpoint_soon();
   return {};
 }
 
