@@ -1,6 +1,7 @@
 #include "rtstdb/log/checkpoint_file.hpp"
 
 #include <algorithm>
+#include <new>
 
 #include "rtstdb/log/bytes.hpp"
 #include "rtstdb/log/directory.hpp"
@@ -32,7 +33,12 @@ CheckpointFile::CheckpointFile(Disk& disk, std::unique_ptr<DiskFile> file, const
     : disk_(disk), file_(std::move(file)), begin_(begin), head_(std::move(head)) {}
 
 CheckpointFile::~CheckpointFile() {
-  if (!published_) disk_.remove(unfinished_checkpoint_name(begin_.number));
+  if (published_) return;
+  try {
+    disk_.remove(unfinished_checkpoint_name(begin_.number));
+  } catch (const std::bad_alloc&) {
+    // The next start removes it.
+  }
 }
 
 DiskResult<std::unique_ptr<CheckpointFile>> CheckpointFile::create(Disk& disk, const Begin& begin,

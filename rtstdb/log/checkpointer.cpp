@@ -1,5 +1,6 @@
 #include "rtstdb/log/checkpointer.hpp"
 
+#include <new>
 #include <utility>
 
 #include <rtstdb/result.hpp>
@@ -10,31 +11,45 @@ Checkpointer::Step Checkpointer::begin(const Position& position, Version not_bef
                                        std::int64_t real_time_ns) {
   RTSTDB_ASSERT(may_begin(now));
   if (!asked_) asked_ = {position, not_before};
+  try {
+    return begin_file(now, real_time_ns);
+  } catch (const std::bad_alloc&) {
+    return failed(no_memory(), now);
+  }
+}
+
+Checkpointer::Step Checkpointer::begin_file(ClockTime now, std::int64_t real_time_ns) {
   auto head = source_.begin(asked_->not_before);
   if (!head) return {};
-  const Asked asked = *std::exchange(asked_, std::nullopt);
-  if (head->version.version < asked.not_before) {  // that version is being taken back
-    source_.end();
+  source_has_begun_ = true;
+  if (head->version.version < asked_->not_before) {  // that version is being taken back
+    give_up();
     return {Did::given_up, 0, std::nullopt};
   }
   auto file = CheckpointFile::create(disk_,
                                      {.database_id = database_id_,
                                       .number = next_number_++,
-                                      .position = asked.position,
+                                      .position = asked_->position,
                                       .real_time_ns = real_time_ns,
                                       .rows_per_slice = rows_per_slice_},
                                      std::move(*head));
-  if (!file) {
-    source_.end();
-    return failed(file.error(), now);
-  }
+  if (!file) return failed(file.error(), now);
   file_ = std::move(file.value());
+  asked_.reset();
   written_ = false;
   return {Did::something, 0, std::nullopt};
 }
 
 Checkpointer::Step Checkpointer::go_on(const Synced& synced, ClockTime now) {
   RTSTDB_ASSERT(under_way());
+  try {
+    return go_on_writing(synced, now);
+  } catch (const std::bad_alloc&) {
+    return failed(no_memory(), now);
+  }
+}
+
+Checkpointer::Step Checkpointer::go_on_writing(const Synced& synced, ClockTime now) {
   if (!written_) {
     auto progress = file_->write_slice(source_);
     if (!progress) return failed(progress.error(), now);
@@ -56,9 +71,8 @@ Checkpointer::Step Checkpointer::go_on(const Synced& synced, ClockTime now) {
 void Checkpointer::give_up() noexcept {
   // What the source may be about to give goes with the place of the next one, or is older than that asks for.
   asked_.reset();
-  if (file_ == nullptr) return;
   file_.reset();
-  source_.end();
+  if (std::exchange(source_has_begun_, false)) source_.end();
 }
 
 Checkpointer::Step Checkpointer::failed(const DiskError& fault, ClockTime now) {

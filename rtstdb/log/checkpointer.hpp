@@ -54,6 +54,8 @@ class Checkpointer {
   void give_up() noexcept;
 
  private:
+  Step begin_file(ClockTime now, std::int64_t real_time_ns);
+  Step go_on_writing(const Synced& synced, ClockTime now);
   Step failed(const DiskError& fault, ClockTime now);
 
   Disk& disk_;
@@ -67,6 +69,7 @@ class Checkpointer {
     Version not_before = 0;
   };
   std::optional<Asked> asked_;
+  bool source_has_begun_ = false;
   std::unique_ptr<CheckpointFile> file_;
   bool written_ = false;
 };

@@ -31,6 +31,8 @@ const char* to_string(DiskCall call) {
       return "sync of the directory";
     case DiskCall::lock:
       return "lock";
+    case DiskCall::allocate:
+      return "memory";
   }
   return "call";
 }
@@ -38,7 +40,8 @@ const char* to_string(DiskCall call) {
 }  // namespace
 
 std::string DiskError::in_words() const {
-  return std::string(to_string(call)) + " of " + file + ": " + std::generic_category().message(number);
+  const std::string what = file.empty() ? to_string(call) : std::string(to_string(call)) + " of " + file;
+  return what + ": " + std::generic_category().message(number);
 }
 
 }  // namespace rtstdb::log

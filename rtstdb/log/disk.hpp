@@ -1,9 +1,10 @@
 #pragma once
-// The port to the disk: one directory, and the few calls that a log makes in it. Nothing throws; a call that failed says
-// with which error number, which call it was and on which file.
+// The port to the disk: one directory, and the few calls that a log makes in it. Nothing throws but std::bad_alloc; a
+// call that failed says with which error number, which call it was and on which file.
 //
 // Threads: calls on different files may be made at once; one file is one thread's at a time.
 
+#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -30,16 +31,22 @@ enum class DiskCall : std::uint8_t {
   remove,
   sync_directory,
   lock,
+  allocate,  ///< not the disk's: memory on the way to it
 };
 
 struct DiskError {
   DiskCall call = DiskCall::open;
-  int number = 0;  ///< errno
-  std::string file;
+  int number = 0;    ///< errno
+  std::string file;  ///< empty: of allocate
 
   /// "write of segment.0000000003: No space left on device"
   std::string in_words() const;
 };
+
+/// What is told of std::bad_alloc on the way to the disk.
+inline DiskError no_memory() noexcept {
+  return {DiskCall::allocate, ENOMEM, {}};
+}
 
 /// A value or a DiskError.
 template <class T>

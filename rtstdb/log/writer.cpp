@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -112,6 +113,14 @@ bool Writer::group_is_due(ClockTime now) noexcept {
 }
 
 DiskFault Writer::write_group(std::int64_t real_time_ns) {
+  try {
+    return write_group_or_throw(real_time_ns);
+  } catch (const std::bad_alloc&) {
+    return no_memory();
+  }
+}
+
+DiskFault Writer::write_group_or_throw(std::int64_t real_time_ns) {
   const auto bytes =
       group_.seal({.database_id = database_id_, .number = group_number_, .link = link_}, real_time_ns);
   // A group that is longer than a segment has one of its own.
@@ -162,7 +171,11 @@ void Writer::segment_failed(const DiskError& fault, ClockTime now) {
 void Writer::note_fault(const DiskError& fault) {
   const std::lock_guard lock(statistics_mutex_);
   ++statistics_.faults;
-  statistics_.last_fault = fault.in_words();
+  try {
+    statistics_.last_fault = fault.in_words();
+  } catch (const std::bad_alloc&) {
+    statistics_.last_fault = "out of memory";  // short enough to need none
+  }
 }
 
 void Writer::move_watermark() noexcept {

@@ -5,7 +5,7 @@
 // A disk that fails: the group that failed is kept, and so is the watermark. After a while, which grows from time to time, a new
 // segment begins with that group, and a checkpoint follows; when that is on disk the watermark moves again. A file that failed is
 // neither written nor trusted any more. While there is no room on the way, the recorder tells of a gap; behind it, too, the
-// watermark waits for a checkpoint.
+// watermark waits for a checkpoint. Memory that there is not is a fault as any other.
 //
 // Threads: one drives it; what tells how far it is, `flush_soon` and `checkpoint_soon` are anybody's.
 
@@ -93,6 +93,7 @@ class Writer {
   void gather() noexcept;
   bool group_is_due(ClockTime now) noexcept;
   DiskFault write_group(std::int64_t real_time_ns);
+  DiskFault write_group_or_throw(std::int64_t real_time_ns);
   void group_is_on_disk(std::size_t bytes, Nanoseconds took);
   void segment_failed(const DiskError& fault, ClockTime now);
   bool step_checkpoint(ClockTime now, std::int64_t real_time_ns);

@@ -126,9 +126,9 @@ class CommitLog {
   // The log's thread, or the driver's.
   void run_thread() noexcept;
   void end_log() noexcept;
+  Result<void> close_writer();
   void tell_progress() noexcept;
   void give_back_held() noexcept;
-  void give_back_rest() noexcept;
   void give_back(TransactionImpl& transaction, bool durable) noexcept;
   void nap(LogBell::Heard heard, const log::Writer::Step& step) noexcept;
 

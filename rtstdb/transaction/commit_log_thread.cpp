@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <new>
 #include <utility>
 
 #include "rtstdb/transaction/commit_log.hpp"
@@ -89,19 +90,25 @@ void CommitLog::give_back(TransactionImpl& transaction, bool durable) noexcept {
 void CommitLog::end_log() noexcept {
   // The engine's thread has ended, and its side of the ring is this thread's.
   recorder_.hand_over();
+  try {
+    closed_ = close_writer();
+  } catch (const std::bad_alloc&) {
+    closed_ = Error{ErrorCode::file, "out of memory"};  // short enough to need none
+  }
+  tell_progress();
+  told_.refused = true;  // what is held still waits in vain
+  give_back_held();
+}
+
+Result<void> CommitLog::close_writer() {
   while (recorder_.in_gap() && !writer_->refused_by_disk()) {
     writer_->flush_soon();
     writer_->step(real_time_ns());
     recorder_.tend();
   }
-  if (recorder_.in_gap()) {
-    closed_ = Error{ErrorCode::file, "the log ends before the last commits: " + state().last_fault};
-  } else {
-    closed_ = writer_->close(real_time_ns());
-  }
-  tell_progress();
-  told_.refused = true;  // what is held still waits in vain
-  give_back_held();
+  if (recorder_.in_gap())
+    return Error{ErrorCode::file, "the log ends before the last commits: " + state().last_fault};
+  return writer_->close(real_time_ns());
 }
 
 }  // namespace rtstdb::transaction

@@ -7,11 +7,14 @@
 #include <random>
 #include <thread>
 
-#include "failing_new.hpp"
 #include "followed_world.hpp"
+#include "tests/support/failing_new.hpp"
 
 namespace rtstdb::standing::test {
 namespace {
+
+using hil::test::fail_allocations_of;
+using hil::test::stop_failing_allocations;
 
 StandingRegion around_origin(float half_m) {
   StandingRegion asked;

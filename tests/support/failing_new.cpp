@@ -1,4 +1,4 @@
-#include "failing_new.hpp"
+#include "tests/support/failing_new.hpp"
 
 #include <pthread.h>
 
@@ -8,7 +8,7 @@
 #include <cstring>
 #include <new>
 
-namespace rtstdb::standing::test {
+namespace hil::test {
 namespace {
 
 std::atomic<bool> armed{false};
@@ -48,19 +48,23 @@ void stop_failing_allocations() {
   armed.store(false, std::memory_order_release);
 }
 
-}  // namespace rtstdb::standing::test
+bool allocations_failed() {
+  return allowed.load(std::memory_order_relaxed) < 0;
+}
+
+}  // namespace hil::test
 
 void* operator new(std::size_t bytes) {
-  return rtstdb::standing::test::allocate(bytes);
+  return hil::test::allocate(bytes);
 }
 void* operator new[](std::size_t bytes) {
-  return rtstdb::standing::test::allocate(bytes);
+  return hil::test::allocate(bytes);
 }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
-  return rtstdb::standing::test::allocate(bytes, alignment);
+  return hil::test::allocate(bytes, alignment);
 }
 void* operator new[](std::size_t bytes, std::align_val_t alignment) {
-  return rtstdb::standing::test::allocate(bytes, alignment);
+  return hil::test::allocate(bytes, alignment);
 }
 void operator delete(void* memory) noexcept {
   std::free(memory);

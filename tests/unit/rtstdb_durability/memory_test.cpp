@@ -1,0 +1,115 @@
+// The log's thread runs out of memory, wherever it asks for some: that is a fault as the disk's are, and mended when there is some again.
+
+#include <filesystem>
+
+#include "life.hpp"
+#include "rtstdb/log/posix_disk.hpp"
+#include "tests/support/failing_new.hpp"
+
+namespace rtstdb::transaction::test {
+namespace {
+
+class Memory : public testing::TestWithParam<DurabilityMode> {
+ protected:
+  Memory() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "hil_memory_XXXXXX").string();
+    path_ = ::mkdtemp(pattern.data());
+  }
+  ~Memory() override { std::filesystem::remove_all(path_); }
+
+  LifeOptions options() const {
+    LifeOptions options;
+    options.mode = GetParam();
+    options.ring_bytes = 8192;
+    options.segment_bytes = 4096;
+    options.checkpoint_every_bytes = 2000;
+    options.flush_interval = Nanoseconds(100'000);
+    return options;
+  }
+  std::unique_ptr<Life> live() {
+    std::shared_ptr<log::Disk> disk = std::move(log::open_directory(path_).value());
+    auto log = CommitLog::open(std::move(disk), log_options(options()));
+    EXPECT_TRUE(log.ok()) << log.error().message;
+    return std::make_unique<Life>(std::move(log).value(), options());
+  }
+  /// Each is done, or was refused since the log can not be written.
+  void commit_some(Life& life) {
+    for (int k = 0; k < 40; ++k) {
+      const Outcome& outcome = life.commit(model_, random_);
+      ASSERT_TRUE(outcome.done() || outcome.refused_by == RefusedBy::log_fault) << describe(outcome);
+      if (k % 8 == 7) life.log().wait_until_durable(life.engine.latest().version, Nanoseconds(2'000'000));
+    }
+  }
+  void commit_until_durable(Life& life) {
+    const ClockTime end = monotonic_.now() + long_time;
+    while (!life.commit(model_, random_).done() && monotonic_.now() < end) {
+    }
+    ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time))
+        << life.log().state().last_fault;
+  }
+  void expect_all_there() {
+    const auto life = live();
+    EXPECT_EQ(in_words(life->image()), in_words(living(model_.now()))) << life->log().recovery().in_words;
+  }
+
+  MonotonicClock monotonic_;
+  std::filesystem::path path_;
+  std::mt19937_64 random_{4};
+  Model model_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Durability, Memory, every_mode(), mode_name);
+
+TEST_P(Memory, ThatRunsOutAnywhereIsMended) {
+  int rounds = 0;
+  {
+    const auto life = live();
+    ASSERT_TRUE(life->commit(model_, random_).done());
+    bool failed = true;
+    for (int after = 0; failed && !HasFailure(); after += one_in) {
+      SCOPED_TRACE("after " + std::to_string(after) + " allocations");
+      hil::test::fail_allocations_of("rtstdb log", after);
+      commit_some(*life);
+      failed = hil::test::allocations_failed();
+      hil::test::stop_failing_allocations();
+      commit_until_durable(*life);
+      ++rounds;
+    }
+    EXPECT_GE(rounds, 40 / one_in);
+    EXPECT_NE(life->log().state().last_fault.find("memory"), std::string::npos)
+        << life->log().state().last_fault;
+    life->engine.close();
+    EXPECT_TRUE(life->log().close().ok());
+  }
+  std::cout << rounds << " rounds\n";
+  expect_all_there();
+}
+
+/// What was promised is there, and whoever closes the log hears of it.
+TEST_P(Memory, ThatHasRunOutAtTheEndIsTold) {
+  int refused = 0;
+  bool failed = true;
+  for (int after = 0; failed && !HasFailure(); after += one_in) {
+    SCOPED_TRACE("after " + std::to_string(after) + " allocations");
+    auto life = live();
+    ASSERT_TRUE(model_.knows(life->engine.latest().version)) << life->log().recovery().in_words;
+    model_.go_on_at(life->engine.latest().version);
+    hil::test::fail_allocations_of("rtstdb log", after);
+    commit_some(*life);
+    life->engine.close();
+    const auto closed = life->log().close();
+    failed = hil::test::allocations_failed();
+    hil::test::stop_failing_allocations();
+    const Version promised = life->log().durable();
+    life.reset();
+    const auto next = live();
+    EXPECT_GE(next->engine.latest().version, closed.ok() ? model_.newest_up_to(~Version{0}) : promised);
+    if (closed.ok()) continue;
+    ++refused;
+    EXPECT_NE(closed.error().message.find("memory"), std::string::npos) << closed.error().message;
+  }
+  EXPECT_GE(refused, 10 / one_in);
+}
+
+}  // namespace
+}  // namespace rtstdb::transaction::test
