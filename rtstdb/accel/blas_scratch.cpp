@@ -34,7 +34,7 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
   const std::size_t offsets = std::max(n, RadixSort::count_words(n));
   const std::size_t state_bytes = 4 * shared::blas_state_words;
   const auto upload = gpu::Memory::upload;
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> wanted[] = {
+  const gpu::BufferWanted wanted[] = {
       {&scratch.positions_,
        {.name = "geometry positions",
         .size_bytes = 16 * scratch.positions_capacity_,
@@ -62,11 +62,7 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
       {&scratch.state_readback_,
        {.name = "geometry state readback", .size_bytes = state_bytes, .memory = gpu::Memory::readback}},
   };
-  for (const auto& [buffer, options] : wanted) {
-    auto made = device.create_buffer(options);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
-  }
+  if (auto made = device.create_buffers(wanted); !made) return made.error();
   return scratch;
 }
 

@@ -13,7 +13,7 @@ std::uint32_t wide_node_bound(std::uint32_t primitives, std::uint32_t max_leaf) 
 Result<BuildScratch> BuildScratch::create(gpu::Device& device) {
   BuildScratch scratch;
   constexpr std::size_t n = shared::small_build_max;
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> wanted[] = {
+  const gpu::BufferWanted wanted[] = {
       {&scratch.keys_, {.name = "small build keys", .size_bytes = 8 * n}},
       {&scratch.values_, {.name = "small build values", .size_bytes = 4 * n}},
       {&scratch.binary_, {.name = "small build binary", .size_bytes = 16 * n}},
@@ -23,11 +23,7 @@ Result<BuildScratch> BuildScratch::create(gpu::Device& device) {
       {&scratch.queue_, {.name = "small build queue", .size_bytes = 2 * 8 * n}},
       {&scratch.offsets_, {.name = "small build offsets", .size_bytes = 4 * n}},
   };
-  for (const auto& [buffer, options] : wanted) {
-    auto made = device.create_buffer(options);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
-  }
+  if (auto made = device.create_buffers(wanted); !made) return made.error();
   return scratch;
 }
 

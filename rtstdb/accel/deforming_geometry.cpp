@@ -72,7 +72,7 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
   boxes.texel_float4 = true;
   gpu::BufferOptions order{.name = "deformed order", .size_bytes = 16 * std::size_t{count}};
   order.texel_uint4 = true;
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> wanted[] = {
+  const gpu::BufferWanted wanted[] = {
       {&geometry.positions_, positions},
       {&geometry.boxes_, boxes},
       {&geometry.root_readback_,
@@ -80,11 +80,7 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
       {&geometry.places_[0].order, order},
       {&geometry.places_[1].order, order},
   };
-  for (const auto& [buffer, buffer_options] : wanted) {
-    auto made = device.create_buffer(buffer_options);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
-  }
+  if (auto made = device.create_buffers(wanted); !made) return made.error();
   for (std::size_t place = 0; place < places; ++place) {
     geometry.places_[place].at = at[place];
     geometry.places_[place].levels.reserve(BlasBuilder::most_levels);

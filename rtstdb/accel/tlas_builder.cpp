@@ -51,7 +51,7 @@ Result<TlasBuilder> TlasBuilder::create(gpu::Device& device, std::uint32_t capac
   const std::size_t nodes = wide_node_bound(capacity, 1);
   const std::size_t offsets = std::max(n, RadixSort::count_words(n));
   const std::size_t state_bytes = 4 * shared::blas_state_words;
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> wanted[] = {
+  const gpu::BufferWanted wanted[] = {
       {&builder.keys_, {.name = "TLAS keys", .size_bytes = 2 * 8 * n}},
       {&builder.values_, {.name = "TLAS values", .size_bytes = 2 * 4 * n}},
       {&builder.offsets_, {.name = "TLAS offsets", .size_bytes = 4 * offsets}},
@@ -66,11 +66,7 @@ Result<TlasBuilder> TlasBuilder::create(gpu::Device& device, std::uint32_t capac
       {&builder.state_readback_,
        {.name = "TLAS state readback", .size_bytes = state_bytes, .memory = gpu::Memory::readback}},
   };
-  for (const auto& [buffer, options] : wanted) {
-    auto made = device.create_buffer(options);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
-  }
+  if (auto made = device.create_buffers(wanted); !made) return made.error();
   return builder;
 }
 

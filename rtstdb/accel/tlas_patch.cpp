@@ -25,28 +25,21 @@ Result<TlasPatch> TlasPatch::create(gpu::Device& device, std::uint32_t instances
     if (!made) return made.error();
     *pipeline = std::move(made).value();
   }
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+  const gpu::BufferWanted buffers[] = {
       {&patch.levels_,
        {.name = "patched levels", .size_bytes = 4 * most_levels, .memory = gpu::Memory::upload}},
       {&patch.climbers_, {.name = "patch climbers", .size_bytes = 4 * shared::max_patched}}};
-  for (const auto& [buffer, wanted] : buffers) {
-    auto made = device.create_buffer(wanted);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
-  }
+  if (auto made = device.create_buffers(buffers); !made) return made.error();
   return patch;
 }
 
 Result<void> TlasPatch::bind(gpu::Device& device, const gpu::Buffer& nodes, const gpu::Buffer& motion_boxes,
                              const gpu::Buffer& places, Bound& bound) const {
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+  const gpu::BufferWanted buffers[] = {
       {&bound.parents, {.name = "TLAS parents", .size_bytes = 4 * (std::size_t{nodes_} + instances_)}},
       {&bound.stamps, {.name = "TLAS stamps", .size_bytes = 4 * std::size_t{nodes_}}}};
-  for (const auto& [buffer, wanted] : buffers) {
-    if (*buffer) continue;
-    auto made = device.create_buffer(wanted);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
+  if (!bound.stamps) {
+    if (auto made = device.create_buffers(buffers); !made) return made.error();
   }
   const gpu::Buffer* up[] = {&nodes, &bound.parents};
   const gpu::Buffer* patched[] = {&motion_boxes, &nodes,  &bound.parents, &bound.stamps,

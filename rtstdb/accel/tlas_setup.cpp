@@ -54,7 +54,7 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   if (!patch) return patch.error();
   tlas.patch_ = std::move(patch).value();
   const std::size_t n = options.max_entities;
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+  const gpu::BufferWanted buffers[] = {
       {&tlas.changed_rows_,
        {.name = "changed rows",
         .size_bytes = sizeof(shared::EntityRecord) * n,
@@ -65,11 +65,7 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
         .size_bytes = 4 * std::max<std::size_t>(n / renewed_share, fewest_patched),
         .memory = gpu::Memory::upload}},
   };
-  for (const auto& [buffer, wanted] : buffers) {
-    auto made = device.create_buffer(wanted);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
-  }
+  if (auto made = device.create_buffers(buffers); !made) return made.error();
   tlas.slots_.resize(options.slots);
   for (std::uint32_t i = 0; i < options.slots; ++i) {
     if (auto made = tlas.create_slot(device, tlas.slots_[i], "slot " + std::to_string(i)); !made)
@@ -105,7 +101,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   nodes.texel_image = true;
   gpu::BufferOptions motion_boxes{.name = name + " motion boxes", .size_bytes = 48 * (n + nodes_count)};
   motion_boxes.texel_uint4 = true;
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+  const gpu::BufferWanted buffers[] = {
       {&slot.rows, rows},
       {&slot.instances, instances},
       {&slot.centers, centers},
@@ -121,12 +117,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
       {&slot.cost_readback, {.name = name + " cost", .size_bytes = 16, .memory = gpu::Memory::readback}},
       {&slot.motion_boxes, motion_boxes},
   };
-  for (const auto& [buffer, wanted] : buffers) {
-    auto made = device.create_buffer(wanted);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
-  }
-  return {};
+  return device.create_buffers(buffers);
 }
 
 Result<void> Tlas::bind(gpu::Device& device, const GeometryPool& pool) {

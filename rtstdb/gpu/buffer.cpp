@@ -123,6 +123,15 @@ Result<Buffer> Device::create_buffer(const BufferOptions& options) {
   });
 }
 
+Result<void> Device::create_buffers(std::span<const BufferWanted> wanted) {
+  for (const auto& [buffer, options] : wanted) {
+    auto made = create_buffer(options);
+    if (!made) return made.error();
+    *buffer = std::move(made).value();
+  }
+  return {};
+}
+
 Buffer::Buffer() = default;
 Buffer::~Buffer() = default;
 Buffer::Buffer(Buffer&&) noexcept = default;

@@ -76,6 +76,12 @@ class Buffer {
   std::unique_ptr<Impl> impl_;
 };
 
+/// A buffer that is to be made, and where it goes.
+struct BufferWanted {
+  Buffer* buffer = nullptr;
+  BufferOptions options;
+};
+
 /// What a storage binding sees of a buffer; texel bindings always see all of it. Offsets are multiples of
 /// DeviceLimits::storage_alignment_bytes.
 struct BufferPart {
@@ -249,6 +255,8 @@ class Device {
   /// Errors: capacity (names the limit), out_of_memory, device_lost. Misuse: no bytes; texels and a size that
   /// is not a multiple of 16. The bytes are not cleared.
   Result<Buffer> create_buffer(const BufferOptions& options);
+  /// One after the other; those before the one that fails are there.
+  Result<void> create_buffers(std::span<const BufferWanted> wanted);
   /// Late: a pipeline is compiled by its first dispatch, whose recorder can only say that the device is lost when that
   /// fails. For a device that has to answer soon and will not need them all. Off at first.
   void compile_late(bool late) noexcept;

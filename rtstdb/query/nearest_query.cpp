@@ -142,7 +142,7 @@ Result<void> GpuNearestQuery::create_pipelines(gpu::Device& device) {
 Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
   const std::size_t points = options_.capacity;
   neighbors_.resize(neighbor_memory_.size());
-  std::vector<std::pair<gpu::Buffer*, gpu::BufferOptions>> buffers = {
+  std::vector<gpu::BufferWanted> buffers = {
       {&point_records_,
        {.name = options_.name + " points",
         .size_bytes = points * sizeof(shared::NearestRecord),
@@ -153,19 +153,14 @@ Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
         .memory = gpu::Memory::readback}},
   };
   for (std::size_t place = 0; place < neighbors_.size(); ++place) {
-    buffers.emplace_back(&neighbors_[place],
-                         gpu::BufferOptions{.name = options_.name + " neighbors",
-                                            .size_bytes = neighbor_memory_[place].size_bytes(),
-                                            .memory = gpu::Memory::readback,
-                                            .addressed = true,
-                                            .host = &neighbor_memory_[place]});
+    buffers.push_back({&neighbors_[place],
+                       {.name = options_.name + " neighbors",
+                        .size_bytes = neighbor_memory_[place].size_bytes(),
+                        .memory = gpu::Memory::readback,
+                        .addressed = true,
+                        .host = &neighbor_memory_[place]}});
   }
-  for (const auto& [buffer, options] : buffers) {
-    auto made = device.create_buffer(options);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
-  }
-  return {};
+  return device.create_buffers(buffers);
 }
 
 std::optional<BadInput> GpuNearestQuery::check(std::uint32_t count, const RowSource& rows,

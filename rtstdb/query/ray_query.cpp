@@ -148,22 +148,19 @@ Result<void> GpuRayQuery::create_buffers(gpu::Device& device) {
   rays.texel_float4 = true;
   rays.host = &ray_memory_;
   hits_.resize(hit_memory_.size());
-  std::vector<std::pair<gpu::Buffer*, gpu::BufferOptions>> buffers = {
+  std::vector<gpu::BufferWanted> buffers = {
       {&rays_, rays},
       {&again_, texels(" rays asked again", 16 * again_texels, gpu::Memory::upload)},
       {&some_incomplete_, texels(" incomplete", 16, gpu::Memory::readback)}};
   for (std::size_t place = 0; place < hits_.size(); ++place) {
-    buffers.emplace_back(&hits_[place], gpu::BufferOptions{.name = options_.name + " hits",
-                                                           .size_bytes = hit_memory_[place].size_bytes(),
-                                                           .memory = gpu::Memory::readback,
-                                                           .addressed = true,
-                                                           .host = &hit_memory_[place]});
+    buffers.push_back({&hits_[place],
+                       {.name = options_.name + " hits",
+                        .size_bytes = hit_memory_[place].size_bytes(),
+                        .memory = gpu::Memory::readback,
+                        .addressed = true,
+                        .host = &hit_memory_[place]}});
   }
-  for (const auto& [buffer, wanted] : buffers) {
-    auto made = device.create_buffer(wanted);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
-  }
+  if (auto made = device.create_buffers(buffers); !made) return made.error();
   // Not every kernel fills all of a hit.
   for (const gpu::Buffer& place : hits_)
     place.push(0, place.size_bytes());

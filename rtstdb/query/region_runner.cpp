@@ -124,7 +124,7 @@ void RegionRunner::each_kernel(Each each) {
 Result<void> RegionRunner::create_buffers(gpu::Device& device) {
   const std::string& name = options_.name;
   const std::size_t capacity = options_.capacity;
-  const std::pair<gpu::Buffer*, gpu::BufferOptions> buffers[] = {
+  std::vector<gpu::BufferWanted> buffers = {
       {&records_,
        {.name = name + " regions",
         .size_bytes = capacity * sizeof(shared::RegionRecord),
@@ -133,18 +133,14 @@ Result<void> RegionRunner::create_buffers(gpu::Device& device) {
        {.name = name + " counts",
         .size_bytes = capacity * sizeof(shared::RegionCount),
         .memory = gpu::Memory::readback}},
-      {&ids_,
-       {.name = name + " ids",
-        .size_bytes = capacity * options_.ids_per_region * (lists_triangles() ? sizeof(glm::uvec2) : 4),
-        .memory = gpu::Memory::readback}},
   };
-  for (const auto& [buffer, options] : buffers) {
-    if (options.size_bytes == 0) continue;
-    auto made = device.create_buffer(options);
-    if (!made) return made.error();
-    *buffer = std::move(made).value();
-  }
-  return {};
+  if (options_.ids_per_region > 0)
+    buffers.push_back(
+        {&ids_,
+         {.name = name + " ids",
+          .size_bytes = capacity * options_.ids_per_region * (lists_triangles() ? sizeof(glm::uvec2) : 4),
+          .memory = gpu::Memory::readback}});
+  return device.create_buffers(buffers);
 }
 
 void RegionRunner::make_room_for_answers() {

@@ -3,7 +3,6 @@
 #include <sched.h>
 
 #include <algorithm>
-#include <ctime>
 
 namespace rtstdb::transaction {
 
@@ -17,12 +16,6 @@ Nanoseconds spin_where_possible(Nanoseconds wanted) noexcept {
 bool is_realtime_thread() noexcept {
   const int policy = sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
   return policy == SCHED_FIFO || policy == SCHED_RR;
-}
-
-std::int64_t Spin::now_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 void Spin::pause() noexcept {

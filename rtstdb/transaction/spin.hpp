@@ -2,9 +2,9 @@
 // Looking for a short while whether something has happened, before a thread goes to sleep: to be woken takes longer than
 // most transactions do. Only where the other can run meanwhile, and only as long as it pays.
 
-#include <cstdint>
-
 #include <rtstdb/time.hpp>
+
+#include "rtstdb/transaction/monotonic_clock.hpp"
 
 namespace rtstdb::transaction {
 
@@ -21,9 +21,10 @@ class Spin {
   template <class Happened>
   bool until(Nanoseconds most, Happened happened) noexcept {
     if (most <= Nanoseconds(0) || !pays()) return happened();
-    const std::int64_t end_ns = now_ns() + most.count();
+    const MonotonicClock clock;
+    const ClockTime end = clock.now() + most;
     bool found = happened();
-    while (!found && now_ns() < end_ns) {
+    while (!found && clock.now() < end) {
       for (int k = 0; k < 16 && !found; ++k) {
         pause();
         found = happened();
@@ -34,7 +35,6 @@ class Spin {
   }
 
  private:
-  static std::int64_t now_ns() noexcept;
   static void pause() noexcept;
   bool pays() noexcept;
   void note(bool found) noexcept;
