@@ -11,7 +11,7 @@
 
 #include <rtstdb/geometry.hpp>
 
-#include "rtstdb/standing/bell.hpp"
+#include "rtstdb/threads/bell.hpp"
 #include "rtstdb/transaction/commit_listener.hpp"
 
 namespace rtstdb::standing {
@@ -27,7 +27,7 @@ struct Change {
 
 class ChangeFeed final : public transaction::CommitListener {
  public:
-  ChangeFeed(std::uint32_t max_geometries, Bell& follower)
+  ChangeFeed(std::uint32_t max_geometries, threads::Bell& follower)
       : used_positions_(max_geometries), follower_(follower) {}
   /// So many changes can wait. Once, before it is started.
   void make_room(std::size_t changes) { changes_.resize(changes); }
@@ -55,7 +55,7 @@ class ChangeFeed final : public transaction::CommitListener {
  private:
   std::vector<Change> changes_;
   std::vector<std::vector<std::uint32_t>> used_positions_;  ///< by geometry; none: it stays as it is
-  Bell& follower_;
+  threads::Bell& follower_;
   bool on_ = false;  ///< the engine's
   std::atomic<bool> gap_{false};
   std::atomic<std::uint64_t> skipped_{0};

@@ -15,10 +15,11 @@
 #include <rtstdb/result.hpp>
 #include <rtstdb/standing.hpp>
 
-#include "rtstdb/standing/bell.hpp"
 #include "rtstdb/standing/change_feed.hpp"
 #include "rtstdb/standing/mirror.hpp"
 #include "rtstdb/standing/watch.hpp"
+#include "rtstdb/threads/bell.hpp"
+#include "rtstdb/threads/futex.hpp"
 #include "rtstdb/transaction/engine.hpp"
 
 namespace rtstdb::standing {
@@ -62,7 +63,7 @@ class Follower {
     Watch* watch = nullptr;
     enum class Reply : std::uint8_t { done, dead_carrier, dead_excluded, out_of_memory } reply = Reply::done;
     Version latest = 0;  ///< when it was given
-    transaction::FutexCell done{0};
+    threads::FutexCell done{0};
     Command* next = nullptr;
   };
   class Handle;
@@ -86,7 +87,7 @@ class Follower {
 
   transaction::Engine& engine_;
   const FollowerOptions options_;
-  Bell bell_;
+  threads::Bell bell_;
   Work work_;
   Mirror mirror_;
   ChangeFeed feed_;

@@ -16,7 +16,7 @@ constexpr double keeps_place_m = 1e-9;
 }  // namespace
 
 NearestWatch::NearestWatch(const Question& question, const StandingOptions& options, const Mirror& mirror,
-                           Bell& follower, Work& work)
+                           threads::Bell& follower, Work& work)
     : Watch(question, options, mirror, follower, work),
       guarded_(question),
       wanted_(2 * std::size_t{question.k} + 8),

@@ -12,8 +12,8 @@ namespace rtstdb::standing {
 
 class NearestWatch final : public Watch {
  public:
-  NearestWatch(const Question& question, const StandingOptions& options, const Mirror& mirror, Bell& follower,
-               Work& work);
+  NearestWatch(const Question& question, const StandingOptions& options, const Mirror& mirror,
+               threads::Bell& follower, Work& work);
 
   /// The order is every candidate's: nothing is known any more.
   void forget(std::span<const std::uint32_t> indices) noexcept override;

@@ -21,8 +21,8 @@ constexpr std::int64_t ns_of(WorldTime time) {
 
 }  // namespace
 
-Watch::Watch(const Question& question, const StandingOptions& options, const Mirror& mirror, Bell& follower,
-             Work& work)
+Watch::Watch(const Question& question, const StandingOptions& options, const Mirror& mirror,
+             threads::Bell& follower, Work& work)
     : question_(question),
       mirror_(mirror),
       follower_(follower),

@@ -13,10 +13,10 @@
 
 #include <rtstdb/standing.hpp>
 
-#include "rtstdb/standing/bell.hpp"
 #include "rtstdb/standing/event_ring.hpp"
 #include "rtstdb/standing/mirror.hpp"
 #include "rtstdb/standing/question.hpp"
+#include "rtstdb/threads/bell.hpp"
 #include "rtstdb/transaction/latest_version.hpp"
 
 namespace rtstdb::standing {
@@ -32,8 +32,8 @@ struct Work {
 
 class Watch {
  public:
-  Watch(const Question& question, const StandingOptions& options, const Mirror& mirror, Bell& follower,
-        Work& work);
+  Watch(const Question& question, const StandingOptions& options, const Mirror& mirror,
+        threads::Bell& follower, Work& work);
   virtual ~Watch() = default;
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
@@ -108,7 +108,7 @@ class Watch {
   void end(EventCause cause);
 
   const Mirror& mirror_;
-  Bell& follower_;
+  threads::Bell& follower_;
   Work& work_;
   const std::string name_;
 

@@ -3,6 +3,7 @@
 #include <pthread.h>
 #include <sched.h>
 
+#include "rtstdb/threads/futex.hpp"
 #include "rtstdb/threads/signals_blocked.hpp"
 
 namespace rtstdb::threads {
@@ -18,8 +19,7 @@ ForkJoin::ForkJoin(int priority) {
 
 ForkJoin::~ForkJoin() {
   closing_.store(true);
-  rung_.fetch_add(1);
-  rung_.notify_one();
+  bell_.ring();
   thread_.join();
 }
 
@@ -32,23 +32,31 @@ void ForkJoin::Loop::take_blocks(std::uint32_t hand) noexcept {
 void ForkJoin::share(Loop&& loop) noexcept {
   if (loop.count < 2) return loop.take_blocks(0);
   open_.store(&loop);
-  rung_.fetch_add(1);
-  rung_.notify_one();
+  bell_.ring();
   loop.take_blocks(0);
   // Either the other thread is seen inside here, or it finds no loop any more: both first store, then load what the other stores.
   open_.store(nullptr);
-  inside_.wait(1);
+  wait_for_the_other();
+}
+
+void ForkJoin::wait_for_the_other() noexcept {
+  std::uint32_t seen = other_.load();
+  while (seen != outside) {
+    if (seen == waited_for || other_.compare_exchange_strong(seen, waited_for)) {
+      futex_wait(other_, waited_for);
+      seen = other_.load();
+    }
+  }
 }
 
 void ForkJoin::lend_a_hand() noexcept {
-  for (std::uint32_t heard = 0;;) {
-    rung_.wait(heard);
-    heard = rung_.load();
+  while (true) {
+    const std::uint32_t heard = bell_.heard();
     if (closing_.load()) return;
-    inside_.store(1);
+    other_.store(inside);
     if (Loop* loop = open_.load()) loop->take_blocks(1);
-    inside_.store(0);
-    inside_.notify_one();
+    if (other_.exchange(outside) == waited_for) futex_wake_all(&other_);
+    bell_.sleep_unless_rung(heard);
   }
 }
 

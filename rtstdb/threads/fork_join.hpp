@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <thread>
 
+#include "rtstdb/threads/bell.hpp"
+
 namespace rtstdb::threads {
 
 class ForkJoin {
@@ -42,10 +44,14 @@ class ForkJoin {
   void share(Loop&& loop) noexcept;
   void lend_a_hand() noexcept;
 
-  std::atomic<std::uint32_t> rung_{0};
+  void wait_for_the_other() noexcept;
+
+  Bell bell_;
   std::atomic<bool> closing_{false};
-  std::atomic<Loop*> open_{nullptr};      // takes in who comes
-  std::atomic<std::uint32_t> inside_{0};  // 1: the other thread may be at a loop
+  std::atomic<Loop*> open_{nullptr};  // takes in who comes
+  /// Where the other thread is: at no loop, at one perhaps, or at one that the caller sleeps for.
+  enum Other : std::uint32_t { outside, inside, waited_for };
+  std::atomic<std::uint32_t> other_{outside};
   std::thread thread_;
 };
 

@@ -17,7 +17,7 @@ constexpr Nanoseconds to_ask_again{100'000};
 }  // namespace
 
 void Engine::receive() noexcept {
-  received_at_ = bell_.load(std::memory_order_seq_cst);
+  received_at_ = bell_.heard();
   HandOverLink* transactions = submitted_.take_all();
   while (transactions != nullptr) {
     HandOverLink* const next = transactions->next;

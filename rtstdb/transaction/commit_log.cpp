@@ -230,7 +230,7 @@ bool CommitLog::wait_until_durable(Version version, Nanoseconds at_most) noexcep
     writer_->flush_soon();
     bell_.ring_urgently();
     waiters_.fetch_add(1, std::memory_order_seq_cst);
-    futex_wait_for(progress_, heard, left);
+    threads::futex_wait_for(progress_, heard, left);
     waiters_.fetch_sub(1, std::memory_order_relaxed);
   }
 }
@@ -245,7 +245,7 @@ void CommitLog::wait_until(Condition holds) noexcept {
       continue;
     }
     waiters_.fetch_add(1, std::memory_order_seq_cst);
-    futex_wait(progress_, heard);
+    threads::futex_wait(progress_, heard);
     waiters_.fetch_sub(1, std::memory_order_relaxed);
   }
 }

@@ -60,7 +60,7 @@ void CommitLog::tell_progress() noexcept {
   told_ = now;
   // Pairs with the waits: either they see the new number or the waiter is seen here.
   progress_.fetch_add(1, std::memory_order_seq_cst);
-  if (waiters_.load(std::memory_order_seq_cst) != 0) futex_wake_all(&progress_);
+  if (waiters_.load(std::memory_order_seq_cst) != 0) threads::futex_wake_all(&progress_);
 }
 
 // ---- what is held, by ascending version

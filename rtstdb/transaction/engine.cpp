@@ -9,7 +9,6 @@
 #include <rtstdb/result.hpp>
 
 #include "rtstdb/threads/signals_blocked.hpp"
-#include "rtstdb/transaction/futex.hpp"
 #include "rtstdb/transaction/late_answers.hpp"
 #include "rtstdb/transaction/shape_errand.hpp"
 #include "rtstdb/transaction/snapshot_errand.hpp"
@@ -206,9 +205,7 @@ void Engine::close() noexcept {
 }
 
 void Engine::ring() noexcept {
-  // Pairs with sleep_unless_rung: either the bell is heard there or the sleeper is seen here.
-  bell_.fetch_add(1, std::memory_order_seq_cst);
-  if (asleep_.load(std::memory_order_seq_cst)) futex_wake_all(&bell_);
+  bell_.ring();
   if (waits_for_device_.load(std::memory_order_seq_cst)) wake_relief();
 }
 
@@ -238,7 +235,7 @@ void Engine::finish_cancelled(TransactionImpl& transaction, CancelledBy by) noex
 void Engine::run_thread() noexcept {
   working_.lock();
   while (!closing_.load(std::memory_order_acquire)) {
-    const std::uint32_t heard = bell_.load(std::memory_order_seq_cst);
+    const std::uint32_t heard = bell_.heard();
     if (!work_once()) sleep_unless_rung(heard);
   }
   cancel_all();
@@ -270,10 +267,8 @@ void Engine::carry_out_and_log(TransactionImpl& transaction) noexcept {
 }
 
 void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
-  if (spin_before_sleep_.until(spin_, [&] { return bell_.load(std::memory_order_relaxed) != heard; })) return;
-  asleep_.store(true, std::memory_order_seq_cst);
-  futex_wait(bell_, heard);
-  asleep_.store(false, std::memory_order_relaxed);
+  if (!spin_before_sleep_.until(spin_, [&] { return bell_.heard() != heard; }))
+    bell_.sleep_unless_rung(heard);
 }
 
 void Engine::carry_out(TransactionImpl& transaction, const TransactionImpl* interrupted) noexcept {

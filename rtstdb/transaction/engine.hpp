@@ -37,6 +37,7 @@
 
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/store/store.hpp"
+#include "rtstdb/threads/bell.hpp"
 #include "rtstdb/transaction/accuracy.hpp"
 #include "rtstdb/transaction/commit_listener.hpp"
 #include "rtstdb/transaction/commit_log.hpp"
@@ -213,14 +214,13 @@ class Engine final : private query::Meanwhile, private LogOwner {
   std::atomic<std::uint64_t> restarts_{0};
   HandOver submitted_;
   HandOver errands_given_;
-  std::atomic<std::uint32_t> bell_{0};  ///< grows with whatever there is to look at
+  threads::Bell bell_;  ///< rung when there is anything to look at
   std::atomic<std::uint32_t> cancels_asked_{0};
-  std::atomic<bool> asleep_{false};
   std::atomic<bool> closing_{false};
 
   std::atomic<bool> waits_for_device_{false};
   std::atomic<bool> device_is_done_{false};  ///< the relief hands the lock back
-  std::atomic<std::uint32_t> relief_bell_{0};
+  threads::Bell relief_bell_;
 
   // The engine's thread alone, once it runs; it holds the lock except in its waits for the device, where the
   // relief may take it for a few writes.

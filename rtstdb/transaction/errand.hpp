@@ -3,7 +3,7 @@
 // done in steps between transactions, so that urgent work waits for one step at most.
 
 #include "rtstdb/store/store.hpp"
-#include "rtstdb/transaction/futex.hpp"
+#include "rtstdb/threads/futex.hpp"
 #include "rtstdb/transaction/hand_over.hpp"
 
 namespace rtstdb::transaction {
@@ -23,7 +23,7 @@ class Errand : public HandOverLink {
  private:
   static constexpr std::uint32_t under_way = 0;
   static constexpr std::uint32_t done = 1;
-  FutexCell state_{under_way};
+  threads::FutexCell state_{under_way};
 };
 
 }  // namespace rtstdb::transaction

@@ -1,7 +1,6 @@
 // The engine in the waits and gaps of a transaction that asks: others pass it there.
 
 #include "rtstdb/transaction/engine.hpp"
-#include "rtstdb/transaction/futex.hpp"
 #include "rtstdb/transaction/late_answers.hpp"
 
 namespace rtstdb::transaction {
@@ -18,7 +17,7 @@ void Engine::begin_wait() noexcept {
   if (log_ != nullptr) log_->hand_over();
   // Pairs with ring: either the submitter sees the flag or its ring is heard here.
   waits_for_device_.store(true, std::memory_order_seq_cst);
-  const bool work_there = bell_.load(std::memory_order_seq_cst) != received_at_ || !queue_.empty();
+  const bool work_there = bell_.heard() != received_at_ || !queue_.empty();
   working_.unlock();
   if (work_there) wake_relief();
 }
@@ -59,18 +58,17 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
 }
 
 void Engine::wake_relief() noexcept {
-  relief_bell_.fetch_add(1, std::memory_order_seq_cst);
-  futex_wake_all(&relief_bell_);
+  relief_bell_.ring();
 }
 
 void Engine::relieve() noexcept {
   while (!closing_.load(std::memory_order_acquire)) {
-    const std::uint32_t heard = relief_bell_.load(std::memory_order_seq_cst);
+    const std::uint32_t heard = relief_bell_.heard();
     if (waits_for_device_.load(std::memory_order_seq_cst)) {
       const std::lock_guard lock(working_);
       if (waits_for_device_.load(std::memory_order_relaxed)) carry_out_writes();
     }
-    futex_wait(relief_bell_, heard);
+    relief_bell_.sleep_unless_rung(heard);
   }
 }
 

@@ -12,7 +12,7 @@
 
 #include <rtstdb/time.hpp>
 
-#include "rtstdb/transaction/futex.hpp"
+#include "rtstdb/threads/futex.hpp"
 
 namespace rtstdb::transaction {
 
@@ -28,19 +28,19 @@ class LogBell {
   /// Until it is rung, or was since `heard`.
   void sleep(Heard heard) noexcept {
     begin_sleep(Sleep::until_rung);
-    futex_wait(rings_, heard.rings);
+    threads::futex_wait(rings_, heard.rings);
     end_sleep();
   }
   /// The same, but so long at the most.
   void sleep(Heard heard, Nanoseconds at_most) noexcept {
     begin_sleep(Sleep::until_rung);
-    futex_wait_for(rings_, heard.rings, at_most);
+    threads::futex_wait_for(rings_, heard.rings, at_most);
     end_sleep();
   }
   /// Until it is rung urgently, or was since `heard`, or so long.
   void doze(Heard heard, Nanoseconds at_most) noexcept {
     begin_sleep(Sleep::until_urgent);
-    futex_wait_for(urgent_rings_, heard.urgent_rings, at_most);
+    threads::futex_wait_for(urgent_rings_, heard.urgent_rings, at_most);
     end_sleep();
   }
 
@@ -68,7 +68,7 @@ class LogBell {
       return;
     // The sleeper may have heard this ring before it lay down, and lie down after the wake: then this one keeps it up.
     rings.fetch_add(1, std::memory_order_seq_cst);
-    futex_wake_all(&rings);
+    threads::futex_wake_all(&rings);
   }
 
   std::atomic<std::uint32_t> rings_{0}, urgent_rings_{0};

@@ -14,7 +14,7 @@
 
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/store/write_set.hpp"
-#include "rtstdb/transaction/futex.hpp"
+#include "rtstdb/threads/futex.hpp"
 #include "rtstdb/transaction/hand_over.hpp"
 
 namespace rtstdb::transaction {
@@ -110,7 +110,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   std::vector<EntityState> reads_;    ///< asked for by id; once answered, an invalid id is an absent entity
   Outcome outcome_;
   std::atomic<bool> to_be_cancelled_{false};
-  FutexCell status_{static_cast<std::uint32_t>(Status::idle)};
+  threads::FutexCell status_{static_cast<std::uint32_t>(Status::idle)};
 };
 
 }  // namespace rtstdb::transaction

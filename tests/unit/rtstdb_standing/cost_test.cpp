@@ -69,7 +69,7 @@ TEST(Cost, OfAVersionIsThatOfWhatChanged) {
 }
 
 TEST(Cost, ThoseWhoCommitAllocateNothing) {
-  Bell nobody;
+  threads::Bell nobody;
   ChangeFeed feed(4, nobody);
   feed.make_room(64);
   const TriangleMesh soft = make_box({1.0, 1.0, 1.0});

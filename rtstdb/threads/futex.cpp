@@ -1,4 +1,4 @@
-#include "rtstdb/transaction/futex.hpp"
+#include "rtstdb/threads/futex.hpp"
 
 #include <linux/futex.h>
 #include <sys/syscall.h>
@@ -7,7 +7,7 @@
 #include <ctime>
 #include <limits>
 
-namespace rtstdb::transaction {
+namespace rtstdb::threads {
 
 static_assert(sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t));
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
@@ -41,4 +41,4 @@ void FutexCell::wait_while(std::uint32_t value) noexcept {
   }
 }
 
-}  // namespace rtstdb::transaction
+}  // namespace rtstdb::threads

@@ -7,7 +7,7 @@
 
 #include <rtstdb/time.hpp>
 
-namespace rtstdb::transaction {
+namespace rtstdb::threads {
 
 /// Sleeps while `word` is `expected`; returns at once when it is not. May return early.
 void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected) noexcept;
@@ -38,4 +38,4 @@ class FutexCell {
   std::atomic<std::uint32_t> word_;
 };
 
-}  // namespace rtstdb::transaction
+}  // namespace rtstdb::threads
