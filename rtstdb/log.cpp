@@ -86,6 +86,8 @@ const char* to_string(LogFileKind kind) noexcept {
       return "geometry";
     case LogFileKind::unfinished:
       return "unfinished";
+    case LogFileKind::abandoned:
+      return "abandoned";
   }
   return "unknown";
 }

@@ -11,6 +11,7 @@ constexpr std::string_view segment_prefix = "segment.";
 constexpr std::string_view checkpoint_prefix = "checkpoint.";
 constexpr std::string_view geometry_prefix = "geometry.";
 constexpr std::string_view unfinished_suffix = ".new";
+constexpr std::string_view abandoned_suffix = ".abandoned";
 constexpr std::size_t digits = 10;
 
 std::string numbered(std::string_view prefix, std::uint64_t number) {
@@ -44,6 +45,9 @@ std::string unfinished_segment_name(std::uint64_t number) {
 std::string unfinished_checkpoint_name(std::uint64_t number) {
   return checkpoint_name(number) + std::string(unfinished_suffix);
 }
+std::string abandoned_checkpoint_name(std::uint64_t number) {
+  return checkpoint_name(number) + std::string(abandoned_suffix);
+}
 std::string geometry_name(std::uint64_t number) {
   return numbered(geometry_prefix, number);
 }
@@ -59,10 +63,13 @@ DiskResult<Listing> list_log(Disk& disk) {
       listing.unfinished_segments.push_back(*number);
     if (const auto number = number_of(name, checkpoint_prefix, unfinished_suffix))
       listing.unfinished_checkpoints.push_back(*number);
+    if (const auto number = number_of(name, checkpoint_prefix, abandoned_suffix))
+      listing.abandoned_checkpoints.push_back(*number);
     if (const auto number = number_of(name, geometry_prefix, "")) listing.geometries.push_back(*number);
   }
-  for (auto* numbers : {&listing.segments, &listing.checkpoints, &listing.geometries,
-                        &listing.unfinished_segments, &listing.unfinished_checkpoints})
+  for (auto* numbers :
+       {&listing.segments, &listing.checkpoints, &listing.geometries, &listing.unfinished_segments,
+        &listing.unfinished_checkpoints, &listing.abandoned_checkpoints})
     std::ranges::sort(*numbers);
   return listing;
 }

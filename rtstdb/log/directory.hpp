@@ -15,6 +15,8 @@ std::string checkpoint_name(std::uint64_t number);
 /// While they are written.
 std::string unfinished_segment_name(std::uint64_t number);
 std::string unfinished_checkpoint_name(std::uint64_t number);
+/// Of a course that the log has left.
+std::string abandoned_checkpoint_name(std::uint64_t number);
 std::string geometry_name(std::uint64_t number);
 
 /// Numbers, ascending.
@@ -24,6 +26,7 @@ struct Listing {
   std::vector<std::uint64_t> geometries;
   std::vector<std::uint64_t> unfinished_segments;
   std::vector<std::uint64_t> unfinished_checkpoints;
+  std::vector<std::uint64_t> abandoned_checkpoints;
 };
 
 /// Files with other names are left alone.

@@ -1,5 +1,6 @@
 #include "rtstdb/log/geometry_file.hpp"
 
+#include <cerrno>
 #include <vector>
 
 #include "rtstdb/log/bytes.hpp"
@@ -76,9 +77,10 @@ DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database
 }
 
 Result<TriangleMesh> read_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
-                                        std::uint64_t file_checksum) {
+                                        std::uint64_t file_checksum, bool* unreadable) {
   const std::string name = geometry_name(number);
   auto bytes = read_whole_file(disk, name);
+  if (unreadable != nullptr) *unreadable = !bytes && bytes.error().number != ENOENT;
   if (!bytes) return Error{ErrorCode::file, bytes.error().in_words()};
   GeometryHeader expected;
   expected.database_id = database_id;

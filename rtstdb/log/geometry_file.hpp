@@ -15,8 +15,9 @@ namespace rtstdb::log {
 DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
                                               const TriangleMesh& mesh);
 
-/// Refuses a file that is not as it was written, with the file and what was found; ErrorCode::file.
+/// Refuses a file that is gone or not as it was written, with the file and what was found, and one that the disk does not read now
+/// (then `unreadable` is set, where it is given: nothing is known of what is in it); ErrorCode::file.
 Result<TriangleMesh> read_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
-                                        std::uint64_t file_checksum);
+                                        std::uint64_t file_checksum, bool* unreadable = nullptr);
 
 }  // namespace rtstdb::log

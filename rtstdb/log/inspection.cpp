@@ -152,6 +152,7 @@ class Inspection {
     list(LogFileKind::geometry, listing_.geometries, geometry_name);
     list(LogFileKind::unfinished, listing_.unfinished_segments, unfinished_segment_name);
     list(LogFileKind::unfinished, listing_.unfinished_checkpoints, unfinished_checkpoint_name);
+    list(LogFileKind::abandoned, listing_.abandoned_checkpoints, abandoned_checkpoint_name);
     Inspecting inspecting(disk_, contents_);
     look_at_checkpoints(inspecting);
     auto report = read_chronicle(disk_, true, inspecting);
@@ -169,6 +170,8 @@ class Inspection {
     for (LogFile& file : contents_.files) {
       if (file.kind == LogFileKind::unfinished)
         file.note = "its writing was not finished; it counts as not there";
+      if (file.kind == LogFileKind::abandoned)
+        file.note = "a salvage went on before it; it counts as not there";
       if (!file.damage.empty()) contents_.damage.push_back(file.name + ": " + file.damage);
     }
     open_as_a_database_would();

@@ -1,6 +1,7 @@
 #include "rtstdb/log/log_start.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace rtstdb::log {
 namespace {
@@ -18,7 +19,11 @@ LogStart start_after(const Recovered& recovered, std::uint64_t new_database_id) 
   start.next_segment =
       std::max(behind(recovered.listing.segments), behind(recovered.listing.unfinished_segments));
   start.next_checkpoint =
-      std::max(behind(recovered.listing.checkpoints), behind(recovered.listing.unfinished_checkpoints));
+      std::max({behind(recovered.listing.checkpoints), behind(recovered.listing.unfinished_checkpoints),
+                behind(recovered.listing.abandoned_checkpoints)});
+  if (report.log.end == LogEnd::damaged)
+    std::ranges::copy_if(recovered.listing.checkpoints, std::back_inserter(start.abandoned_checkpoints),
+                         [&](std::uint64_t number) { return number > report.checkpoint; });
   start.next = report.log.next;
   start.last = report.log.last;
   start.last_bytes = report.log.last_bytes;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "rtstdb/log/position.hpp"
 #include "rtstdb/log/recovery.hpp"
@@ -12,6 +13,8 @@ namespace rtstdb::log {
 struct LogStart {
   std::uint64_t database_id = 0;
   std::uint64_t next_segment = 1, next_checkpoint = 1;
+  /// That are newer than where the log goes on: were they good again, they would lead away from it.
+  std::vector<std::uint64_t> abandoned_checkpoints;
   Position next;
   /// The last group, which may not be on disk though it can be read: the first segment begins with it.
   std::optional<Position> last;

@@ -16,6 +16,8 @@ class Replay final : public RecordVisitor {
       : disk_(disk), options_(options), recovered_(recovered), begun_with_(recovered.world.latest.version) {}
 
   const char* record(Record& record, const RecordPlace& place) override {
+    // The checkpoint has what led to it, and who reads it from elsewhere reads something else.
+    if (place.group->number < recovered_.report.read_from.group) return nullptr;
     if (place.group->number != group_) {
       group_ = place.group->number;
       version_before_group_ = recovered_.world.latest.version;
@@ -41,6 +43,8 @@ class Replay final : public RecordVisitor {
     return "a record is of no known kind";
   }
   bool enough() const override { return enough_; }
+  /// A file that the disk did not read, which says nothing about the log.
+  const std::optional<Error>& unreadable() const { return unreadable_; }
 
   Version version_of_groups() const {
     // A checkpoint may lie within the gap.
@@ -71,9 +75,11 @@ class Replay final : public RecordVisitor {
   const char* geometry(const LoggedGeometry& geometry) {
     TriangleMesh mesh;
     if (!recovered_.world.knows(geometry.id)) {
-      auto read =
-          read_geometry_file(disk_, recovered_.report.database_id, geometry.file, geometry.file_checksum);
+      bool unreadable = false;
+      auto read = read_geometry_file(disk_, recovered_.report.database_id, geometry.file,
+                                     geometry.file_checksum, &unreadable);
       if (!read) {
+        if (unreadable) unreadable_ = read.error();
         fault_ = read.error().message;
         return fault_.c_str();
       }
@@ -99,6 +105,7 @@ class Replay final : public RecordVisitor {
   std::uint64_t group_ = 0;
   Version version_before_group_ = 0;
   std::string fault_;
+  std::optional<Error> unreadable_;
 };
 
 bool is_asked_for(const CheckpointHeader& header, const RecoveryOptions& options) {
@@ -173,7 +180,13 @@ Result<Recovered> recover(Disk& disk, const RecoveryOptions& options) {
       read_log(disk, recovered.listing.segments,
                {.database_id = report.database_id, .from = from.value(), .salvage = options.salvage}, replay);
   if (!log) return log.error();
+  if (replay.unreadable()) return *replay.unreadable();
   report.log = std::move(log).value();
+  if (report.log.next.group < report.read_from.group) {
+    // What leads to the checkpoint is lost, and it goes on itself.
+    report.log.next = report.read_from;
+    report.log.last.reset();
+  }
   report.version_of_groups = replay.version_of_groups();
   if (auto refused = refused_gap(report, options)) return *refused;
   if (options.clock != nullptr) report.duration = options.clock->now() - begun;

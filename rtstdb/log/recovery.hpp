@@ -52,7 +52,7 @@ struct Recovered {
 };
 
 /// Refuses, as ErrorCode::file: damage, with its place; an unknown format; files of another database; a geometry whose file is
-/// not whole; a gap behind which only a damaged checkpoint goes on.
+/// not whole; a gap behind which only a damaged checkpoint goes on; and, salvaging too, what the disk does not read.
 Result<Recovered> recover(Disk& disk, const RecoveryOptions& options = {});
 
 }  // namespace rtstdb::log

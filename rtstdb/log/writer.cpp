@@ -48,6 +48,15 @@ Result<std::unique_ptr<Writer>> Writer::start(Disk& disk, const Clock& clock, Ri
   for (const std::uint64_t number : listing.value().unfinished_checkpoints)
     disk.remove(unfinished_checkpoint_name(number));
 
+  // On disk before the log goes on: what comes then has their groups' numbers.
+  for (const std::uint64_t number : start.abandoned_checkpoints) {
+    if (auto fault = disk.rename(checkpoint_name(number), abandoned_checkpoint_name(number)))
+      return in_words(*fault);
+  }
+  if (!start.abandoned_checkpoints.empty()) {
+    if (auto fault = disk.sync_directory()) return in_words(*fault);
+  }
+
   std::unique_ptr<Writer> writer(new Writer(disk, clock, ring, source, options, start));
   if (auto fault = writer->begin(start)) return in_words(*fault);
   writer->move_watermark();

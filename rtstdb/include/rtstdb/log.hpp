@@ -19,7 +19,8 @@
 
 namespace rtstdb {
 
-enum class LogFileKind : std::uint8_t { segment, checkpoint, geometry, unfinished };
+/// Abandoned: a checkpoint of a course that a salvage has left.
+enum class LogFileKind : std::uint8_t { segment, checkpoint, geometry, unfinished, abandoned };
 const char* to_string(LogFileKind kind) noexcept;
 
 struct LogFile {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <random>
+#include <utility>
 
 #include "manual_clock.hpp"
 #include "rtstdb/log/chronicle.hpp"
@@ -62,6 +63,22 @@ TEST(LogInspection, TellsAllOfAWholeLog) {
       expected += name == lock_name ? 0 : content.size();
     EXPECT_EQ(bytes, expected);
   }
+}
+
+TEST(LogInspection, NamesACheckpointThatASalvageHasLeft) {
+  SampleLog sample = make_sample({.seed = 2, .commits = 40});
+  const auto is_checkpoint = [](const auto& file) { return file.first.starts_with("checkpoint."); };
+  const auto found = std::ranges::find_if(sample.contents, is_checkpoint);
+  ASSERT_NE(found, sample.contents.end());
+  const std::string name = found->first + ".abandoned";
+  sample.contents[name] = std::exchange(found->second, {});
+  sample.contents.erase(found->first);
+  const LogContents contents = contents_of(sample.contents);
+  EXPECT_EQ(all_of(contents.damage), "");
+  const auto file = std::ranges::find(contents.files, LogFileKind::abandoned, &LogFile::kind);
+  ASSERT_NE(file, contents.files.end());
+  EXPECT_EQ(file->name, name);
+  EXPECT_NE(file->note, "");
 }
 
 /// One bit anywhere that counts. What is torn could not be told from what was never whole.

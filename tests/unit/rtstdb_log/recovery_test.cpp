@@ -86,45 +86,127 @@ TEST(LogRecovery, ASalvagedLogGoesOnAndIsWhole) {
   EXPECT_TRUE(image_of(recovered.value().world) == sample.history.images.at(version + 5));
 }
 
-/// A geometry that checkpoints know: gone, or not what it was.
-TEST(LogRecovery, ALogIsSalvagedUpToAGeometryThatIsNotWhole) {
-  for (const bool gone : {false, true}) {
-    SampleLog sample = make_sample({.seed = 14, .commits = 40, .closed = false});
-    const std::string file = geometry_name(9);  // of the second geometry; the first checkpoint is newer
-    if (gone)
+class SalvagedWithoutAGeometry : public testing::TestWithParam<bool> {
+ protected:
+  /// A geometry that checkpoints know is gone, or not what it was.
+  SalvagedWithoutAGeometry()
+      : sample(make_sample({.seed = 14, .commits = 40, .closed = false})), whole(sample.contents.at(file)) {
+    if (GetParam())
       sample.contents.erase(file);
     else
       sample.contents.at(file)[100] ^= std::byte{1};
-    SimulatedDisk disk(1);
     disk.set_contents(sample.contents);
-    const auto refused = recover(disk);
-    ASSERT_FALSE(refused.ok());
-    EXPECT_NE(refused.error().message.find(file), std::string::npos) << refused.error().message;
-
-    const auto salvaged = recover(disk, {.salvage = true});
-    ASSERT_TRUE(salvaged.ok()) << salvaged.error().message;
-    const Version version = salvaged.value().world.latest.version;
-    EXPECT_GT(version, 2u);
-    EXPECT_EQ(salvaged.value().world.geometries.size(), 1u);
-    EXPECT_TRUE(image_of(salvaged.value().world) == sample.history.images.at(version));
-    EXPECT_NE(salvaged.value().report.log.damage.find(file), std::string::npos);
-    EXPECT_EQ(salvaged.value().report.damaged_checkpoints.size(), 2u);
-
-    // What goes on from there is whole, although the checkpoints lie there still.
+  }
+  /// Goes on from there, without closing the log, and says what is durable then.
+  Version commit(const Recovered& salvaged, int count, std::uint64_t checkpoint_every_bytes) {
     ManualClock clock;
-    sample.history.forget_after(version);
-    LiveWorld world(3, sample.history, 1 << 14, salvaged.value());
-    auto writer =
-        Writer::start(disk, clock, world.ring(), world, {.segment_bytes = 8192, .checkpoint_every_bytes = 0},
-                      start_after(salvaged.value(), 1));
-    ASSERT_TRUE(writer.ok());
-    world.commit();
-    while (writer.value()->step(0).worked) {
+    sample.history.forget_after(salvaged.world.latest.version);
+    LiveWorld world(3, sample.history, 1 << 14, salvaged);
+    auto writer = Writer::start(disk, clock, world.ring(), world,
+                                {.segment_bytes = 8192, .checkpoint_every_bytes = checkpoint_every_bytes},
+                                start_after(salvaged, 1));
+    EXPECT_TRUE(writer.ok());
+    for (; writer.ok() && count > 0; --count) {
+      world.commit();
+      while (writer.value()->step(0).worked) {
+      }
     }
-    disk.crash();
-    const auto again = recover(disk);
-    ASSERT_TRUE(again.ok()) << again.error().message;
-    EXPECT_TRUE(image_of(again.value().world) == sample.history.images.at(version + 1));
+    return writer.ok() ? writer.value()->durable() : 0;
+  }
+  void put_back() {
+    auto contents = disk.contents();
+    contents[file] = whole;
+    disk.set_contents(contents);
+  }
+  void expect_world(const Result<Recovered>& recovered, Version version) {
+    ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+    EXPECT_EQ(recovered.value().world.latest.version, version) << recovered.value().report.in_words();
+    EXPECT_TRUE(image_of(recovered.value().world) == sample.history.images.at(version));
+  }
+
+  const std::string file = geometry_name(9);  // of the second geometry; the first checkpoint is newer
+  SampleLog sample;
+  const std::vector<std::byte> whole;
+  SimulatedDisk disk{1};
+};
+
+TEST_P(SalvagedWithoutAGeometry, HasTheWorldBeforeItWasAddedAndGoesOn) {
+  const auto refused = recover(disk);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find(file), std::string::npos) << refused.error().message;
+
+  const auto salvaged = recover(disk, {.salvage = true});
+  const Version version = salvaged.value().world.latest.version;
+  EXPECT_GT(version, 2u);
+  expect_world(salvaged, version);
+  EXPECT_EQ(salvaged.value().world.geometries.size(), 1u);
+  EXPECT_NE(salvaged.value().report.log.damage.find(file), std::string::npos);
+  EXPECT_EQ(salvaged.value().report.damaged_checkpoints.size(), 2u);
+  EXPECT_EQ(commit(salvaged.value(), 1, 0), version + 1);
+  disk.crash();
+  const auto again = recover(disk);
+  expect_world(again, version + 1);
+  EXPECT_TRUE(again.value().report.damaged_checkpoints.empty());
+}
+
+/// The log has left the course of the checkpoints that know the geometry: they do not count any more, good again or not.
+TEST_P(SalvagedWithoutAGeometry, StaysOnItsCourseWhenTheGeometryIsBack) {
+  const auto before = disk.contents();
+  for (const int commits : {1, 3, 10, 30, 60, 120}) {
+    for (const std::uint64_t checkpoint_every_bytes : {0u, 2000u}) {
+      SCOPED_TRACE(std::to_string(commits) + " commits, a checkpoint every " +
+                   std::to_string(checkpoint_every_bytes) + " bytes");
+      disk.set_contents(before);
+      const auto salvaged = recover(disk, {.salvage = true});
+      ASSERT_TRUE(salvaged.ok());
+      const Version durable = commit(salvaged.value(), commits, checkpoint_every_bytes);
+      EXPECT_EQ(durable, salvaged.value().world.latest.version + static_cast<Version>(commits));
+      disk.crash();
+      put_back();
+      expect_world(recover(disk), durable);
+      const auto again = recover(disk, {.salvage = true});
+      expect_world(again, durable);
+      EXPECT_EQ(commit(again.value(), 2, 0), durable + 2);
+      disk.crash();
+      expect_world(recover(disk), durable + 2);
+    }
+  }
+}
+
+/// A crash before the log goes on: nothing has been left yet.
+TEST_P(SalvagedWithoutAGeometry, LosesNothingBeforeItGoesOn) {
+  const Version newest = sample.history.images.rbegin()->first;
+  const auto salvaged = recover(disk, {.salvage = true});
+  ASSERT_TRUE(salvaged.ok());
+  disk.fail_kind(DiskCall::create, EIO);
+  ManualClock clock;
+  LiveWorld world(3, sample.history, 1 << 14, salvaged.value());
+  EXPECT_FALSE(Writer::start(disk, clock, world.ring(), world, {}, start_after(salvaged.value(), 1)).ok());
+  disk.fail_kind(DiskCall::create, 0);
+  put_back();
+  expect_world(recover(disk), newest);
+}
+
+INSTANTIATE_TEST_SUITE_P(LogRecovery, SalvagedWithoutAGeometry, testing::Bool(),
+                         [](const auto& gone) { return gone.param ? "gone" : "damaged"; });
+
+/// Not even where a damaged log is opened up to the damage: who can not read now may read later.
+TEST(LogRecovery, WhatTheDiskDoesNotReadIsNoDamage) {
+  for (const bool checkpoints : {false, true}) {
+    const SampleLog sample =
+        make_sample({.seed = 14, .commits = 40, .closed = false, .checkpoints = checkpoints});
+    int refused = 0;
+    for (std::uint64_t call = 0;; ++call) {
+      SimulatedDisk disk(1);
+      disk.set_contents(sample.contents);
+      disk.fail_call(call, EIO);
+      const auto recovered = recover(disk, {.salvage = true});
+      if (disk.calls() <= call) break;
+      refused += recovered.ok() ? 0 : 1;
+      EXPECT_EQ(recovered.ok() ? recovered.value().world.latest.version : sample.latest, sample.latest)
+          << "call " << call;
+    }
+    EXPECT_GT(refused, 10);
   }
 }
 
