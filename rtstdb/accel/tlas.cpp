@@ -101,15 +101,31 @@ Tlas::Slot* Tlas::find(const query::RowSource& rows, const Wanted& wanted) noexc
 
 Tlas::Slot* Tlas::find_near(const query::RowSource& rows, const Wanted& wanted) noexcept {
   if (!patches_) return nullptr;
-  // The nearest version before: those that read an older one leave each other's slots alone.
-  Slot* nearest = nullptr;
-  for (Slot& slot : slots_) {
-    const bool before = slot.version < rows.version() && slot.holds(wanted) && slot.tree != Tree::none;
-    if (before && !slot.is_superseded(rows.version(), wanted) &&
-        (nearest == nullptr || slot.version > nearest->version))
-      nearest = &slot;
+  while (true) {
+    // The nearest version before: those that read an older one leave each other's slots alone.
+    Slot* nearest = nullptr;
+    for (Slot& slot : slots_) {
+      const bool before = slot.version <= rows.version() && slot.holds(wanted) && slot.tree != Tree::none;
+      if (before && !slot.is_superseded(rows.version(), wanted) &&
+          (nearest == nullptr || slot.version > nearest->version))
+        nearest = &slot;
+    }
+    if (nearest == nullptr) return nullptr;
+    if (list_renewed(*nearest, rows, wanted)) return nearest;
+    if (!gives_way_again(*nearest)) return nullptr;
   }
-  return nearest != nullptr && list_renewed(*nearest, rows, wanted) ? nearest : nullptr;
+}
+
+/// One made ahead that is not to be reached any more: the one whose place it took is as good as it was.
+bool Tlas::gives_way_again(const Slot& made_ahead) noexcept {
+  bool any = false;
+  for (Slot& slot : slots_) {
+    if (slot.next != &made_ahead) continue;
+    slot.next = nullptr;
+    was_in_vain(slot);
+    any = true;
+  }
+  return any;
 }
 
 std::uint32_t Tlas::most_patched(const Slot& slot) noexcept {
@@ -148,8 +164,6 @@ void Tlas::renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& record
   counts_.patches += few ? 1 : 0;
   counts_.refits += few ? 0 : 1;
   counts_.renewals += few ? 0 : 1;
-  // What changes so much at once has little use for a slot that was made some time ago.
-  if (listed > most_patched(slot)) slot.followed = true;
   if (listed == 0) return;
   upload_changes(slot, rows, recorder);
   record_instances(slot, 0, listed, true, recorder);
@@ -345,6 +359,7 @@ bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, 
   }
   slot.filled = slot.made = true;
   slot.followed = false;
+  if (rests_ > 0) --rests_;
   slot.rebuilds = 0;
   slot.next = nullptr;
   slot.version = rows.version();
@@ -373,9 +388,9 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted
     slot = &least_used(nullptr);
     if (!fill(*slot, rows, wanted, submit)) return std::nullopt;
   }
-  slot->last_used = ++uses_;
+  const std::uint64_t used_before = std::exchange(slot->last_used, ++uses_);
   latest_version_ = rows.version();
-  if (stands) make_ahead(*slot, rows, wanted, submit.recorder());
+  if (stands) make_ahead(*slot, used_before, rows, wanted, submit.recorder());
   return TlasView{.slot = static_cast<std::uint32_t>(slot - slots_.data()),
                   .identities = slot->identities.data(),
                   .root = slot->root(),

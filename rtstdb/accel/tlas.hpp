@@ -48,7 +48,7 @@ inline constexpr float rebuild_growth = 1.3f;
 inline constexpr Nanoseconds rebuilt_ahead_within{125'000'000};
 inline constexpr float rebuild_growth_ahead = 1.1f;
 inline constexpr float most_growth_ahead = 4.0f;
-/// Smaller worlds are refitted, and built, when a window ends.
+/// Smaller worlds, and databases that have no room for more, are refitted, and built, when a window ends.
 inline constexpr std::uint32_t least_made_ahead = 256;
 /// Where a tree that was kept went bad, so many are built before one is kept again.
 inline constexpr std::uint32_t rebuilds_ahead = 4;
@@ -207,6 +207,7 @@ class Tlas {
   Slot* find(const query::RowSource& rows, const Wanted& wanted) noexcept;
   /// The slot that a patch or a renewal brings there, whose changes are listed then; or none.
   Slot* find_near(const query::RowSource& rows, const Wanted& wanted) noexcept;
+  bool gives_way_again(const Slot& made_ahead) noexcept;
   static std::uint32_t most_patched(const Slot& slot) noexcept;
   static std::uint32_t most_renewed(const Slot& slot) noexcept;
   /// Of what changed.
@@ -239,9 +240,9 @@ class Tlas {
   static bool is_small(const Slot& slot, const Wanted& wanted) noexcept {
     return wanted.elements < slot.visible_count / entities_per_small_element;
   }
-  /// A part of the slot that comes behind `used`, which answers a batch and was made for one before. Records; submits
-  /// nothing.
-  void make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
+  /// A part of the slot that comes behind `used`, which answers a batch and was made for one before (`used_before`: its last_used
+  /// then). Records; submits nothing.
+  void make_ahead(Slot& used, std::uint64_t used_before, const query::RowSource& rows, const Wanted& wanted,
                   gpu::Recorder& recorder) noexcept;
   /// Whether it is time to make the slot behind this one.
   std::optional<TreeAhead> tree_ahead(Slot& used, const query::RowSource& rows,
@@ -249,9 +250,12 @@ class Tlas {
   /// What there is to do for the slot behind this one, in the weights of tlas_ahead.cpp.
   static std::uint64_t work_with_tree(const Slot& slot, std::uint32_t row_count) noexcept;
   static std::uint64_t work_ahead(const Slot& used, std::uint32_t row_count, TreeAhead tree) noexcept;
-  void begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted, TreeAhead tree) noexcept;
+  void begin_ahead(Slot& used, Slot& slot, const query::RowSource& rows, const Wanted& wanted,
+                   TreeAhead tree) noexcept;
   /// What was being made is of no use any more.
   void drop_ahead() noexcept;
+  /// The slot behind this one can not be brought to the versions that came meanwhile.
+  void was_in_vain(Slot& source) noexcept;
   /// The work that a batch at `now` has to do.
   std::uint64_t due_ahead(WorldTime now) const noexcept;
   /// Records so much, or what is left of a step; returns how much it was.
@@ -272,6 +276,8 @@ class Tlas {
   bool patches_ = true;
   bool makes_ahead_ = true;
   std::uint64_t uses_ = 0;
+  double lead_share_ = 1.0;     // of the time before a window's end at which the slot behind it is begun
+  std::uint32_t rests_ = 0;     // windows behind which none is made, since that was in vain
   Version latest_version_ = 0;  // of the batch before
   std::vector<Slot> slots_;
   Ahead ahead_;
@@ -280,7 +286,7 @@ class Tlas {
   gpu::Buffer changed_rows_;
   gpu::Buffer renewed_places_;
   BuildScratch small_scratch_;
-  std::optional<TlasBuilder> large_build_;  // none where no world is large
+  std::optional<TlasBuilder> large_build_;  // none where no world needs it
   TlasPatch patch_;
   gpu::Buffer bounds_;  // of the tree being made
   gpu::Pipeline apply_rows_, instances_pass_, small_build_, refit_, cost_;

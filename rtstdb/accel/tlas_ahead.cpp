@@ -26,13 +26,17 @@ constexpr std::uint64_t least_share = 3'000;
 /// More work than this is begun earlier than in the last quarter of a window, up to its last three; where a tree is built, in the last
 /// half, since the host has to look at it in between, or at once.
 constexpr double work_of_a_window = 1e6;
+/// Where more changes while a slot is made than it can be brought over by a renewal, the next one is begun so much later at the most;
+/// and, where that is of no use either, not for so many windows.
+constexpr double least_lead_share = 0.0625;
+constexpr std::uint32_t rests_in_vain = 16;
 /// One whose reader has not come again for so many batches of others makes room for theirs.
 constexpr std::uint64_t most_patience = 32;
 
 }  // namespace
 
-void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
-                      gpu::Recorder& recorder) noexcept {
+void Tlas::make_ahead(Slot& used, std::uint64_t used_before, const query::RowSource& rows,
+                      const Wanted& wanted, gpu::Recorder& recorder) noexcept {
   if (!is_small(used, wanted)) return;
   if (ahead_.source != &used) {
     const auto tree = tree_ahead(used, rows, wanted);
@@ -41,7 +45,10 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
       if (uses_ - ahead_.slot->last_used < most_patience) return;
       drop_ahead();
     }
-    begin_ahead(used, rows, wanted, *tree);
+    Slot& slot = least_used(&used);
+    // Where each slot has a reader that comes in turn, one that lost it would take the next one's.
+    if (slot.last_used > used_before) return;
+    begin_ahead(used, slot, rows, wanted, *tree);
   }
   ahead_.slot->last_used = ++uses_;
   const std::uint64_t due = due_ahead(wanted.times.last);
@@ -58,19 +65,28 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
 
 std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSource& rows,
                                                 const Wanted& wanted) const noexcept {
-  if (!makes_ahead_ || used.followed || used.tree == Tree::none || used.visible_count < least_made_ahead ||
-      used.window_end - used.window_begin < window_ahead || wanted.times.last >= used.window_end)
+  if (!makes_ahead_ || rests_ > 0 || used.followed || used.tree == Tree::none ||
+      used.visible_count < least_made_ahead || used.window_end - used.window_begin < window_ahead ||
+      wanted.times.last >= used.window_end)
     return std::nullopt;
   learn_levels(used);
   const float growth = growth_of(used);
   const bool is_dear = used.rebuilds > 0 || growth > rebuild_growth_ahead;
-  const TreeAhead tree = is_dear && large_build_ ? TreeAhead::built : TreeAhead::copied;
+  const TreeAhead tree = is_dear ? TreeAhead::built : TreeAhead::copied;
   const double least_lead = growth > rebuild_growth ? 1.0 : tree == TreeAhead::built ? 0.5 : 0.25;
   const double wanted_lead =
       static_cast<double>(work_ahead(used, rows.index_limit(), tree)) / work_of_a_window;
   const double lead = std::clamp(wanted_lead, least_lead, std::max(least_lead, 0.75));
   const double left_s = seconds_between(wanted.times.last, used.window_end);
-  return left_s <= lead * 1e-9 * window_ahead.count() ? std::optional(tree) : std::nullopt;
+  return left_s <= lead * lead_share_ * 1e-9 * window_ahead.count() ? std::optional(tree) : std::nullopt;
+}
+
+void Tlas::was_in_vain(Slot& source) noexcept {
+  source.followed = false;
+  lead_share_ *= 0.5;
+  if (lead_share_ >= least_lead_share) return;
+  lead_share_ = least_lead_share;
+  rests_ = rests_in_vain;
 }
 
 /// What is left when the slot has its tree.
@@ -95,11 +111,10 @@ void Tlas::drop_ahead() noexcept {
   ahead_ = {};
 }
 
-void Tlas::begin_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
+void Tlas::begin_ahead(Slot& used, Slot& slot, const query::RowSource& rows, const Wanted& wanted,
                        TreeAhead tree) noexcept {
   const bool builds = tree == TreeAhead::built;
   used.followed = true;
-  Slot& slot = least_used(&used);
   const std::uint32_t row_count = rows.index_limit();
   ahead_ = {
       .slot = &slot,
@@ -225,6 +240,7 @@ bool Tlas::catch_up_ahead(const query::RowSource& rows, gpu::Recorder& recorder)
   changed_.clear();
   const std::size_t most = std::min(most_patched(slot), max_entities_ - uploaded_);
   if (!rows.changed_between(slot.version, changed_) || changed_.size() > most) {
+    was_in_vain(*ahead_.source);
     drop_ahead();
     return false;
   }
@@ -249,6 +265,7 @@ void Tlas::judge_ahead() noexcept {
   if (growth > rebuild_growth_ahead) made.slot->rebuilds = rebuilds_ahead;
   made.slot->made = true;
   made.source->next = made.slot;
+  lead_share_ = std::min(1.1 * lead_share_, 1.0);
   ++counts_.ahead;
   counts_.ahead_built += made.tree == TreeAhead::built ? 1 : 0;
 }
