@@ -98,9 +98,13 @@ Reading::Step Reading::records(const SegmentWalk::Found& found) {
   while (!payload.empty()) {
     const char* fault = decoder_.decode(payload);
     if (fault == nullptr) fault = visitor_.record(decoder_.record(), {segment_, offset_, &found.header});
-    if (fault != nullptr)
-      return damaged(versions_in_words(found.header.first_version, found.header.last_version) +
-                     " can not be taken: " + fault);
+    if (fault != nullptr) {
+      const GroupHeader& header = found.header;
+      const bool has_commits = header.first_version != 0;
+      return damaged(
+          (has_commits ? versions_in_words(header.first_version, header.last_version) : "its record") +
+          " can not be taken: " + fault);
+    }
     payload = payload.subspan(decoder_.bytes());
     ++count;
     ++report.records;
