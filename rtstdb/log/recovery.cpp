@@ -182,9 +182,11 @@ Result<Recovered> recover(Disk& disk, const RecoveryOptions& options) {
   if (!log) return log.error();
   if (replay.unreadable()) return *replay.unreadable();
   report.log = std::move(log).value();
-  if (report.log.next.group < report.read_from.group) {
-    // What leads to the checkpoint is lost, and it goes on itself.
-    report.log.next = report.read_from;
+  const Position& next = report.log.next;
+  const Position& place = report.read_from;
+  if (next.group < place.group || (next.group == place.group && next.link != place.link)) {
+    // What leads to the checkpoint is lost, or something else. It goes on itself.
+    report.log.next = place;
     report.log.last.reset();
   }
   report.version_of_groups = replay.version_of_groups();

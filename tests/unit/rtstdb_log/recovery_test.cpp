@@ -187,6 +187,43 @@ TEST_P(SalvagedWithoutAGeometry, LosesNothingBeforeItGoesOn) {
   expect_world(recover(disk), newest);
 }
 
+/// Put there by hand: it is refused, and, salvaged, gone on from.
+TEST_P(SalvagedWithoutAGeometry, ACheckpointThatIsPutBackIsAnotherCourse) {
+  const auto is_checkpoint = [](const auto& one) { return one.first.starts_with("checkpoint."); };
+  const Version newest = sample.latest;
+  History before = sample.history;
+  for (const int commits : {1, 10, 60}) {
+    SCOPED_TRACE(std::to_string(commits) + " commits");
+    auto contents = sample.contents;
+    Contents checkpoints;
+    for (const auto& [name, bytes] : contents)
+      if (is_checkpoint(std::pair(name, bytes))) checkpoints[name] = bytes;
+    std::erase_if(contents, is_checkpoint);
+    disk.set_contents(contents);
+    const auto salvaged = recover(disk, {.salvage = true});
+    ASSERT_TRUE(salvaged.ok());
+    sample.history = before;
+    const Version durable = commit(salvaged.value(), commits, 0);
+    EXPECT_LT(salvaged.value().world.latest.version, newest);
+    disk.crash();
+    expect_world(recover(disk), durable);
+
+    put_back();
+    contents = disk.contents();
+    contents.insert(checkpoints.begin(), checkpoints.end());
+    disk.set_contents(contents);
+    EXPECT_FALSE(recover(disk).ok());
+    sample.history = before;
+    const auto again = recover(disk, {.salvage = true});
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    const Version version = again.value().world.latest.version;
+    expect_world(again, version);
+    EXPECT_EQ(commit(again.value(), 3, 0), version + 3);
+    disk.crash();
+    expect_world(recover(disk), version + 3);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(LogRecovery, SalvagedWithoutAGeometry, testing::Bool(),
                          [](const auto& gone) { return gone.param ? "gone" : "damaged"; });
 
