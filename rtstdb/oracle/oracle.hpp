@@ -170,7 +170,7 @@ inline constexpr double velocity_relative_tolerance = 1e-4;
 /// Same entity and triangle: lambda within lambda_relative_tolerance or noise_m along the ray, the point that
 /// u and v name within noise_m, normal and velocity within theirs, same side. Otherwise the claimed triangle
 /// must pass within noise_m of the ray, in range, and no hit that noise_m can not undo may lie in front of it
-/// (or be there at all, for a claimed miss). An incomplete answer differs.
+/// (or be there at all, for a claimed miss; any may, for one of RayMode::first). An incomplete answer differs.
 Judgement compare(const World& world, const Ray& ray, RayMode mode, bool ignore_motion, const RayTruth& truth,
                   const RayHit& answer);
 

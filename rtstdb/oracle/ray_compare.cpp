@@ -134,9 +134,10 @@ Judgement judge_disagreement(const World& world, const Ray& ray, RayMode mode, b
                   "a hit, where there is none");
   const double lambda = static_cast<double>(answer.lambda);
   const double tolerance = lambda_relative_tolerance * std::abs(lambda);
+  // Of first hits, those in front are answers of their own.
+  const bool hidden = mode != RayMode::first && around.claimed && around.claimed->first > around.certain_by;
   const bool possible = around.claimed && lambda >= around.claimed->first - tolerance &&
-                        lambda <= around.claimed->last + tolerance &&
-                        around.claimed->first <= around.certain_by;
+                        lambda <= around.claimed->last + tolerance && !hidden;
   const Verdict verdict = possible ? Verdict::too_close : Verdict::differs;
   if (truth.status == HitStatus::miss)
     return judged(verdict, "a hit of entity %u, triangle %u at lambda %.9g, where there is none",

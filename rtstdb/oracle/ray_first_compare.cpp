@@ -35,7 +35,7 @@ Judgement judge_alone(const World& world, const Ray& ray, bool ignore_motion, co
   const auto hits = trace_all(world, around, ignore_motion);
   const auto found = std::ranges::find_if(hits, same);
   const RayTruth truth = found != hits.end() ? *found : trace(world, around, RayMode::closest, ignore_motion);
-  return compare(world, around, RayMode::closest, ignore_motion, truth, answer);
+  return compare(world, around, RayMode::first, ignore_motion, truth, answer);
 }
 
 }  // namespace
