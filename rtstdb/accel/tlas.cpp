@@ -388,9 +388,9 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted
     slot = &least_used(nullptr);
     if (!fill(*slot, rows, wanted, submit)) return std::nullopt;
   }
-  const std::uint64_t used_before = std::exchange(slot->last_used, ++uses_);
+  slot->last_used = ++uses_;
   latest_version_ = rows.version();
-  if (stands) make_ahead(*slot, used_before, rows, wanted, submit.recorder());
+  if (stands) make_ahead(*slot, rows, wanted, submit.recorder());
   return TlasView{.slot = static_cast<std::uint32_t>(slot - slots_.data()),
                   .identities = slot->identities.data(),
                   .root = slot->root(),

@@ -240,9 +240,9 @@ class Tlas {
   static bool is_small(const Slot& slot, const Wanted& wanted) noexcept {
     return wanted.elements < slot.visible_count / entities_per_small_element;
   }
-  /// A part of the slot that comes behind `used`, which answers a batch and was made for one before (`used_before`: its last_used
-  /// then). Records; submits nothing.
-  void make_ahead(Slot& used, std::uint64_t used_before, const query::RowSource& rows, const Wanted& wanted,
+  /// A part of the slot that comes behind `used`, which answers a batch and was made for one before. Records; submits
+  /// nothing.
+  void make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
                   gpu::Recorder& recorder) noexcept;
   /// Whether it is time to make the slot behind this one.
   std::optional<TreeAhead> tree_ahead(Slot& used, const query::RowSource& rows,

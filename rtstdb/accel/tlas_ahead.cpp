@@ -35,8 +35,8 @@ constexpr std::uint64_t most_patience = 32;
 
 }  // namespace
 
-void Tlas::make_ahead(Slot& used, std::uint64_t used_before, const query::RowSource& rows,
-                      const Wanted& wanted, gpu::Recorder& recorder) noexcept {
+void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
+                      gpu::Recorder& recorder) noexcept {
   if (!is_small(used, wanted)) return;
   if (ahead_.source != &used) {
     const auto tree = tree_ahead(used, rows, wanted);
@@ -46,8 +46,8 @@ void Tlas::make_ahead(Slot& used, std::uint64_t used_before, const query::RowSou
       drop_ahead();
     }
     Slot& slot = least_used(&used);
-    // Where each slot has a reader that comes in turn, one that lost it would take the next one's.
-    if (slot.last_used > used_before) return;
+    // Where each slot has a reader, one that lost it would take another's.
+    if (slot.filled && slot.next == nullptr && uses_ - slot.last_used < most_patience) return;
     begin_ahead(used, slot, rows, wanted, *tree);
   }
   ahead_.slot->last_used = ++uses_;
