@@ -112,12 +112,11 @@ Tlas::Slot* Tlas::find_near(const query::RowSource& rows, const Wanted& wanted) 
     }
     if (nearest == nullptr) return nullptr;
     if (list_renewed(*nearest, rows, wanted)) return nearest;
-    if (!gives_way_again(*nearest)) return nullptr;
+    if (!step_aside(*nearest)) return nullptr;
   }
 }
 
-/// One made ahead that is not to be reached any more: the one whose place it took is as good as it was.
-bool Tlas::gives_way_again(const Slot& made_ahead) noexcept {
+bool Tlas::step_aside(const Slot& made_ahead) noexcept {
   bool any = false;
   for (Slot& slot : slots_) {
     if (slot.next != &made_ahead) continue;
@@ -359,7 +358,6 @@ bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, 
   }
   slot.filled = slot.made = true;
   slot.followed = false;
-  if (rests_ > 0) --rests_;
   slot.rebuilds = 0;
   slot.next = nullptr;
   slot.version = rows.version();
@@ -367,6 +365,7 @@ bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, 
   const auto [first, last] = wanted.times;
   const bool ahead = reaches_ahead && is_small(slot, wanted);
   slot.take_window(first, ahead ? std::max(last, ahead_of(first)) : last);
+  if (ahead && rests_ > 0) --rests_;
   if (make_tree(slot, submit)) return true;
   slot.filled = false;
   slot.tree = Tree::none;

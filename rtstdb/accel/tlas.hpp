@@ -48,7 +48,7 @@ inline constexpr float rebuild_growth = 1.3f;
 inline constexpr Nanoseconds rebuilt_ahead_within{125'000'000};
 inline constexpr float rebuild_growth_ahead = 1.1f;
 inline constexpr float most_growth_ahead = 4.0f;
-/// Smaller worlds, and databases that have no room for more, are refitted, and built, when a window ends.
+/// Smaller worlds are refitted, and built, when a window ends.
 inline constexpr std::uint32_t least_made_ahead = 256;
 /// Where a tree that was kept went bad, so many are built before one is kept again.
 inline constexpr std::uint32_t rebuilds_ahead = 4;
@@ -207,7 +207,8 @@ class Tlas {
   Slot* find(const query::RowSource& rows, const Wanted& wanted) noexcept;
   /// The slot that a patch or a renewal brings there, whose changes are listed then; or none.
   Slot* find_near(const query::RowSource& rows, const Wanted& wanted) noexcept;
-  bool gives_way_again(const Slot& made_ahead) noexcept;
+  /// It is not to be reached any more: the slot whose place it took is used again. False: there is none.
+  bool step_aside(const Slot& made_ahead) noexcept;
   static std::uint32_t most_patched(const Slot& slot) noexcept;
   static std::uint32_t most_renewed(const Slot& slot) noexcept;
   /// Of what changed.

@@ -67,7 +67,7 @@ class Writer {
   Step step(std::int64_t real_time_ns);
 
   /// Nobody puts records any more: writes what is there, what is needed for it to count, and the closing group. The fault where the
-  /// log could not be closed; it is whole all the same.
+  /// log could not be closed; it is whole all the same, also where this throws std::bad_alloc.
   Result<void> close(std::int64_t real_time_ns);
 
   /// Every version up to this one is on disk, or came to nothing.

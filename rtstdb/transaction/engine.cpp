@@ -199,14 +199,14 @@ void Engine::close() noexcept {
   closing_.store(true, std::memory_order_release);
   ring();
   thread_.join();
-  wake_relief();
+  relief_bell_.ring();
   if (relief_.joinable()) relief_.join();
   if (log_ != nullptr) static_cast<void>(log_->close());
 }
 
 void Engine::ring() noexcept {
   bell_.ring();
-  if (waits_for_device_.load(std::memory_order_seq_cst)) wake_relief();
+  if (waits_for_device_.load(std::memory_order_seq_cst)) relief_bell_.ring();
 }
 
 void Engine::finish(TransactionImpl& transaction, Status status) noexcept {

@@ -135,7 +135,6 @@ class Engine final : private query::Meanwhile, private LogOwner {
   /// microseconds, not for another thread's queries.
   void relieve() noexcept;
   void carry_out_writes() noexcept;
-  void wake_relief() noexcept;
   // logging.cpp
   void take_errand(Errand& errand) noexcept override;
   void give_back_held(TransactionImpl& transaction) noexcept override;

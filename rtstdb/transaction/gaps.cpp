@@ -19,7 +19,7 @@ void Engine::begin_wait() noexcept {
   waits_for_device_.store(true, std::memory_order_seq_cst);
   const bool work_there = bell_.heard() != received_at_ || !queue_.empty();
   working_.unlock();
-  if (work_there) wake_relief();
+  if (work_there) relief_bell_.ring();
 }
 
 void Engine::end_wait() noexcept {
@@ -55,10 +55,6 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
   if (late_answers::are_enough(running, clock_)) return Gap::enough;
   const bool in_vain = transaction.is(DeadlineClass::firm) && clock_.now() > transaction.terms().deadline;
   return in_vain ? Gap::stop : Gap::go_on;
-}
-
-void Engine::wake_relief() noexcept {
-  relief_bell_.ring();
 }
 
 void Engine::relieve() noexcept {

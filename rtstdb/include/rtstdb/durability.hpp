@@ -50,7 +50,8 @@ struct DurabilityOptions {
   /// A checkpoint follows so many bytes of log: what an open has to read at most. It takes a copy of the world. 0: only where one is
   /// needed.
   std::uint64_t checkpoint_every_bytes = std::uint64_t{256} << 20;
-  /// A damaged log is opened up to the version before the damage; else it is refused.
+  /// A damaged log is opened up to the version before the damage; else it is refused. Checkpoints that are newer and not whole stay as
+  /// checkpoint.N.abandoned: from here on nobody reads them. What the disk does not read is refused all the same.
   bool salvage = false;
 };
 
