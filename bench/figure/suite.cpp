@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
+
+#include "runtime/executive/realtime.hpp"
 
 namespace hil::bench {
 
 namespace {
 
 int refuse(const std::string& program, std::span<const Family> families, const char* argument) {
-  std::string known = "--json, --tiny";
+  std::string known = "--json, --tiny, --awake";
   for (const Family& family : families)
     known += ", " + std::string(family.name);
   std::fprintf(stderr, "%s: unknown argument '%s'; known: %s\n", program.c_str(), argument, known.c_str());
@@ -21,6 +24,7 @@ int refuse(const std::string& program, std::span<const Family> families, const c
 int run_suite(const std::string& program, std::span<const Family> families, std::string (*device)(), int argc,
               char** argv) {
   bool json = false;
+  bool awake = false;
   SuiteOptions options;
   std::vector<std::string_view> wanted;
   for (int i = 1; i < argc; ++i) {
@@ -29,6 +33,8 @@ int run_suite(const std::string& program, std::span<const Family> families, std:
       json = true;
     } else if (argument == "--tiny") {
       options.tiny = true;
+    } else if (argument == "--awake") {
+      awake = true;
     } else if (std::ranges::find(families, argument, &Family::name) != families.end()) {
       wanted.push_back(argument);
     } else {
@@ -36,7 +42,11 @@ int run_suite(const std::string& program, std::span<const Family> families, std:
     }
   }
   try {
-    const std::string where = device_name() + "; " + device();
+    executive::RealtimeOptions realtime;
+    if (awake) realtime.scheduler = executive::Scheduler::fifo;
+    const executive::ProcessRealtime kept(realtime);
+    if (!kept.refused().empty()) throw std::runtime_error(kept.refused().front());
+    const std::string where = device_name() + "; " + device() + (awake ? "; processors kept awake" : "");
     for (const Family& family : families) {
       if (!wanted.empty() && std::ranges::find(wanted, family.name) == wanted.end()) continue;
       for (const Figure& figure : family.measure(options))

@@ -19,8 +19,9 @@ struct Family {
   std::vector<Figure> (*measure)(const SuiteOptions& options);
 };
 
-/// `program [--json] [--tiny] [FAMILY...]`: prints a line for each figure of the families named, or of all. Returns the
-/// exit code: 1 when a family throws, 2 for an argument that is not known.
+/// `program [--json] [--tiny] [--awake] [FAMILY...]`: prints a line for each figure of the families named, or of all. --awake: the
+/// processors are kept out of sleep meanwhile, as by a run with SCHED_FIFO. Returns the exit code: 1 when a family throws or the
+/// processors can not be kept awake, 2 for an argument that is not known.
 int run_suite(const std::string& program, std::span<const Family> families, std::string (*device)(), int argc,
               char** argv);
 

@@ -1,4 +1,4 @@
-// hil-bench-spatial [--json] [--tiny] [FAMILY...]: queries and structures beside the best of their kind on the
+// hil-bench-spatial [--json] [--tiny] [--awake] [FAMILY...]: queries and structures beside the best of their kind on the
 // CPU.
 
 #include "bench/figure/suite.hpp"

@@ -1,4 +1,4 @@
-// hil-bench-transactions [--json] [--tiny] [FAMILY...]: what a transaction costs, and what a user would otherwise take.
+// hil-bench-transactions [--json] [--tiny] [--awake] [FAMILY...]: what a transaction costs, and what a user would otherwise take.
 
 #include "bench/figure/suite.hpp"
 #include "bench/spatial/our_world.hpp"

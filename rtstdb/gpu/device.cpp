@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <thread>
 #include <utility>
 
 #include "rtstdb/gpu/device_impl.hpp"
@@ -72,6 +73,9 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& 
   limits.storage_alignment_bytes = core.minStorageBufferOffsetAlignment;
   limits.max_texel_elements = core.maxTexelBufferElements;
   limits.max_groups = core.maxComputeWorkGroupCount[0];
+  if (info.software)
+    limits.processors =
+        options.processors > 0 ? options.processors : std::max(std::thread::hardware_concurrency(), 1u);
   const std::size_t max_buffer_bytes = chain.get<vk::PhysicalDeviceMaintenance4Properties>().maxBufferSize;
   limits.max_allocation_bytes = std::min<std::size_t>(
       chain.get<vk::PhysicalDeviceMaintenance3Properties>().maxMemoryAllocationSize, max_buffer_bytes);

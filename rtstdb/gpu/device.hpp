@@ -224,6 +224,7 @@ struct DeviceOptions {
   std::string loader_library = "libvulkan.so.1";
   std::vector<std::byte> compiled = {};  ///< see Device::compiled
   bool takes_in_host_memory = true;      ///< false: as on a device that can not, to test that
+  std::uint32_t processors = 0;          ///< see DeviceLimits; 0: those of this machine
 };
 
 struct DeviceLimits {
@@ -232,6 +233,8 @@ struct DeviceLimits {
   std::size_t max_texel_elements = 0;
   std::uint32_t max_groups = 0;  ///< per dispatch
   std::size_t max_allocation_bytes = 0;
+  std::uint32_t processors =
+      0;  ///< of a software device, each of which runs a group; 0: of others nobody knows
   std::uint32_t shuffled_lanes = 0;  ///< lanes of a subgroup, where they may shuffle; 0: they may not
 };
 

@@ -8,16 +8,10 @@
 #include "rtstdb/accel/tlas.hpp"
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/query/prepared_queries.hpp"
+#include "rtstdb/query/spread.hpp"
 #include "rtstdb/threads/fork_join.hpp"
 
 namespace rtstdb::query {
-
-inline constexpr std::uint32_t places_per_group = 64;
-
-/// From `first` to before `end`.
-struct PlaceRange {
-  std::uint32_t first = 0, end = 0;
-};
 
 class GpuQuery : public PreparedQuery {
  public:

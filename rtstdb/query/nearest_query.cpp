@@ -104,6 +104,7 @@ Result<std::unique_ptr<GpuNearestQuery>> GpuNearestQuery::create(gpu::Device& de
 
 Result<void> GpuNearestQuery::move_to(gpu::Device& device) {
   leave_device();
+  processors_ = device.limits().processors;
   if (auto made = create_pipelines(device); !made) return made;
   return create_buffers(device);
 }
@@ -245,18 +246,21 @@ void GpuNearestQuery::record(PlaceRange range, const RowSource& /*rows*/, const 
 void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasView& view,
                                gpu::Recorder& recorder) noexcept {
   const auto in_pieces = [&](const gpu::Pipeline& pipeline, const gpu::Bindings& bindings,
-                             std::uint32_t lanes_per_place) {
-    const std::uint32_t per_group = alone ? 1 : places_per_group;
-    const std::uint32_t end = (range.end * lanes_per_place + per_group - 1) / per_group;
-    for (std::uint32_t first = range.first * lanes_per_place / per_group; first < end; first += most_groups) {
-      const shared::NearestArgs args{.root = view.root,
-                                     .count = range.end,
-                                     .k = options_.k,
-                                     .neighbors = neighbors_[places_.written()].address(),
-                                     .alone = alone ? 1u : 0u,
-                                     .first_group = first,
-                                     .two = 2};
-      recorder.dispatch(pipeline, bindings, args, std::min(end - first, most_groups));
+                             std::uint32_t places_per_point) {
+    const std::uint32_t count = (range.end - range.first) * places_per_point;
+    const Spread spread = alone ? one_a_group(count) : spread_out(count, processors_);
+    shared::NearestArgs args{.root = view.root,
+                             .first = range.first * places_per_point,
+                             .end = range.end * places_per_point,
+                             .per_group = spread.per_group,
+                             .k = options_.k,
+                             .neighbors = neighbors_[places_.written()].address(),
+                             .two = 2};
+    for (std::uint32_t left = spread.groups; left > 0;) {
+      const std::uint32_t some = std::min(left, most_groups);
+      recorder.dispatch(pipeline, bindings, args, some);
+      args.first += some * spread.per_group;
+      left -= some;
     }
   };
   const bool still = still_ && view.window_begin == view.window_end;

@@ -64,6 +64,7 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   NearestQueryOptions options_;
   std::vector<Nearest> points_;
   std::uint32_t answered_ = 0;
+  std::uint32_t processors_ = 0;  // see DeviceLimits
   AnswerPlaces places_;
   PointOrder order_;                       // in which the device has the points
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all

@@ -121,7 +121,7 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
 
 Result<void> GpuRayQuery::move_to(gpu::Device& device) {
   leave_device();
-  max_groups_ = device.limits().max_groups;
+  limits_ = device.limits();
   for (const gpu::ShaderId shader : shaders_of(options_, device.limits().shuffled_lanes == rays_per_packet)) {
     auto pipeline = device.create_pipeline(shader);
     if (!pipeline) return pipeline.error();
@@ -243,9 +243,7 @@ void GpuRayQuery::arrange(std::uint32_t /*count*/) noexcept {
 void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
                          const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   rays_.push(range.first * sizeof(Ray), (range.end - range.first) * sizeof(Ray));
-  const PlaceRange groups{range.first / places_per_group,
-                          (range.end + places_per_group - 1) / places_per_group};
-  dispatch(groups, range.end, false, rows, view, recorder);
+  dispatch(range, false, rows, view, recorder);
 }
 
 void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/,
@@ -264,7 +262,7 @@ void GpuRayQuery::record_again(PlaceRange range, const RowSource& rows, const ac
   const auto again = again_.host_as<std::uint32_t>();
   for (std::uint32_t i = range.first; i < range.end; ++i)
     again[i] = incomplete_[i];
-  dispatch(range, answered_, true, rows, view, recorder);
+  dispatch(range, true, rows, view, recorder);
 }
 
 const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, bool side_by_side) const noexcept {
@@ -272,15 +270,18 @@ const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, bool side_by_sid
   return kernels_[wanted % kernels_.size()];
 }
 
-void GpuRayQuery::dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone, const RowSource& rows,
+void GpuRayQuery::dispatch(PlaceRange range, bool asked_again, const RowSource& rows,
                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const double window_s = seconds_between(view.window_begin, view.window_end);
   // Few are asked again, from all over the batch.
-  const Kernel& kernel = kernel_for(carried_ || window_s > 0.0, side_by_side_ && !alone);
+  const Kernel& kernel = kernel_for(carried_ || window_s > 0.0, side_by_side_ && !asked_again);
+  const std::uint32_t count = range.end - range.first;
+  const Spread spread = asked_again ? one_a_group(count) : spread_out(count, limits_.processors);
   shared::RayArgs args{.root = view.root,
-                       .count = end_ray,
-                       .alone = alone ? 1u : 0u,
-                       .first = groups.first,
+                       .first = range.first,
+                       .end = range.end,
+                       .per_group = spread.per_group,
+                       .asked_again = asked_again ? 1u : 0u,
                        .epoch_ns = low_word(view.epoch),
                        .late_base = view.late_base,
                        .still = options_.ignore_motion ? 1u : 0u,
@@ -293,10 +294,11 @@ void GpuRayQuery::dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone,
                                 : options_.faces == Faces::front ? 1.0f
                                                                  : -1.0f,
                        .two = 2};
-  while (args.first < groups.end) {
-    const std::uint32_t some = std::min(groups.end - args.first, max_groups_);
+  for (std::uint32_t left = spread.groups; left > 0;) {
+    const std::uint32_t some = std::min(left, limits_.max_groups);
     recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args, some);
-    args.first += some;  // max_groups_ may be more than the sum can hold
+    args.first += some * spread.per_group;
+    left -= some;
   }
 }
 

@@ -66,10 +66,9 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   /// `moving`: not all rays stand in the world and ask at one instant. Where there are fewer kernels, the one that
   /// answers the same.
   const Kernel& kernel_for(bool moving, bool side_by_side) const noexcept;
-  /// Groups from `first` to before `end`, in pieces where the device runs fewer at once. `end_ray`: no ray from there
-  /// on is asked.
-  void dispatch(PlaceRange groups, std::uint32_t end_ray, bool alone, const RowSource& rows,
-                const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
+  /// In pieces where the device runs fewer groups at once. `asked_again`: the places are those of `again_`.
+  void dispatch(PlaceRange range, bool asked_again, const RowSource& rows, const accel::TlasView& view,
+                gpu::Recorder& recorder) noexcept;
   bool is_incomplete(std::uint32_t ray) const noexcept {
     return hit_memory_[places_.written()]
                .as<const RayHit>()[std::size_t{ray} * options_.hits_per_ray]
@@ -87,7 +86,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   mutable bool carried_ = false;
   mutable bool side_by_side_ = false;
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
-  std::uint32_t max_groups_ = 0;
+  gpu::DeviceLimits limits_;
   std::vector<Kernel> kernels_;
   gpu::HostMemory ray_memory_;               // the caller's spans: they stay where they are
   std::vector<gpu::HostMemory> hit_memory_;  // of each place

@@ -81,6 +81,7 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const RegionRunne
 
 Result<void> RegionRunner::move_to(gpu::Device& device) {
   leave_device();
+  processors_ = device.limits().processors;
   if (auto made = create_kernels(device); !made) return made;
   return create_buffers(device);
 }
@@ -213,14 +214,14 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto run = [&](const std::optional<Kernel>& kernel, std::uint32_t first, std::uint32_t end) {
     if (!kernel || first >= end) return;
+    const Spread spread = alone ? one_a_group(end - first) : spread_out(end - first, processors_);
     const shared::RegionArgs args{.root = view.root,
-                                  .count = end - first,
-                                  .capacity = options_.ids_per_region,
-                                  .alone = alone ? 1u : 0u,
                                   .first = first,
+                                  .end = end,
+                                  .per_group = spread.per_group,
+                                  .capacity = options_.ids_per_region,
                                   .two = 2};
-    recorder.dispatch(kernel->pipeline, kernel->bindings[view.slot], args,
-                      alone ? end - first : (end - first + places_per_group - 1) / places_per_group);
+    recorder.dispatch(kernel->pipeline, kernel->bindings[view.slot], args, spread.groups);
   };
   const auto begin_of = [&](std::size_t kind) {
     return std::max(kind == 0 ? 0 : ends[kind - 1], range.first);

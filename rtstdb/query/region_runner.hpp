@@ -109,6 +109,7 @@ class RegionRunner {
 
   RegionRunnerOptions options_;
   std::uint32_t answered_ = 0;
+  std::uint32_t processors_ = 0;  // see DeviceLimits
   std::array<Kernels, region_kinds> kernels_;
   gpu::Buffer records_, counts_, ids_;
   std::span<const std::uint32_t> order_;  // the caller's region of each record

@@ -9,8 +9,8 @@
 //   NEAREST_SURFACE                  entities by their nearest triangle
 //   NEAREST_TRIANGLE                 triangles
 // NEAREST_STILL, with NEAREST_CENTER: all ask at one instant, to which the slot's window has shrunk.
-#include "common/interleave.glsl"
 #include "common/loops.glsl"
+#include "common/places.glsl"
 #include "common/wide_node.glsl"
 #include "query/answer.glsl"
 #include "query/nearest_point.glsl"
@@ -328,12 +328,8 @@ void search_entities(NearestRecord record, vec3 asked_point) {
 #endif
 
 void main() {
-  // Workgroups are handed to lavapipe's threads in contiguous halves; taking points crosswise gives both the same work.
-  const uint group = args.first_group + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x);
-  const uint shared_index = group * 64u + gl_LocalInvocationID.x;
-  const bool alone = args.alone != 0u;
-  const uint index = alone ? args.first_group + gl_WorkGroupID.x : shared_index;
-  if (index >= args.count || (alone && gl_LocalInvocationID.x != 0u)) return;
+  const uint index = place_of_invocation(args.first, args.per_group);
+  if (index >= args.end) return;
   const NearestRecord record = points[index];
   const Asked asked = asked_of(instances, record);
   set_reach(record.radius_m);

@@ -6,6 +6,7 @@
 // needs nothing but the triangles, and stretching does not change it, while the angles that weigh pseudonormals (Baerentzen
 // and Aanaes 2005) are others for every scale.
 #include "common/loops.glsl"
+#include "common/places.glsl"
 #include "common/wide_node.glsl"
 #include "query/nearest_point.glsl"
 
@@ -50,10 +51,8 @@ int winding_above(vec3 a, vec3 b, vec3 c) {
 }
 
 void main() {
-  const bool alone = args.alone != 0u;
-  const uint group = args.first_group + gl_WorkGroupID.x;
-  const uint index = alone ? group : group * 64u + gl_LocalInvocationID.x;
-  if (index >= args.count * args.k || (alone && gl_LocalInvocationID.x != 0u)) return;
+  const uint index = place_of_invocation(args.first, args.per_group);
+  if (index >= args.end) return;
   const uint asker = index / args.k;
   const NearestRecord record = points[asker];
   const uint rank = index % args.k;

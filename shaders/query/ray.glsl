@@ -3,7 +3,7 @@
 // Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants or
 // some of them move with an entity, RAY_LIST as the largest number of hits of each, where that is more than one, RAY_PACKET
 // where eight neighbours run side by side.
-#include "common/interleave.glsl"
+#include "common/places.glsl"
 #include "query/answer.glsl"
 #ifdef RAY_PACKET
 #include "query/packet.glsl"
@@ -100,11 +100,6 @@ void write_hit(uint place, Found found, Asked ray) {
   store_hit(place, 7u, hit ? floatBitsToUint(v_relative_mps.yz) : nothing);
 }
 
-// Workgroups are handed to lavapipe's threads in contiguous halves; taking rays crosswise gives both the same work.
-uint place_in_batch() {
-  return (args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x)) * 64u + gl_LocalInvocationID.x;
-}
-
 #ifdef RAY_PACKET
 // Whether two rays gain by going together: directions within 0.1 rad, origins within a decimetre.
 bool runs_beside(vec3 apart, vec3 a, vec3 b) {
@@ -132,8 +127,8 @@ Found trace_in_turns(bool asks, Asked ray) {
 }
 
 void main() {
-  const uint index = place_in_batch();
-  const bool asks = index < args.count;
+  const uint index = place_of_invocation(args.first, args.per_group);
+  const bool asks = index < args.end;
   // A lane without a ray has the batch's first one, and asks nothing.
   const Asked ray = read_ray(asks ? index : 0u);
   const Found found = trace_in_turns(asks, ray);
@@ -148,10 +143,9 @@ void main() {
 }
 #else
 void main() {
-  const bool alone = args.alone != 0u;
-  const uint place = args.first + gl_WorkGroupID.x;
-  const uint index = alone ? texelFetch(again, int(place >> 2))[place & 3u] : place_in_batch();
-  if ((alone ? gl_LocalInvocationID.x != 0u : index >= args.count)) return;
+  const uint place = place_of_invocation(args.first, args.per_group);
+  if (place >= args.end) return;
+  const uint index = args.asked_again != 0u ? texelFetch(again, int(place >> 2))[place & 3u] : place;
   const Asked ray = read_ray(index);
 #ifdef RAY_LIST
   clear_list();

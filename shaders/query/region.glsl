@@ -8,9 +8,9 @@
 // REGION_FRUSTUM for frusta instead of boxes and spheres, and one of these, or none to list what is found:
 //   REGION_LOWEST   for regions that found more than they have room for: only the lowest ids, by a heap
 //   REGION_COUNT    no ids, only how many
-#include "common/interleave.glsl"
 #include "common/loops.glsl"
 #include "common/packed_edges.glsl"
+#include "common/places.glsl"
 #include "query/child_group.glsl"
 #ifdef REGION_FRUSTUM
 #include "query/region_frustum.glsl"
@@ -125,11 +125,8 @@ void look_within(RegionRecord record, uint base) {
 }
 
 void main() {
-  const bool alone = args.alone != 0u;
-  // Workgroups are handed to lavapipe's threads in contiguous halves; taking regions crosswise gives both the same work.
-  const uint shared_index = interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * 64u + gl_LocalInvocationID.x;
-  const uint index = args.first + (alone ? gl_WorkGroupID.x : shared_index);
-  if (index >= args.first + args.count || (alone && gl_LocalInvocationID.x != 0u)) return;
+  const uint index = place_of_invocation(args.first, args.per_group);
+  if (index >= args.end) return;
 #ifdef REGION_LOWEST
   if (counts[index].found <= args.capacity || counts[index].incomplete != 0u) return;
 #endif

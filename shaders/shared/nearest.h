@@ -41,11 +41,11 @@ RTSTDB_CONSTANT(neighbor_pairs, 8)
 
 #define RTSTDB_FIELDS_NearestArgs(F) \
   F(uint, root)                      \
-  F(uint, count)                     \
+  F(uint, first) /* see place_of_invocation; a place for each point, or for each neighbor of each */ \
+  F(uint, end)                       \
+  F(uint, per_group)                 \
   F(uint, k)                         \
   F(uvec2, neighbors) /* their address, low word first */ \
-  F(uint, alone) /* 1: one point, or one neighbor, a workgroup */ \
-  F(uint, first_group) /* what is many is dispatched in pieces */ \
   F(uint, two)   /* see loops_still_turn */
 RTSTDB_STRUCT(NearestArgs)
 

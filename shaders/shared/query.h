@@ -18,9 +18,10 @@ RTSTDB_CONSTANT(hit_pairs, 8)
 
 #define RTSTDB_FIELDS_RayArgs(F)                                                                  \
   F(uint, root)                                                                                   \
-  F(uint, count)     /* rays of the batch */                                                      \
-  F(uint, alone)     /* 1: one ray a workgroup, those named in `again` */                         \
-  F(uint, first)     /* the dispatch's first group; alone: place in `again` of its first ray */   \
+  F(uint, first)     /* see place_of_invocation */                                                 \
+  F(uint, end)       /* no ray from this place on is asked */                                     \
+  F(uint, per_group)                                                                              \
+  F(uint, asked_again) /* 1: places are those in `again`, which names rays; 0: rays */            \
   F(uint, epoch_ns)  /* low word; rays lie less than two epochs after it, so it says enough */     \
   F(uint, late_base) /* where the next epoch's instances begin */                                 \
   F(uint, still)     /* 1: every ray asks at still_ns */                                          \
@@ -58,10 +59,10 @@ RTSTDB_STRUCT(RegionCount)
 
 #define RTSTDB_FIELDS_RegionArgs(F) \
   F(uint, root)                     \
-  F(uint, count)                    \
+  F(uint, first) /* see place_of_invocation */ \
+  F(uint, end)                      \
+  F(uint, per_group)                \
   F(uint, capacity)                 \
-  F(uint, alone) /* 1: one region a workgroup */ \
-  F(uint, first) /* place of the first region */ \
   F(uint, two)   /* see loops_still_turn */
 RTSTDB_STRUCT(RegionArgs)
 

@@ -1,6 +1,7 @@
 // The spatial suite's judge of answers, and its program in tiny mode.
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <stdexcept>
@@ -139,10 +140,23 @@ TEST(BenchSpatial, TinyModePrintsOneJsonLinePerFigure) {
   expect_figures(run_program(HIL_BENCH_SPATIAL " --tiny --json"), expected_figures);
 }
 
+TEST(BenchSpatial, ProcessorsAreKeptAwakeOrTheRunEnds) {
+  const Output output = run_program(HIL_BENCH_SPATIAL " --tiny --json --awake memory");
+  if (access("/dev/cpu_dma_latency", W_OK) == 0) {
+    EXPECT_EQ(output.exit_code, 0) << output.text;
+    EXPECT_NE(output.text.find("; processors kept awake\""), std::string::npos) << output.text;
+  } else {
+    EXPECT_EQ(output.exit_code, 1) << output.text;
+    EXPECT_NE(output.text.find("hil-bench-spatial: /dev/cpu_dma_latency refused"), std::string::npos)
+        << output.text;
+  }
+}
+
 TEST(BenchSpatial, AnUnknownArgumentIsRefusedWithTheKnownOnes) {
   const Output output = run_program(HIL_BENCH_SPATIAL " --fast");
   EXPECT_EQ(output.exit_code, 2);
-  EXPECT_NE(output.text.find("unknown argument '--fast'; known: --json, --tiny, rays"), std::string::npos)
+  EXPECT_NE(output.text.find("unknown argument '--fast'; known: --json, --tiny, --awake, rays"),
+            std::string::npos)
       << output.text;
 }
 

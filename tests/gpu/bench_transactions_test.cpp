@@ -63,7 +63,8 @@ TEST(BenchTransactions, TinyModePrintsOneJsonLinePerFigure) {
 TEST(BenchTransactions, AnUnknownArgumentIsRefusedWithTheKnownOnes) {
   const Output output = run_program(HIL_BENCH_TRANSACTIONS " --fast");
   EXPECT_EQ(output.exit_code, 2);
-  EXPECT_NE(output.text.find("unknown argument '--fast'; known: --json, --tiny, commits"), std::string::npos)
+  EXPECT_NE(output.text.find("unknown argument '--fast'; known: --json, --tiny, --awake, commits"),
+            std::string::npos)
       << output.text;
 }
 

@@ -1,0 +1,40 @@
+#pragma once
+// How the places of a dispatch are shared out to workgroups (place_of_invocation in shaders/common/places.glsl).
+
+#include <algorithm>
+#include <cstdint>
+
+namespace rtstdb::query {
+
+/// A workgroup of every search has so many invocations.
+inline constexpr std::uint32_t places_per_group = 64;
+
+/// From `first` to before `end`.
+struct PlaceRange {
+  std::uint32_t first = 0, end = 0;
+};
+
+struct Spread {
+  std::uint32_t per_group = places_per_group;  ///< the other invocations of a group have nothing to do
+  std::uint32_t groups = 0;
+};
+
+/// A software device gives each group to one of its `processors`, so a small batch takes groups enough for all of them, and none
+/// gets much more than another. Neighbours stay together by eights: a subgroup there. Other devices (none) get full groups.
+constexpr Spread spread_out(std::uint32_t places, std::uint32_t processors) noexcept {
+  constexpr std::uint32_t neighbours = 8;
+  const auto divided_up = [](std::uint32_t a, std::uint32_t b) { return a / b + (a % b != 0 ? 1 : 0); };
+  const std::uint32_t full = divided_up(places, places_per_group);
+  if (processors == 0 || full == 0) return {places_per_group, full};
+  const std::uint32_t turns = divided_up(full, processors);
+  const std::uint32_t each = divided_up(divided_up(places, turns), processors);
+  const std::uint32_t per_group = std::min(divided_up(each, neighbours) * neighbours, places_per_group);
+  return {per_group, divided_up(places, per_group)};
+}
+
+/// Those that are asked again: each may take as long as a batch.
+constexpr Spread one_a_group(std::uint32_t places) noexcept {
+  return {1, places};
+}
+
+}  // namespace rtstdb::query
