@@ -121,10 +121,7 @@ const Outcome& Engine::wait(Transaction& transaction) noexcept {
   RTSTDB_ASSERT(submitted.status() != Status::idle);
   thread_local Spin spin;
   const auto has_outcome = [&] { return submitted.status() != Status::pending; };
-  if (has_outcome()) return submitted.outcome();
-  if (spin_ > Nanoseconds(0) && !is_realtime_thread() && spin.until(spin_, has_outcome))
-    return submitted.outcome();
-  submitted.wait();
+  if (!has_outcome() && !spin.until(spin_, has_outcome)) submitted.wait();
   return submitted.outcome();
 }
 

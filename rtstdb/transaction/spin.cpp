@@ -33,6 +33,14 @@ bool Spin::pays() noexcept {
   return true;
 }
 
+bool Spin::starves_others(ClockTime now) noexcept {
+  if (now - asked_at_ >= asked_again_after) {
+    asked_at_ = now;
+    realtime_ = is_realtime_thread();
+  }
+  return realtime_;
+}
+
 void Spin::note(bool found) noexcept {
   credit_ = found ? std::min(credit_ + gain, most_credit) : std::max(credit_ - 1, 0);
 }

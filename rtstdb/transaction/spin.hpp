@@ -11,18 +11,21 @@ namespace rtstdb::transaction {
 /// How long threads of this process may spin: `wanted`, or not at all where they have one processor only.
 Nanoseconds spin_where_possible(Nanoseconds wanted) noexcept;
 
-/// Whether the calling thread is scheduled in real time: it would keep those from running that it waits for.
+/// Whether the calling thread is scheduled in real time: it would keep those from running that it waits for. A system call.
 bool is_realtime_thread() noexcept;
 
-/// One thread's experience. After some spins in vain it is only tried now and then.
+/// One thread's experience. After some spins in vain it is only tried now and then; not at all in a thread that is scheduled in
+/// real time, from 10 ms after it became one.
 class Spin {
  public:
-  /// Until `happened` says yes: true; or for so long, or since it does not pay: false. Neither blocks nor allocates.
+  /// Until `happened` says yes: true; or for so long, or since it is not tried: false. Neither blocks nor allocates.
   template <class Happened>
   bool until(Nanoseconds most, Happened happened) noexcept {
     if (most <= Nanoseconds(0) || !pays()) return happened();
     const MonotonicClock clock;
-    const ClockTime end = clock.now() + most;
+    const ClockTime begin = clock.now();
+    if (starves_others(begin)) return happened();
+    const ClockTime end = begin + most;
     bool found = happened();
     while (!found && clock.now() < end) {
       for (int k = 0; k < 16 && !found; ++k) {
@@ -37,6 +40,7 @@ class Spin {
  private:
   static void pause() noexcept;
   bool pays() noexcept;
+  bool starves_others(ClockTime now) noexcept;
   void note(bool found) noexcept;
 
   static constexpr int most_credit = 32;
@@ -44,6 +48,9 @@ class Spin {
   static constexpr int try_again_after = 64;
   int credit_ = gain;
   int left_out_ = 0;
+  static constexpr Nanoseconds asked_again_after{10'000'000};
+  ClockTime asked_at_{};  // the kernel, for the thread's policy
+  bool realtime_ = false;
 };
 
 }  // namespace rtstdb::transaction

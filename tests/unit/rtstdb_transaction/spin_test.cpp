@@ -66,6 +66,29 @@ TEST(Spin, RealTimeThreadsAreTold) {
   }).join();
 }
 
+TEST(Spin, RealTimeThreadsLookOnce) {
+  std::thread([] {
+    Spin spin;
+    const auto looks = [&] {
+      int count = 0;
+      spin.until(100us, [&] {
+        ++count;
+        return false;
+      });
+      return count;
+    };
+    EXPECT_GT(looks(), 1);
+    const sched_param parameters{.sched_priority = 1};
+    const bool permitted = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+    std::this_thread::sleep_for(11ms);
+    EXPECT_EQ(looks() == 1, permitted);
+    const sched_param ordinary{};
+    ASSERT_EQ(pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary), 0);
+    std::this_thread::sleep_for(11ms);
+    EXPECT_GT(looks(), 1);
+  }).join();
+}
+
 TEST(Spin, NothingIsLostBetweenLookingAndSleeping) {
   EngineOptions options = engine_options();
   options.spin = 20us;
