@@ -23,9 +23,6 @@ glm::dvec3 vector(const double (&v)[3]) noexcept {
   return {v[0], v[1], v[2]};
 }
 
-constexpr std::size_t word_bytes = sizeof(MotionWords::value_type);
-static_assert(sizeof(StoredMotion) == sizeof(MotionWords), "its words, in their order");
-
 template <class Visit>
 void for_each_changed(std::uint16_t unchanged, Visit visit) noexcept {
   for (std::uint32_t left = store::all_motion_words & ~std::uint32_t{unchanged}; left != 0; left &= left - 1)
@@ -38,10 +35,6 @@ void put_motion(ByteWriter& writer, const Motion& motion) noexcept {
   // Part by part: a StoredMotion made first would be copied by wide loads, which wait for the narrow stores that made it.
   const auto& [p, q, v, w, valid_from] = motion;
   writer.put(p, q.w, q.x, q.y, q.z, v, w, std::int64_t{valid_from.time_since_epoch().count()});
-}
-
-std::size_t changed_bytes(std::uint16_t unchanged) noexcept {
-  return sizeof(StoredMotion) - word_bytes * static_cast<std::size_t>(std::popcount(unchanged));
 }
 
 void put_changed(ByteWriter& writer, const Motion& motion, std::uint16_t unchanged) noexcept {

@@ -7,15 +7,20 @@
 #include <rtstdb/entity.hpp>
 
 #include "rtstdb/log/bytes.hpp"
+#include "rtstdb/store/motion_words.hpp"
 
 namespace rtstdb::log {
 
+static_assert(sizeof(StoredMotion) == sizeof(store::MotionWords), "its words, in their order");
+inline constexpr std::size_t word_bytes = sizeof(store::MotionWords::value_type);
 inline constexpr std::size_t row_bytes = sizeof(StoredLook) + sizeof(StoredMotion);
 
 void put_motion(ByteWriter& writer, const Motion& motion) noexcept;
 /// But for the words that are `unchanged`.
 void put_changed(ByteWriter& writer, const Motion& motion, std::uint16_t unchanged) noexcept;
-std::size_t changed_bytes(std::uint16_t unchanged) noexcept;
+constexpr std::size_t changed_bytes(std::uint16_t unchanged) noexcept {
+  return sizeof(StoredMotion) - word_bytes * store::count_of_words(unchanged);
+}
 /// All but the geometry.
 void put_row(ByteWriter& writer, const EntityRow& row) noexcept;
 

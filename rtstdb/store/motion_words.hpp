@@ -43,6 +43,15 @@ inline std::uint16_t same_words(const MotionWords& a, const MotionWords& b) noex
   return static_cast<std::uint16_t>(same);
 }
 
+/// How many a mask names. (std::popcount is a call, where a compiler may not count on the instruction.)
+constexpr std::uint32_t count_of_words(std::uint16_t mask) noexcept {
+  std::uint32_t sums = mask;
+  sums = (sums & 0x5555u) + (sums >> 1 & 0x5555u);
+  sums = (sums & 0x3333u) + (sums >> 2 & 0x3333u);
+  sums = (sums & 0x0F0Fu) + (sums >> 4 & 0x0F0Fu);
+  return (sums & 0xFFu) + (sums >> 8);
+}
+
 inline constexpr std::uint16_t all_motion_words = (1u << std::tuple_size_v<MotionWords>)-1;
 
 }  // namespace rtstdb::store

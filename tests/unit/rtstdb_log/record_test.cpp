@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cstring>
 
 #include "random_sets.hpp"
@@ -97,6 +98,12 @@ TEST(LogRecord, AMotionTakesWhatHasChangedAlone) {
   EXPECT_EQ(most_commit_bytes(set), 48u + 112u);
   set.writes[0].unchanged = store::all_motion_words;
   EXPECT_EQ(commit_bytes(set), 48u);
+}
+
+TEST(LogRecord, WordsAreCounted) {
+  for (std::uint32_t mask = 0; mask <= 0xFFFFu; ++mask)
+    ASSERT_EQ(store::count_of_words(static_cast<std::uint16_t>(mask)),
+              static_cast<std::uint32_t>(std::popcount(mask)));
 }
 
 TEST(LogRecord, AMotionThatLeavesOutWhatItCanNotIsRefused) {
