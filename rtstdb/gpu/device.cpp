@@ -1,6 +1,7 @@
 #include "rtstdb/gpu/device.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <thread>
 #include <utility>
@@ -51,6 +52,14 @@ std::vector<MemoryTraits> describe_memory(const vk::raii::PhysicalDevice& device
   return types;
 }
 
+/// Those that llvmpipe's threads may run on at a time.
+std::uint32_t software_processors() {
+  const long all = std::max(std::thread::hardware_concurrency(), 1u);
+  const char* const threads = std::getenv("LP_NUM_THREADS");
+  return static_cast<std::uint32_t>(
+      threads == nullptr ? all : std::clamp(std::strtol(threads, nullptr, 10), 1l, all));
+}
+
 }  // namespace
 
 Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& chosen,
@@ -73,9 +82,7 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& 
   limits.storage_alignment_bytes = core.minStorageBufferOffsetAlignment;
   limits.max_texel_elements = core.maxTexelBufferElements;
   limits.max_groups = core.maxComputeWorkGroupCount[0];
-  if (info.software)
-    limits.processors =
-        options.processors > 0 ? options.processors : std::max(std::thread::hardware_concurrency(), 1u);
+  if (info.software) limits.processors = options.processors > 0 ? options.processors : software_processors();
   const std::size_t max_buffer_bytes = chain.get<vk::PhysicalDeviceMaintenance4Properties>().maxBufferSize;
   limits.max_allocation_bytes = std::min<std::size_t>(
       chain.get<vk::PhysicalDeviceMaintenance3Properties>().maxMemoryAllocationSize, max_buffer_bytes);

@@ -6,6 +6,7 @@
 #include <xmmintrin.h>
 #endif
 
+#include <algorithm>
 #include <cerrno>
 #include <cfenv>
 #include <csignal>
@@ -14,6 +15,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <thread>
 
 #include "tests/gpu/gpu_test.hpp"
 
@@ -77,6 +79,22 @@ TEST(DeviceOpen, SaysWhatItIs) {
   EXPECT_GE(limits.max_texel_elements, std::size_t{1} << 16);
   EXPECT_GE(limits.max_groups, 65535u);
   EXPECT_GE(limits.max_allocation_bytes, std::size_t{1} << 30);
+}
+
+TEST(DeviceOpen, SaysHowManyProcessorsASoftwareDeviceHas) {
+  const std::uint32_t all = std::max(std::thread::hardware_concurrency(), 1u);
+  const auto processors = [](const char* threads) {
+    const ScopedEnvironment limited("LP_NUM_THREADS", threads);
+    const auto device = Device::open(test_device_options(false));
+    EXPECT_TRUE(device.ok());
+    EXPECT_EQ(device.value()->limits().processors > 0, device.value()->info().software);
+    return device.value()->info().software ? device.value()->limits().processors : 0;
+  };
+  const std::uint32_t one = processors("1");
+  if (one == 0) return;  // a GPU's are its own business
+  EXPECT_EQ(one, 1u);
+  EXPECT_EQ(processors("0"), 1u) << "the driver's own thread computes";
+  EXPECT_EQ(processors("1000"), all);
 }
 
 TEST(DeviceOpen, ByIndexAndByPartOfItsName) {

@@ -37,10 +37,6 @@ Bytes bytes_of(const Record& record) {
   return bytes;
 }
 
-bool same(const Motion& a, const Motion& b) {
-  return std::memcmp(&a, &b, sizeof a) == 0;
-}
-
 void expect_same(const store::WriteSet& a, const store::WriteSet& b) {
   ASSERT_EQ(a.version, b.version);
   ASSERT_EQ(a.time, b.time);
@@ -53,7 +49,7 @@ void expect_same(const store::WriteSet& a, const store::WriteSet& b) {
     ASSERT_EQ(x.state.id, y.state.id);
     ASSERT_EQ(x.state.written_by, y.state.written_by);
     if (x.kind == store::WriteKind::remove) continue;
-    ASSERT_TRUE(same(x.state.row.motion, y.state.row.motion));
+    ASSERT_EQ(store::words_of(x.state.row.motion), store::words_of(y.state.row.motion));
     ASSERT_EQ(x.unchanged, y.unchanged);
     ASSERT_EQ(x.follows, y.follows);
     if (x.kind == store::WriteKind::update_motion) continue;
