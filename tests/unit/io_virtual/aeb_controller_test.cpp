@@ -178,12 +178,13 @@ bool drive(bool obey, double list_period_s, double age_s, double ego_speed_mps, 
 }
 
 TEST(Controller, ACarThatObeysIsNotHit) {
+  constexpr double speeds_mps[] = {8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0};
   int hits_without = 0;
   for (const double period_s : {0.1, 1.0}) {
     for (const double age_s : {0.0, 0.3}) {
-      for (double speed = 8.0; speed <= 15.0; speed += 1.0) {
-        for (double object_mps = 8.0; object_mps <= 15.0; object_mps += 1.0) {
-          for (double early_s = -0.4; early_s <= 0.4; early_s += 0.2) {
+      for (const double speed : speeds_mps) {
+        for (const double object_mps : speeds_mps) {
+          for (const double early_s : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
             const double object_y_m = -object_mps * (60.0 / speed + early_s);
             hits_without += drive(false, period_s, age_s, speed, object_y_m, object_mps) ? 1 : 0;
             EXPECT_FALSE(drive(true, period_s, age_s, speed, object_y_m, object_mps))

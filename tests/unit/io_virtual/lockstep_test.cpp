@@ -26,7 +26,7 @@ class Station {
  public:
   using Answer = std::function<std::vector<can::Frame>(const can::Frame&)>;
 
-  Station(const std::string& address, const std::string& name, Answer answer, std::uint64_t seed,
+  Station(const std::string& address, const std::string& name, const Answer& answer, std::uint64_t seed,
           int jitter_us = 200)
       : thread_([=, this] { run(address, name, answer, seed, jitter_us); }) {}
   ~Station() {

@@ -28,6 +28,7 @@ TEST(Threads, WritersReadersAndQueriesThatComeAndGo) {
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
   std::mt19937 random(3);
   std::vector<EntityId> alive;
+  alive.reserve(50);
   for (int k = 0; k < 50; ++k)
     alive.push_back(world.create(somewhere(random, cube), 0));
   StandingRegion asked;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "simulated.hpp"
 
 namespace rtstdb::transaction::test {
@@ -107,9 +109,9 @@ TEST(ReliefOfShapes, LetsAnUpdateWaitThatTheReadersShapeWouldNotSurvive) {
     writer.update_geometry(GeometryId{0}, std::vector<glm::vec3>(3, glm::vec3(x)));
     world.engine.submit(writer);
   };
-  std::vector<std::unique_ptr<Transaction>> writers;
-  for (int i = 0; i < 2; ++i)
-    writers.push_back(world.engine.make_transaction({.max_geometry_updates = 1, .max_positions = 3}));
+  std::array<std::unique_ptr<Transaction>, 2> writers;
+  for (auto& writer : writers)
+    writer = world.engine.make_transaction({.max_geometry_updates = 1, .max_positions = 3});
   const auto reader = world.make();
   SimulatedQuery query(1);
   float seen = -1.0f;

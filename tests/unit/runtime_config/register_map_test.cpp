@@ -4,7 +4,6 @@ namespace hil::config {
 namespace {
 
 using io::modbus::Role;
-using testing::has_mistake;
 using testing::is_only_mistake;
 using testing::TemporaryFolder;
 

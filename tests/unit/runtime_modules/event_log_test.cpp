@@ -68,9 +68,11 @@ TEST(EventLog, TakesEventsFromManyThreadsAtOnceAndLosesNone) {
   constexpr int each = 5'000;
   EventLog log(threads * each);
   std::vector<EventLog::Kind> kinds;
+  kinds.reserve(threads);
   for (int i = 0; i < threads; ++i)
     kinds.push_back(log.add_kind(std::string("thread ").append(std::to_string(i)) + " event {}", 0));
   std::vector<std::thread> running;
+  running.reserve(threads);
   for (int i = 0; i < threads; ++i) {
     running.emplace_back([&, i] {
       for (int k = 0; k < each; ++k)
@@ -84,7 +86,7 @@ TEST(EventLog, TakesEventsFromManyThreadsAtOnceAndLosesNone) {
   ASSERT_EQ(events.size(), static_cast<std::size_t>(threads * each));
   for (int k = 0; k < each; ++k) {
     for (int i = 0; i < threads; ++i) {
-      const auto& event = events[static_cast<std::size_t>(k * threads + i)];
+      const auto& event = events[static_cast<std::size_t>(k) * threads + static_cast<std::size_t>(i)];
       ASSERT_EQ(event.time_ns, k);
       ASSERT_EQ(event.text, std::string("thread ").append(std::to_string(i)) + " event " + std::to_string(k));
     }
@@ -95,6 +97,7 @@ TEST(EventLog, ManyThreadsBeyondTheCapacityAreCountedExactly) {
   EventLog log(100);
   const auto kind = log.add_kind("x");
   std::vector<std::thread> running;
+  running.reserve(4);
   for (int i = 0; i < 4; ++i) {
     running.emplace_back([&] {
       for (int k = 0; k < 1'000; ++k)

@@ -1,10 +1,10 @@
 #include "runtime/run/process_watch.hpp"
 
 #include <gtest/gtest.h>
-#include <signal.h>
 
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <mutex>
 #include <system_error>
 #include <thread>
