@@ -71,7 +71,7 @@ TEST(Spin, RealTimeThreadsLookOnce) {
     Spin spin;
     const auto looks = [&] {
       int count = 0;
-      spin.until(100us, [&] {
+      spin.until(5ms, [&] {
         ++count;
         return false;
       });
