@@ -245,32 +245,29 @@ void GpuNearestQuery::record(PlaceRange range, const RowSource& /*rows*/, const 
 
 void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasView& view,
                                gpu::Recorder& recorder) noexcept {
-  const auto in_pieces = [&](const gpu::Pipeline& pipeline, const gpu::Bindings& bindings,
-                             std::uint32_t places_per_point) {
+  const auto run = [&](const gpu::Pipeline& pipeline, const gpu::Bindings& bindings,
+                       std::uint32_t places_per_point) {
     const std::uint32_t count = (range.end - range.first) * places_per_point;
     const Spread spread = alone ? one_a_group(count) : spread_out(count, processors_);
-    shared::NearestArgs args{.root = view.root,
-                             .first = range.first * places_per_point,
-                             .end = range.end * places_per_point,
-                             .per_group = spread.per_group,
-                             .k = options_.k,
-                             .neighbors = neighbors_[places_.written()].address(),
-                             .two = 2};
-    for (std::uint32_t left = spread.groups; left > 0;) {
-      const std::uint32_t some = std::min(left, most_groups);
-      recorder.dispatch(pipeline, bindings, args, some);
-      args.first += some * spread.per_group;
-      left -= some;
-    }
+    const shared::NearestArgs whole{.root = view.root,
+                                    .first = range.first * places_per_point,
+                                    .end = range.end * places_per_point,
+                                    .per_group = spread.per_group,
+                                    .k = options_.k,
+                                    .neighbors = neighbors_[places_.written()].address(),
+                                    .two = 2};
+    in_pieces(spread, most_groups, whole, [&](const shared::NearestArgs& args, std::uint32_t groups) {
+      recorder.dispatch(pipeline, bindings, args, groups);
+    });
   };
   const bool still = still_ && view.window_begin == view.window_end;
   if (still)
-    in_pieces(still_, still_bindings_[view.slot], 1);
+    run(still_, still_bindings_[view.slot], 1);
   else
-    in_pieces(search_, search_bindings_[view.slot], 1);
+    run(search_, search_bindings_[view.slot], 1);
   if (!sign_) return;
   recorder.barrier();
-  in_pieces(sign_, sign_bindings_[view.slot], options_.k);
+  run(sign_, sign_bindings_[view.slot], options_.k);
 }
 
 void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/,

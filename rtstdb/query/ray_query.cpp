@@ -277,29 +277,26 @@ void GpuRayQuery::dispatch(PlaceRange range, bool asked_again, const RowSource& 
   const Kernel& kernel = kernel_for(carried_ || window_s > 0.0, side_by_side_ && !asked_again);
   const std::uint32_t count = range.end - range.first;
   const Spread spread = asked_again ? one_a_group(count) : spread_out(count, limits_.processors);
-  shared::RayArgs args{.root = view.root,
-                       .first = range.first,
-                       .end = range.end,
-                       .per_group = spread.per_group,
-                       .asked_again = asked_again ? 1u : 0u,
-                       .epoch_ns = low_word(view.epoch),
-                       .late_base = view.late_base,
-                       .still = options_.ignore_motion ? 1u : 0u,
-                       .still_ns = low_word(rows.time()),
-                       .window_begin_ns = low_word(view.window_begin),
-                       .per_window_ns = window_s > 0.0 ? static_cast<float>(1e-9 / window_s) : 0.0f,
-                       .hits_per_ray = options_.hits_per_ray,
-                       .hits = hits_[places_.written()].address(),
-                       .faces = options_.faces == Faces::both    ? 0.0f
-                                : options_.faces == Faces::front ? 1.0f
-                                                                 : -1.0f,
-                       .two = 2};
-  for (std::uint32_t left = spread.groups; left > 0;) {
-    const std::uint32_t some = std::min(left, limits_.max_groups);
-    recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args, some);
-    args.first += some * spread.per_group;
-    left -= some;
-  }
+  const shared::RayArgs whole{.root = view.root,
+                              .first = range.first,
+                              .end = range.end,
+                              .per_group = spread.per_group,
+                              .asked_again = asked_again ? 1u : 0u,
+                              .epoch_ns = low_word(view.epoch),
+                              .late_base = view.late_base,
+                              .still = options_.ignore_motion ? 1u : 0u,
+                              .still_ns = low_word(rows.time()),
+                              .window_begin_ns = low_word(view.window_begin),
+                              .per_window_ns = window_s > 0.0 ? static_cast<float>(1e-9 / window_s) : 0.0f,
+                              .hits_per_ray = options_.hits_per_ray,
+                              .hits = hits_[places_.written()].address(),
+                              .faces = options_.faces == Faces::both    ? 0.0f
+                                       : options_.faces == Faces::front ? 1.0f
+                                                                        : -1.0f,
+                              .two = 2};
+  in_pieces(spread, limits_.max_groups, whole, [&](const shared::RayArgs& args, std::uint32_t groups) {
+    recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args, groups);
+  });
 }
 
 void GpuRayQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/) noexcept {

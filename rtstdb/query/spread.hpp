@@ -32,6 +32,17 @@ constexpr Spread spread_out(std::uint32_t places, std::uint32_t processors) noex
   return {per_group, divided_up(places, per_group)};
 }
 
+/// `dispatch(args, groups)` piece by piece, none of more than `most_groups`; `args.first` is where each begins.
+template <class Args, class Dispatch>
+void in_pieces(const Spread& spread, std::uint32_t most_groups, Args args, Dispatch dispatch) noexcept {
+  for (std::uint32_t left = spread.groups; left > 0;) {
+    const std::uint32_t some = std::min(left, most_groups);
+    dispatch(args, some);
+    args.first += some * spread.per_group;
+    left -= some;
+  }
+}
+
 /// Those that are asked again: each may take as long as a batch.
 constexpr Spread one_a_group(std::uint32_t places) noexcept {
   return {1, places};
