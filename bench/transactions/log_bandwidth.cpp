@@ -56,10 +56,10 @@ class WriterByHand {
 
   /// So many commits wait in the ring.
   void put(std::uint32_t commits) {
-    const std::size_t bytes = log::commit_bytes(set_);
+    const log::CommitForm form = log::form_of(set_, {});
     for (std::uint32_t k = 0; k < commits; ++k) {
       ++set_.version;
-      log::encode_commit(set_, ring_.reserve(bytes));
+      log::encode_commit(set_, form, ring_.reserve(form.bytes));
       ring_.commit();
     }
   }

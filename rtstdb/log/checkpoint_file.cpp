@@ -6,6 +6,7 @@
 #include "rtstdb/log/bytes.hpp"
 #include "rtstdb/log/directory.hpp"
 #include "rtstdb/log/stored_row.hpp"
+#include "rtstdb/log/stored_shape.hpp"
 
 namespace rtstdb::log {
 namespace {

@@ -4,6 +4,7 @@
 #include "rtstdb/log/directory.hpp"
 #include "rtstdb/log/geometry_file.hpp"
 #include "rtstdb/log/stored_row.hpp"
+#include "rtstdb/log/stored_shape.hpp"
 #include "rtstdb/log/whole_file.hpp"
 
 namespace rtstdb::log {

@@ -139,7 +139,7 @@ Result<ReadReport> read_chronicle(Disk& disk, bool salvage, ChronicleListener& l
   const auto& segments = listing.value().segments;
   auto database_id = database_id_of(disk, segments);
   if (!database_id) return database_id.error();
-  ReadOptions options{.database_id = database_id.value(), .from = {}, .salvage = salvage};
+  ReadOptions options{.database_id = database_id.value(), .from = {}, .time_before = {}, .salvage = salvage};
   auto chain = find_chain(disk, segments, options.database_id, options.from);
   if (!chain) return chain.error();
   World world;
@@ -149,6 +149,7 @@ Result<ReadReport> read_chronicle(Disk& disk, bool salvage, ChronicleListener& l
     if (checkpoint.value()) {
       options.database_id = checkpoint.value()->header.database_id;
       options.from = checkpoint.value()->position();
+      options.time_before = checkpoint.value()->world.time();
       world = std::move(checkpoint.value()->world);
     }
   }

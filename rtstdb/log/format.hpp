@@ -1,5 +1,5 @@
 #pragma once
-// What lies where in the files of a log, format version 2. Little endian; numbers stand at multiples of their size.
+// What lies where in the files of a log, format version 3. Little endian; numbers stand at multiples of their size.
 //
 //     lock                    empty; who writes holds it
 //     segment.NNNNNNNNNN      SegmentHeader, then groups, each at a multiple of `sector_bytes`; zeros to its end;
@@ -14,7 +14,8 @@
 // Segments are read from the newest back: the groups of one count up to the first group of a later one. So a log goes on behind a
 // torn group, or a file that can not be trusted any more, without a byte of what is there being changed.
 //
-// Format 1 is read as well: it is format 2 in which no motion leaves anything out.
+// Formats 1 and 2 are read as well: format 2 is this one without moves, in which no motion leaves out that it holds from the commit's
+// world time on; format 1 is format 2 in which no motion leaves anything out.
 //
 // Every checksum is seeded with the database's id, and covers what stands before it in its struct, or the payload.
 
@@ -27,7 +28,7 @@ namespace rtstdb::log {
 
 static_assert(std::endian::native == std::endian::little, "structs are written as they lie in memory");
 
-inline constexpr std::uint32_t format_version = 2;
+inline constexpr std::uint32_t format_version = 3;
 inline constexpr std::uint32_t oldest_format = 1;
 constexpr bool is_known_format(std::uint32_t format) {
   return format >= oldest_format && format <= format_version;
@@ -79,17 +80,19 @@ static_assert(sizeof(GroupHeader) == 72 && offsetof(GroupHeader, checksum) == 64
 
 // ---- records
 
-enum class RecordKind : std::uint32_t {
+enum class RecordKind : std::uint16_t {
   none = 0,
   commit = 1,
   geometry = 2,
   taken_back = 3,
   gap = 4,
+  move = 5,
 };
 
 struct RecordHeader {
   RecordKind kind = RecordKind::none;
-  std::uint32_t bytes = 0;  ///< with this header; a multiple of 8
+  std::uint16_t left_out = 0;  ///< of a move; else 0
+  std::uint32_t bytes = 0;     ///< with this header; a multiple of 8
 };
 static_assert(sizeof(RecordHeader) == 8);
 
@@ -109,16 +112,30 @@ struct StoredWrite {
   StoredWriteKind kind = StoredWriteKind::remove;
   std::uint32_t index = 0;
   std::uint32_t generation = 0;
-  /// create and update: the geometry. update_motion: left_out(unchanged, follows). remove: 0.
+  /// create and update: the geometry. update_motion: what its motion leaves out, and in the high half which row it follows. remove: 0.
   std::uint32_t what = 0;
 };
 static_assert(sizeof(StoredWrite) == 16);
 
-/// Low half, bit k: number k of the StoredMotion is what it was in the row before, and is left out. High half, where anything is left
-/// out: the low bits of the version that wrote that row, by which another row before is noticed.
-constexpr std::uint32_t left_out(std::uint16_t unchanged, std::uint16_t follows) {
-  return unchanged == 0 ? 0 : unchanged | std::uint32_t{follows} << 16;
-}
+// What is not told of a StoredMotion. Bit k, of its first fourteen: number k, since it is what it was in the row before. Then it is
+// told which row that is, by the low bits of the version that wrote it, so that another one is noticed; else 0 is told.
+inline constexpr std::uint16_t unchanged_words = (1u << 14) - 1;
+/// The last of them: valid_from_ns.
+inline constexpr std::uint16_t valid_from_word = 1u << 13;
+/// Another reason to leave that one out: it is the commit's world time, and not what it was.
+inline constexpr std::uint16_t holds_from_world_time = 1u << 14;
+/// Of a move: the world time, since it is that of the commit before it, with no gap between them, and none taken back.
+inline constexpr std::uint16_t world_time_as_before = 1u << 15;
+
+/// A commit that moves one entity and does nothing else. Followed by the world time and what is told of a StoredMotion.
+struct MoveBody {
+  std::uint64_t version = 0;  ///< high 16 bits: which row the motion follows
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;
+};
+static_assert(sizeof(MoveBody) == 16);
+/// A commit of a later version is never told as a move.
+inline constexpr std::uint64_t max_move_version = (std::uint64_t{1} << 48) - 1;
 
 /// A row but for its motion and its geometry.
 struct StoredLook {

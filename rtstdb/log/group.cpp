@@ -45,9 +45,11 @@ void Group::note(RecordKind kind, std::span<const std::byte> body) noexcept {
   if (kind == RecordKind::commit) {
     CommitBody commit;
     RTSTDB_ASSERT(reader.get(commit));
-    if (header_.first_version == 0) header_.first_version = commit.version;
-    header_.last_version = newest_version_ = commit.version;
-    standing_before_ = std::exchange(standing_, commit.version);
+    note_commit(commit.version);
+  } else if (kind == RecordKind::move) {
+    MoveBody move;
+    RTSTDB_ASSERT(reader.get(move));
+    note_commit(move.version & max_move_version);
   } else if (kind == RecordKind::taken_back) {
     TakenBackBody taken_back;
     RTSTDB_ASSERT(reader.get(taken_back));
@@ -62,6 +64,12 @@ void Group::note(RecordKind kind, std::span<const std::byte> body) noexcept {
     RTSTDB_ASSERT(reader.get(geometry));
     geometries_ = std::max<std::size_t>(geometries_, std::size_t{geometry.index} + 1);
   }
+}
+
+void Group::note_commit(Version version) noexcept {
+  if (header_.first_version == 0) header_.first_version = version;
+  header_.last_version = newest_version_ = version;
+  standing_before_ = std::exchange(standing_, version);
 }
 
 void Group::clear() noexcept {

@@ -53,6 +53,7 @@ class Group {
 
  private:
   void note(RecordKind kind, std::span<const std::byte> body) noexcept;
+  void note_commit(Version version) noexcept;
 
   WholePages pages_;
   std::span<std::byte> bytes_;  // room for the header first

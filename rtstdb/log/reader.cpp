@@ -19,6 +19,7 @@ class Reading {
   Reading(Disk& disk, const ReadOptions& options, RecordVisitor& visitor)
       : disk_(disk),
         visitor_(visitor),
+        decoder_(options.time_before),
         from_group_(options.from.group),
         group_(options.from.group),
         link_(options.from.link) {}

@@ -66,6 +66,9 @@ struct ReadReport {
 struct ReadOptions {
   std::uint64_t database_id = 0;  ///< 0: the segments' own
   Position from;
+  /// Of the world that the reading begins with, which need not be the one that the position leads to: what is told of versions that
+  /// the world has already may have a wrong time then.
+  std::optional<WorldTime> time_before{};
   bool salvage = false;
 };
 

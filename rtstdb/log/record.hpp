@@ -8,12 +8,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include <rtstdb/geometry.hpp>
 
+#include "rtstdb/log/commit_record.hpp"
 #include "rtstdb/log/format.hpp"
 #include "rtstdb/store/write_set.hpp"
 
@@ -28,12 +29,6 @@ struct LoggedGeometry {
   std::uint64_t file_checksum = 0;
 };
 
-// The set has been staged.
-std::size_t commit_bytes(const store::WriteSet& set) noexcept;
-/// Of a set that has not been staged.
-std::size_t most_commit_bytes(const store::WriteSet& set) noexcept;
-void encode_commit(const store::WriteSet& set, std::span<std::byte> room) noexcept;
-
 std::size_t geometry_bytes(const LoggedGeometry& geometry) noexcept;
 void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> room) noexcept;
 
@@ -46,7 +41,7 @@ void encode_gap(Version from, Version to, std::span<std::byte> room) noexcept;
 /// One record. By kind, the rest is as it was.
 struct Record {
   RecordKind kind = RecordKind::none;
-  /// Commit. Writes have what the record has: whole rows (create, update), of `row.motion` what is not unchanged (update_motion: World::apply
+  /// Commit, also where it is told as a move. Writes have what the record has: whole rows (create, update), of `row.motion` what is not unchanged (update_motion: World::apply
   /// completes it), the id (remove).
   store::WriteSet commit;
   LoggedGeometry geometry;
@@ -56,6 +51,9 @@ struct Record {
 
 class RecordDecoder {
  public:
+  /// Of the record before, where that is a commit or what a checkpoint holds.
+  explicit RecordDecoder(std::optional<WorldTime> time_before = {}) : commits_(time_before) {}
+
   /// `bytes` begin with a record; the record stays until the next call. What is wrong, or null.
   [[nodiscard]] const char* decode(std::span<const std::byte> bytes);
   Record& record() noexcept { return record_; }
@@ -63,22 +61,14 @@ class RecordDecoder {
   std::size_t bytes() const noexcept { return bytes_; }
 
  private:
-  const char* decode_commit(std::span<const std::byte> body);
   const char* decode_geometry(std::span<const std::byte> body);
 
   Record record_;
   std::size_t bytes_ = 0;
-  std::vector<glm::vec3> positions_m_;  // of all shapes of the commit
+  CommitDecoder commits_;
 };
 
 // ---- parts that checkpoints have too
-
-std::size_t shape_bytes(std::size_t positions) noexcept;
-void put_shape(class ByteWriter& writer, GeometryId geometry,
-               std::span<const glm::vec3> positions_m) noexcept;
-/// Appends the positions.
-[[nodiscard]] const char* get_shape(class ByteReader& reader, GeometryId& geometry,
-                                    std::vector<glm::vec3>& positions_m);
 
 std::size_t stored_geometry_bytes(const LoggedGeometry& geometry) noexcept;
 void put_geometry(class ByteWriter& writer, const LoggedGeometry& geometry) noexcept;

@@ -25,11 +25,12 @@ bool Recorder::room_for(const LoggedGeometry& geometry) const noexcept {
 }
 
 bool Recorder::collect(const store::WriteSet& set) noexcept {
-  const std::size_t bytes = commit_bytes(set);
-  if (bytes > collected_.size() - collected_bytes_) return false;
-  if (in_gap() || !ring_.room_for(collected_bytes_ + bytes, taken_back_bytes)) return false;
-  encode_commit(set, std::span(collected_).subspan(collected_bytes_, bytes));
-  collected_bytes_ += bytes;
+  const CommitForm form = form_of(set, time_before_);
+  if (form.bytes > collected_.size() - collected_bytes_) return false;
+  if (in_gap() || !ring_.room_for(collected_bytes_ + form.bytes, taken_back_bytes)) return false;
+  encode_commit(set, form, std::span(collected_).subspan(collected_bytes_, form.bytes));
+  collected_bytes_ += form.bytes;
+  time_before_ = set.time;
   ++records_;
   return true;
 }
@@ -46,13 +47,15 @@ bool Recorder::hand_over() noexcept {
 
 bool Recorder::record(const store::WriteSet& set) noexcept {
   hand_over();
-  const std::size_t bytes = commit_bytes(set);
-  if (end_gap() && ring_.room_for(bytes, taken_back_bytes)) {
-    encode_commit(set, ring_.reserve(bytes));
+  const CommitForm form = form_of(set, time_before_);
+  if (end_gap() && ring_.room_for(form.bytes, taken_back_bytes)) {
+    encode_commit(set, form, ring_.reserve(form.bytes));
     commit();
+    time_before_ = set.time;
     return true;
   }
   if (!in_gap()) gap_from_ = set.version;
+  time_before_.reset();
   gap_to_ = set.version;
   gap_versions_.fetch_add(1, std::memory_order_relaxed);
   return false;
@@ -65,6 +68,7 @@ void Recorder::take_back(Version version) noexcept {
   RTSTDB_ASSERT(!room.empty());
   encode_taken_back(version, room);
   commit();
+  time_before_.reset();
 }
 
 bool Recorder::record(const LoggedGeometry& geometry) noexcept {

@@ -11,6 +11,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "rtstdb/log/record.hpp"
@@ -54,6 +55,8 @@ class Recorder {
   Ring& ring_;
   std::vector<std::byte> collected_;
   std::size_t collected_bytes_ = 0;
+  std::optional<WorldTime>
+      time_before_;  // of the commit recorded last, unless it was taken back or a gap follows
   Version gap_from_ = 0, gap_to_ = 0;
   std::uint64_t records_ = 0;
   std::atomic<std::uint64_t> gap_versions_{0};

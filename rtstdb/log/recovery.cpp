@@ -37,6 +37,7 @@ class Replay final : public RecordVisitor {
         return taken_back(record.version);
       case RecordKind::gap:
         return gap(record);
+      case RecordKind::move:  // comes as a commit
       case RecordKind::none:
         break;
     }
@@ -176,9 +177,12 @@ Result<Recovered> recover(Disk& disk, const RecoveryOptions& options) {
     return Error{ErrorCode::file, geometry_name(recovered.listing.geometries.front()) +
                                       " is there, and no segment and no whole checkpoint"};
   Replay replay(disk, options, recovered);
-  auto log =
-      read_log(disk, recovered.listing.segments,
-               {.database_id = report.database_id, .from = from.value(), .salvage = options.salvage}, replay);
+  auto log = read_log(disk, recovered.listing.segments,
+                      {.database_id = report.database_id,
+                       .from = from.value(),
+                       .time_before = recovered.world.time(),
+                       .salvage = options.salvage},
+                      replay);
   if (!log) return log.error();
   if (replay.unreadable()) return *replay.unreadable();
   report.log = std::move(log).value();

@@ -23,10 +23,16 @@ glm::dvec3 vector(const double (&v)[3]) noexcept {
   return {v[0], v[1], v[2]};
 }
 
+/// The words that are told.
+std::uint32_t told_words(std::uint32_t left_out) noexcept {
+  if ((left_out & holds_from_world_time) != 0) left_out |= valid_from_word;
+  return unchanged_words & ~left_out;
+}
+
 template <class Visit>
-void for_each_changed(std::uint16_t unchanged, Visit visit) noexcept {
-  for (std::uint32_t left = store::all_motion_words & ~std::uint32_t{unchanged}; left != 0; left &= left - 1)
-    visit(static_cast<std::size_t>(std::countr_zero(left)));
+void for_each_word(std::uint32_t words, Visit visit) noexcept {
+  for (; words != 0; words &= words - 1)
+    visit(static_cast<std::size_t>(std::countr_zero(words)));
 }
 
 }  // namespace
@@ -37,10 +43,10 @@ void put_motion(ByteWriter& writer, const Motion& motion) noexcept {
   writer.put(p, q.w, q.x, q.y, q.z, v, w, std::int64_t{valid_from.time_since_epoch().count()});
 }
 
-void put_changed(ByteWriter& writer, const Motion& motion, std::uint16_t unchanged) noexcept {
+void put_told(ByteWriter& writer, const Motion& motion, std::uint16_t left_out) noexcept {
   const MotionWords words = store::words_of(motion);
-  std::byte* at = writer.next(changed_bytes(unchanged));
-  for_each_changed(unchanged, [&](std::size_t k) {
+  std::byte* at = writer.next(told_bytes(left_out));
+  for_each_word(told_words(left_out), [&](std::size_t k) {
     std::memcpy(at, &words[k], word_bytes);
     at += word_bytes;
   });
@@ -52,22 +58,28 @@ void put_row(ByteWriter& writer, const EntityRow& row) noexcept {
 }
 
 const char* get_motion(ByteReader& reader, Motion& motion) noexcept {
-  if (const char* fault = get_changed(reader, 0, motion)) return fault;
+  if (const char* fault = get_told(reader, 0, {}, motion)) return fault;
   return check_stored(motion);
 }
 
-const char* get_changed(ByteReader& reader, std::uint16_t unchanged, Motion& motion) noexcept {
-  if (reader.left() < changed_bytes(unchanged)) return "a motion is cut short";
+const char* get_told(ByteReader& reader, std::uint16_t left_out, WorldTime world_time,
+                     Motion& motion) noexcept {
+  if ((left_out & ~(unchanged_words | holds_from_world_time)) != 0)
+    return "a motion leaves out what it does not have";
+  if ((left_out & holds_from_world_time) != 0 && (left_out & valid_from_word) != 0)
+    return "a motion leaves out for two reasons from when it holds";
+  if (reader.left() < told_bytes(left_out)) return "a motion is cut short";
   MotionWords words{};
-  for_each_changed(unchanged, [&](std::size_t k) { static_cast<void>(reader.get(words[k])); });
+  for_each_word(told_words(left_out), [&](std::size_t k) { static_cast<void>(reader.get(words[k])); });
   motion = store::motion_of(words);
+  if ((left_out & holds_from_world_time) != 0) motion.valid_from = world_time;
   return nullptr;
 }
 
 void complete(Motion& motion, const Motion& before, std::uint16_t unchanged) noexcept {
   MotionWords words = store::words_of(before);
   const MotionWords changed = store::words_of(motion);
-  for_each_changed(unchanged, [&](std::size_t k) { words[k] = changed[k]; });
+  for_each_word(told_words(unchanged), [&](std::size_t k) { words[k] = changed[k]; });
   motion = store::motion_of(words);
 }
 

@@ -12,22 +12,24 @@
 namespace rtstdb::log {
 
 static_assert(sizeof(StoredMotion) == sizeof(store::MotionWords), "its words, in their order");
+static_assert(unchanged_words == store::all_motion_words);
 inline constexpr std::size_t word_bytes = sizeof(store::MotionWords::value_type);
 inline constexpr std::size_t row_bytes = sizeof(StoredLook) + sizeof(StoredMotion);
 
 void put_motion(ByteWriter& writer, const Motion& motion) noexcept;
-/// But for the words that are `unchanged`.
-void put_changed(ByteWriter& writer, const Motion& motion, std::uint16_t unchanged) noexcept;
-constexpr std::size_t changed_bytes(std::uint16_t unchanged) noexcept {
-  return sizeof(StoredMotion) - word_bytes * store::count_of_words(unchanged);
+/// But for what is left out: `unchanged_words`, `holds_from_world_time`.
+void put_told(ByteWriter& writer, const Motion& motion, std::uint16_t left_out) noexcept;
+constexpr std::size_t told_bytes(std::uint16_t left_out) noexcept {
+  return sizeof(StoredMotion) - word_bytes * store::count_of_words(left_out);
 }
 /// All but the geometry.
 void put_row(ByteWriter& writer, const EntityRow& row) noexcept;
 
 /// What is wrong, or null.
 [[nodiscard]] const char* get_motion(ByteReader& reader, Motion& motion) noexcept;
-/// The words that are `unchanged` are zero in the motion, which is to be completed and then checked.
-[[nodiscard]] const char* get_changed(ByteReader& reader, std::uint16_t unchanged, Motion& motion) noexcept;
+/// The words that are unchanged are zero in the motion, which is to be completed and then checked.
+[[nodiscard]] const char* get_told(ByteReader& reader, std::uint16_t left_out, WorldTime world_time,
+                                   Motion& motion) noexcept;
 void complete(Motion& motion, const Motion& before, std::uint16_t unchanged) noexcept;
 [[nodiscard]] const char* check_stored(const Motion& motion) noexcept;
 /// The row's geometry is taken as it is.

@@ -70,6 +70,7 @@ class Collecting final : public RecordVisitor {
         return taken_back(record.version);
       case RecordKind::gap:
         return met(Gap{record.version, record.to});
+      case RecordKind::move:  // comes as a commit
       case RecordKind::none:
         break;
     }
@@ -180,7 +181,7 @@ Result<Extent> read_extent(Disk& disk, bool salvage) {
   extent.database_id = database_id.value();
   extent.first = extent.last = empty_world;
 
-  ReadOptions options{.database_id = extent.database_id, .from = {}, .salvage = salvage};
+  ReadOptions options{.database_id = extent.database_id, .from = {}, .time_before = {}, .salvage = salvage};
   auto chain = find_chain(disk, segments, extent.database_id, options.from);
   if (!chain) return chain.error();
   if (chain.value().links.empty() || !chain.value().damage_before.empty()) {
@@ -188,6 +189,7 @@ Result<Extent> read_extent(Disk& disk, bool salvage) {
       extent.database_id = options.database_id = oldest->header.database_id;
       extent.first = extent.last = oldest->world.latest;
       options.from = oldest->position();
+      options.time_before = oldest->world.time();
     }
   }
   Survey survey(extent);
@@ -228,9 +230,12 @@ Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, b
 
   Stretch stretch{.begin = std::move(recovered.value().world), .commits = {}, .ends = {}};
   Collecting collecting(disk, report.database_id, to, stretch);
-  auto read =
-      read_log(disk, recovered.value().listing.segments,
-               {.database_id = report.database_id, .from = report.read_from, .salvage = salvage}, collecting);
+  auto read = read_log(disk, recovered.value().listing.segments,
+                       {.database_id = report.database_id,
+                        .from = report.read_from,
+                        .time_before = stretch.begin.time(),
+                        .salvage = salvage},
+                       collecting);
   if (!read) return read.error();
   if (collecting.gap())
     return Error{ErrorCode::bad_input,

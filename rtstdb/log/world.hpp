@@ -3,6 +3,7 @@
 // those before it left, so that a state which never was is not made up.
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -37,6 +38,10 @@ class World {
   const char* take_back(Version version);
   /// The next geometry, or one that is there and is the same; `mesh` is moved from.
   const char* add(const LoggedGeometry& geometry, TriangleMesh&& mesh);
+  /// Of the latest version; none in the world before all versions.
+  std::optional<WorldTime> time() const noexcept {
+    return latest.version != 0 ? std::optional(latest.time) : std::nullopt;
+  }
   bool knows(GeometryId geometry) const noexcept { return geometry.index < geometries.size(); }
 
   /// For Store::restore, after Store::keep_shapes of geometry that deforms. Points into this.

@@ -12,9 +12,10 @@ import sys
 
 from xxh3 import xxh3_64
 
-SECTOR, FORMATS, WORDS_OF_MOTION = 512, (1, 2), 14
+SECTOR, FORMATS, WORDS_OF_MOTION = 512, (1, 2, 3), 14
 MAX_ENTITIES, MAX_GEOMETRIES, NONE = 1 << 20, 1 << 16, 0xFFFFFFFF
-COMMIT, GEOMETRY, TAKEN_BACK, GAP = 1, 2, 3, 4
+COMMIT, GEOMETRY, TAKEN_BACK, GAP, MOVE = 1, 2, 3, 4, 5
+FROM_WORLD_TIME, TIME_AS_BEFORE = 1 << 14, 1 << 15  # reasons to leave out a motion's last word, and a move's world time
 CREATE, UPDATE, UPDATE_MOTION, REMOVE = 1, 2, 3, 4
 
 
@@ -215,12 +216,36 @@ def read_shape(cursor):
     return index, data
 
 
-def read_records(payload):
-    """(kind, value) each."""
+def read_change(body, left_out, follows, time):
+    """What an update_motion tells: (words that stay, of which version's row, the others)."""
+    unchanged = left_out & (1 << WORDS_OF_MOTION) - 1
+    check(left_out < TIME_AS_BEFORE and (unchanged or not follows), "no motion")
+    told = WORDS_OF_MOTION - bin(unchanged).count("1")
+    if not left_out & FROM_WORLD_TIME:
+        return unchanged, follows, body.take(8 * told)
+    check(not unchanged >> 13, "a time left out twice")
+    return unchanged, follows, body.take(8 * told - 8) + struct.pack("<q", time)
+
+
+def read_move(body, left_out, time):
+    """As a commit; `time` is that of the commit before it, or None."""
+    version, index, generation = body.get("QII")
+    version, follows = version & (1 << 48) - 1, version >> 48
+    check(version > 0 and index < MAX_ENTITIES, "no move")
+    if not left_out & TIME_AS_BEFORE:
+        time = body.get("q")[0]
+    check(time is not None, "a move whose time nothing tells")
+    change = read_change(body, left_out & ~TIME_AS_BEFORE, follows, time)
+    return version, time, [(UPDATE_MOTION, index, generation, NONE, change)], []
+
+
+def read_records(payload, time):
+    """(kind, value) each; `time` is that of the commit before them, or None."""
     cursor = Cursor(payload)
     while cursor.left():
-        kind, length = cursor.get("II")
+        kind, left_out, length = cursor.get("HHI")
         check(length >= 8 and length % 8 == 0, "no length of a record")
+        check(kind == MOVE or not left_out, "what it does not have is left out")
         body = Cursor(cursor.take(length - 8))
         if kind == COMMIT:
             version, time, writes, shapes = body.get("QqII")
@@ -231,24 +256,24 @@ def read_records(payload):
                 check(CREATE <= write <= REMOVE and index < MAX_ENTITIES, "no write")
                 check(write != REMOVE or geometry == 0, "a geometry where none can be")
                 if write == UPDATE_MOTION:
-                    unchanged, follows = geometry & 0xFFFF, geometry >> 16
-                    check(unchanged >> WORDS_OF_MOTION == 0 and (unchanged or not follows), "no motion")
-                    told = WORDS_OF_MOTION - bin(unchanged).count("1")
-                    row = (unchanged, follows, body.take(8 * told))
+                    row = read_change(body, geometry & 0xFFFF, geometry >> 16, time)
                 else:
                     row = body.take(0 if write == REMOVE else 144)
                 listed.append((write, index, generation, geometry if write <= UPDATE else NONE, row))
             value = (version, time, listed, [read_shape(body) for _ in range(shapes)])
+        elif kind == MOVE:
+            kind, value = COMMIT, read_move(body, left_out, time)
+            time = value[1]
         elif kind == GEOMETRY:
             value = read_geometry(body)
         elif kind == TAKEN_BACK:
-            value = body.get("Q")[0]
+            value, time = body.get("Q")[0], None
         elif kind == GAP:
-            value = body.get("QQ")
+            value, time = body.get("QQ"), None
         else:
             raise Refused(f"a record of kind {kind}")
         check(body.left() == 0, "bytes left over in a record")
-        yield kind, value
+        yield kind, value, time
 
 
 def read_checkpoint(directory, number, database):
@@ -303,8 +328,8 @@ def segments_from(segments, position):
     return chosen[::-1]
 
 
-def groups(segments, position):
-    """Payload of each group from the position on."""
+def groups(segments, position, time):
+    """Records of each group from the position on; `time` is that of the world there, or None."""
     at_segment, offset, expected, link = position
     chosen = segments_from(segments, position)
     check(chosen or at_segment == 0, "all segments are missing")
@@ -326,7 +351,8 @@ def groups(segments, position):
                 later = segment.later_group(at + SECTOR, expected)
                 check(end is None and not later, f"{place}: damaged")
                 return
-            records = list(read_records(payload))
+            records = list(read_records(payload, time))
+            time = records[-1][2] if records else time
             check(len(records) == header[3] > 0, f"{place}: another number of records")
             yield place, records
             at += -(-(72 + header[2]) // SECTOR) * SECTOR
@@ -355,8 +381,8 @@ def verify(path):
     for geometry in world.geometries:
         read_mesh(directory, geometry, database)
     begun_with = world.version
-    for place, records in groups(segments, position):
-        for kind, value in records:
+    for place, records in groups(segments, position, world.time if begun_with else None):
+        for kind, value, _ in records:
             try:
                 if kind == COMMIT and value[0] > begun_with:
                     world.apply(value)

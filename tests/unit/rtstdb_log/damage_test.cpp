@@ -247,7 +247,7 @@ TEST_F(DamagedGroups, AFormatThatIsNotKnownIsRefused) {
   std::memcpy(bytes.data(), &header, sizeof header);
   const auto recovered = recovered_from(contents);
   ASSERT_FALSE(recovered.ok());
-  EXPECT_NE(recovered.error().message.find("format 3, and known are 1 to 2"), std::string::npos)
+  EXPECT_NE(recovered.error().message.find("format 4, and known are 1 to 3"), std::string::npos)
       << recovered.error().message;
 }
 

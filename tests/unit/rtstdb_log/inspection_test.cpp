@@ -252,6 +252,23 @@ TEST(LogChronicle, IsEveryVersionInItsOrder) {
   EXPECT_TRUE(retelling.gaps.empty());
 }
 
+TEST(LogChronicle, BeginsWithTheOldestCheckpointWhereNothingIsBeforeIt) {
+  SampleLog sample = make_sample({.seed = 7, .commits = 60, .moves_at_the_end = 4});
+  SimulatedDisk disk(1);
+  disk.set_contents(sample.contents);
+  const Recovered recovered = recover(disk).value();
+  for (const std::uint64_t segment : recovered.listing.segments)
+    if (segment < recovered.report.read_from.segment) sample.contents.erase(segment_name(segment));
+  for (const std::uint64_t checkpoint : recovered.listing.checkpoints)
+    if (checkpoint < recovered.report.checkpoint) sample.contents.erase(checkpoint_name(checkpoint));
+  disk.set_contents(sample.contents);
+  Retelling retelling(sample.history);
+  const auto report = read_chronicle(disk, false, retelling);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const Version latest = sample.latest;
+  EXPECT_EQ(retelling.told, (std::vector<Version>{latest - 3, latest - 2, latest - 1, latest}));
+}
+
 Result<std::unique_ptr<Writer>> start_writer(SimulatedDisk& disk, ManualClock& clock, LiveWorld& world) {
   WriterOptions options;
   options.segment_bytes = 16384;

@@ -161,11 +161,25 @@ EntityRow LiveWorld::moved(EntityId entity) {
   return row;
 }
 
-store::WriteSet LiveWorld::as_recorded(store::WriteSet set) const {
-  if (leaves_nothing_out_)
+void LiveWorld::record(const store::WriteSet& set, bool may_collect) {
+  if (format_ < format_version) return record_in_old_format(set);
+  const bool collects = may_collect && collects_some_ && below(2) == 0;
+  if (!collects || !recorder_.collect(set)) recorder_.record(set);
+}
+
+void LiveWorld::record_in_old_format(store::WriteSet set) {
+  if (format_ == 1)
     for (store::Write& write : set.writes)
       write.unchanged = 0;
-  return set;
+  const std::int64_t time_ns = set.time.time_since_epoch().count();
+  set.time = world_time_ns(-1);  // from which no motion here holds: each tells from when it does
+  const CommitForm form = commit_form_of(set);
+  const auto room = ring_.reserve(form.bytes);
+  RTSTDB_ASSERT(!room.empty());
+  encode_commit(set, form, room);
+  std::memcpy(room.data() + sizeof(RecordHeader) + offsetof(CommitBody, world_time_ns), &time_ns,
+              sizeof time_ns);
+  ring_.commit();
 }
 
 store::WriteSet LiveWorld::random_set() {
@@ -209,6 +223,8 @@ store::WriteSet LiveWorld::random_set() {
     set.shapes.push_back({{geometry}, positions, positions, shape});
   }
   if (set.empty()) set.writes.push_back({WriteKind::update, {living.begin()->second, random_row(), 0}});
+  for (store::Write& write : set.writes)
+    if (below(3) == 0) write.state.row.motion.valid_from = set.time;
   return set;
 }
 
@@ -229,7 +245,19 @@ Image LiveWorld::image() const {
 }
 
 void LiveWorld::commit() {
-  store::WriteSet set = random_set();
+  commit(random_set());
+}
+
+void LiveWorld::commit_move() {
+  std::uint32_t index = 0;
+  while (store_.latest_snapshot().row(index) == nullptr)
+    ++index;
+  EntityState state = *store_.latest_snapshot().row(index);
+  state.row.motion.p_world_m.x += 1.0;
+  commit({0, store_.latest().time, {{store::WriteKind::update_motion, state}}});
+}
+
+void LiveWorld::commit(store::WriteSet set) {
   const auto fault = store_.stage(set);
   RTSTDB_ASSERT(!fault);
   store_.publish();
@@ -240,9 +268,7 @@ void LiveWorld::commit() {
   next_version_ = set.version + 1;
   history_.images[set.version] = image();
   history_.standing.insert(set.version);
-  const store::WriteSet recorded = as_recorded(set);
-  const bool collected = collects_some_ && below(2) == 0 && recorder_.collect(recorded);
-  if (!collected) recorder_.record(recorded);
+  record(set, true);
 }
 
 void LiveWorld::commit_and_take_back(const std::function<void()>& between) {
@@ -254,7 +280,7 @@ void LiveWorld::commit_and_take_back(const std::function<void()>& between) {
     next_version_ = set.version + 1;
     return;
   }
-  recorder_.record(as_recorded(set));
+  record(set, false);
   // Until the log has it that it came to nothing, a crash may leave it standing.
   const std::vector<std::uint32_t> generations = generations_;
   for (const store::Write& write : set.writes)

@@ -57,6 +57,8 @@ class LiveWorld final : public WorldSource {
 
   /// A random commit, recorded when it is published.
   void commit();
+  /// One that moves an entity, from the time of the latest version on. One lives.
+  void commit_move();
   /// As a firm transaction in sync mode that is late: recorded, then taken back; `between` the two.
   void commit_and_take_back(const std::function<void()>& between = [] {});
   /// A geometry with a file of its own; false: the disk or the ring refuses.
@@ -64,8 +66,8 @@ class LiveWorld final : public WorldSource {
 
   /// From now on every other commit waits for the recorder's hand_over.
   void collect_some() { collects_some_ = true; }
-  /// From now on each record has all of its motions, as in format 1.
-  void leave_nothing_out() { leaves_nothing_out_ = true; }
+  /// From now on commits are told as that format tells them; none is collected.
+  void write_format(std::uint32_t format) { format_ = format; }
   /// From now on checkpoints are told that their version is gone, so often in a thousand slices.
   void lose_slices_per_mille(std::uint32_t chance) { lost_slices_ = chance; }
 
@@ -78,10 +80,12 @@ class LiveWorld final : public WorldSource {
   std::uint32_t below(std::uint32_t limit) { return static_cast<std::uint32_t>(random_() % limit); }
   void keep_shapes(const LoggedGeometry& geometry, std::span<const glm::vec3> positions_m, Version version);
   store::WriteSet random_set();
+  void commit(store::WriteSet set);
   EntityRow random_row();
   /// As the entity's, but for some of it.
   EntityRow moved(EntityId entity);
-  store::WriteSet as_recorded(store::WriteSet set) const;
+  void record(const store::WriteSet& set, bool may_collect);
+  void record_in_old_format(store::WriteSet set);
   Image image() const;
   bool slice_is_lost() { return below(1000) < lost_slices_; }
 
@@ -97,7 +101,7 @@ class LiveWorld final : public WorldSource {
   Recorder recorder_;
   std::uint32_t lost_slices_ = 0;
   bool collects_some_ = false;
-  bool leaves_nothing_out_ = false;
+  std::uint32_t format_ = format_version;
 
   Image checkpoint_;
 };

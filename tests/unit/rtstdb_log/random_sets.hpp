@@ -33,6 +33,15 @@ class RandomSets {
     return normalised(row);
   }
 
+  /// Of one entity, and nothing else.
+  store::WriteSet move() {
+    store::WriteSet set{1 + random_() % 1000, world_time_ns(static_cast<std::int64_t>(random_() >> 2)), {}};
+    const EntityId id{below(max_entities), static_cast<std::uint32_t>(random_())};
+    set.writes.push_back({store::WriteKind::update_motion, {id, row(), set.version}});
+    if (below(4) != 0) leave_out(set.writes.back());
+    return set;
+  }
+
   /// Its shapes point into this object.
   store::WriteSet set(std::uint32_t most_writes) {
     store::WriteSet set{1 + random_() % 1000, world_time_ns(static_cast<std::int64_t>(random_() >> 2)), {}};

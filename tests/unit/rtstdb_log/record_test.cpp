@@ -6,6 +6,8 @@
 
 #include <bit>
 #include <cstring>
+#include <optional>
+#include <utility>
 
 #include "random_sets.hpp"
 #include "rtstdb/store/motion_words.hpp"
@@ -15,10 +17,26 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-Bytes bytes_of(const store::WriteSet& set) {
-  Bytes bytes(commit_bytes(set));
-  encode_commit(set, bytes);
+Bytes bytes_of(const store::WriteSet& set, const CommitForm& form) {
+  Bytes bytes(form.bytes);
+  encode_commit(set, form, bytes);
   return bytes;
+}
+Bytes bytes_of(const store::WriteSet& set, std::optional<WorldTime> time_before = {}) {
+  return bytes_of(set, form_of(set, time_before));
+}
+RecordKind kind_of(const Bytes& bytes) {
+  RecordHeader header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  return header.kind;
+}
+/// The move of one entity, of whose motion one number is another.
+store::WriteSet move(Version version, WorldTime time) {
+  store::WriteSet set{version, time, {{store::WriteKind::update_motion, {{1, 1}, {}, version}}}};
+  set.writes[0].unchanged = store::all_motion_words & ~1u;
+  set.writes[0].follows = 77;
+  set.writes[0].state.row.motion = store::motion_of({std::bit_cast<std::uint64_t>(2.5)});
+  return set;
 }
 Bytes bytes_of(const LoggedGeometry& geometry) {
   Bytes bytes(geometry_bytes(geometry));
@@ -72,28 +90,116 @@ LoggedGeometry geometry_named(const std::string& name) {
 
 TEST(LogRecord, CommitsComeBack) {
   RandomSets random(1);
-  RecordDecoder decoder;  // one for all: what it kept must not show
-  for (int round = 0; round < 2000; ++round) {
-    const store::WriteSet set = random.set(20);
-    const Bytes bytes = bytes_of(set);
+  RecordDecoder decoder;  // one for all: what it kept must not show, but for the time of the commit before
+  std::optional<WorldTime> time_before;
+  int moves = 0, without_time = 0;
+  for (int round = 0; round < 4000; ++round) {
+    store::WriteSet set = round % 2 == 0 ? random.set(20) : random.move();
+    if (time_before && random.below(2) == 0) set.time = *time_before;
+    for (store::Write& write : set.writes)
+      if ((write.unchanged >> 13 & 1) == 0 && random.below(2) == 0)
+        write.state.row.motion.valid_from = set.time;
+    const CommitForm form = form_of(set, time_before);
+    const Bytes bytes = bytes_of(set, form);
+    moves += form.kind == RecordKind::move ? 1 : 0;
+    without_time += (form.left_out & world_time_as_before) != 0 ? 1 : 0;
+    time_before = set.time;
+    ASSERT_LE(bytes.size(), most_commit_bytes(set));
+    ASSERT_LE(bytes.size(), commit_form_of(set).bytes);
     ASSERT_EQ(bytes.size() % 8, 0u);
     ASSERT_EQ(decoder.decode(bytes), nullptr) << "round " << round;
     ASSERT_EQ(decoder.bytes(), bytes.size());
     ASSERT_EQ(decoder.record().kind, RecordKind::commit);
     expect_same(set, decoder.record().commit);
   }
+  EXPECT_GE(moves, 2000);
+  EXPECT_GT(without_time, 500);
+}
+
+TEST(LogRecord, AMoveTakesThirtyTwoBytesWhereItsTimeIsTold) {
+  const WorldTime now = world_time_ns(5);
+  EXPECT_EQ(bytes_of(move(9, now), now).size(), 32u);
+  EXPECT_EQ(bytes_of(move(9, now), world_time_ns(4)).size(), 40u);
+  EXPECT_EQ(bytes_of(move(9, now)).size(), 40u);
+  store::WriteSet also_later = move(9, now);
+  also_later.writes[0].unchanged &= ~valid_from_word;
+  EXPECT_EQ(bytes_of(also_later, world_time_ns(4)).size(), 48u);
+  also_later.writes[0].state.row.motion.valid_from = now;
+  EXPECT_EQ(bytes_of(also_later, world_time_ns(4)).size(), 40u) << "told by the world time";
+  EXPECT_EQ(commit_form_of(also_later).bytes, 56u) << "there, too";
+}
+
+TEST(LogRecord, AVersionThatFitsNoMoveIsToldAsACommit) {
+  RecordDecoder decoder;
+  for (const Version version : {Version{max_move_version}, Version{max_move_version + 1}, ~Version{0}}) {
+    const store::WriteSet set = move(version, world_time_ns(5));
+    const Bytes bytes = bytes_of(set);
+    EXPECT_EQ(kind_of(bytes), version <= max_move_version ? RecordKind::move : RecordKind::commit);
+    ASSERT_EQ(decoder.decode(bytes), nullptr);
+    expect_same(set, decoder.record().commit);
+  }
+}
+
+TEST(LogRecord, AMoveWhoseTimeNothingTellsIsRefused) {
+  const WorldTime now = world_time_ns(5);
+  const Bytes without_time = bytes_of(move(9, now), now);
+  RecordDecoder decoder;
+  EXPECT_NE(decoder.decode(without_time), nullptr);
+  EXPECT_EQ(RecordDecoder(now).decode(without_time), nullptr);
+  Bytes taken_back(taken_back_bytes), gap(gap_bytes);
+  encode_taken_back(8, taken_back);
+  encode_gap(7, 8, gap);
+  const std::pair<Bytes, bool> between[] = {
+      {bytes_of(geometry_named("a name")), true}, {taken_back, false}, {gap, false}};
+  for (const auto& [record, told] : between) {
+    ASSERT_EQ(decoder.decode(bytes_of(move(8, now))), nullptr);
+    ASSERT_EQ(decoder.decode(record), nullptr);
+    EXPECT_EQ(decoder.decode(without_time) == nullptr, told) << "behind kind " << int(kind_of(record));
+  }
+}
+
+TEST(LogRecord, AMoveThatNoneWouldWriteIsRefused) {
+  const WorldTime now = world_time_ns(5);
+  const auto refused = [&](const auto& change) {
+    Bytes bytes = bytes_of(move(9, now));
+    EXPECT_EQ(RecordDecoder().decode(bytes), nullptr);
+    RecordHeader header;
+    MoveBody body;
+    std::int64_t time_ns = 5;
+    std::byte* const at = bytes.data() + sizeof header;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    std::memcpy(&body, at, sizeof body);
+    change(header, body, time_ns);
+    std::memcpy(bytes.data(), &header, sizeof header);
+    std::memcpy(at, &body, sizeof body);
+    std::memcpy(at + sizeof body, &time_ns, sizeof time_ns);
+    return RecordDecoder().decode(bytes) != nullptr;
+  };
+  using Header = RecordHeader;
+  EXPECT_FALSE(refused([](Header&, MoveBody&, std::int64_t&) {}));
+  EXPECT_TRUE(refused([](Header&, MoveBody& body, std::int64_t&) { body.version &= ~max_move_version; }));
+  EXPECT_TRUE(refused([](Header&, MoveBody& body, std::int64_t&) { body.index = max_entities; }));
+  EXPECT_TRUE(refused([](Header&, MoveBody&, std::int64_t& time_ns) { time_ns = max_world_time_ns + 1; }));
+  EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) { header.left_out ^= 2; }));
+  EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) {
+    const std::uint32_t left_out =
+        header.left_out | holds_from_world_time;  // both reasons, and as many words
+    header.left_out = static_cast<std::uint16_t>(left_out & ~2u);
+  }));
+  EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) { header.kind = RecordKind::gap; }));
+  EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) { header.kind = RecordKind::commit; }));
 }
 
 TEST(LogRecord, AMotionTakesWhatHasChangedAlone) {
   RandomSets random(6);
   store::WriteSet set{9, world_time_ns(0), {{store::WriteKind::update_motion, {{1, 1}, random.row(), 9}}}};
-  EXPECT_EQ(commit_bytes(set), most_commit_bytes(set));
-  EXPECT_EQ(commit_bytes(set), 48u + 112u);
+  EXPECT_EQ(commit_form_of(set).bytes, most_commit_bytes(set));
+  EXPECT_EQ(commit_form_of(set).bytes, 48u + 112u);
   set.writes[0].unchanged = store::all_motion_words & ~0b1'0000'0000'0001u;
-  EXPECT_EQ(commit_bytes(set), 48u + 16u);
+  EXPECT_EQ(commit_form_of(set).bytes, 48u + 16u);
   EXPECT_EQ(most_commit_bytes(set), 48u + 112u);
   set.writes[0].unchanged = store::all_motion_words;
-  EXPECT_EQ(commit_bytes(set), 48u);
+  EXPECT_EQ(commit_form_of(set).bytes, 48u);
 }
 
 TEST(LogRecord, WordsAreCounted) {
@@ -106,7 +212,7 @@ TEST(LogRecord, AMotionThatLeavesOutWhatItCanNotIsRefused) {
   RecordDecoder decoder;
   const auto refused = [&](std::uint32_t what, std::size_t words) {
     store::WriteSet set{9, world_time_ns(0), {{store::WriteKind::update_motion, {{1, 1}, {}, 9}}}};
-    Bytes bytes = bytes_of(set);
+    Bytes bytes = bytes_of(set, commit_form_of(set));
     bytes.resize(48 + 8 * words);
     const std::size_t at = sizeof(RecordHeader) + sizeof(CommitBody) + offsetof(StoredWrite, what);
     std::memcpy(bytes.data() + at, &what, sizeof what);
@@ -115,10 +221,13 @@ TEST(LogRecord, AMotionThatLeavesOutWhatItCanNotIsRefused) {
     return decoder.decode(bytes) != nullptr;
   };
   EXPECT_FALSE(refused(0, 14));
-  EXPECT_FALSE(refused(left_out(0x2001, 77), 12));
-  EXPECT_TRUE(refused(left_out(0x2001, 77), 11)) << "too short";
-  EXPECT_TRUE(refused(left_out(0x2001, 77), 13)) << "too long";
-  EXPECT_TRUE(refused(0x4000, 13)) << "a word that no motion has";
+  EXPECT_FALSE(refused(0x2001 | 77u << 16, 12));
+  EXPECT_TRUE(refused(0x2001 | 77u << 16, 11)) << "too short";
+  EXPECT_TRUE(refused(0x2001 | 77u << 16, 13)) << "too long";
+  EXPECT_FALSE(refused(0x4000, 13)) << "it holds from the world time on";
+  EXPECT_TRUE(refused(0x4000 | 77u << 16, 13)) << "it follows, and leaves out only what the commit tells";
+  EXPECT_TRUE(refused(0x6000 | 77u << 16, 12)) << "the last number for two reasons";
+  EXPECT_TRUE(refused(0x8000, 13)) << "a word that no motion has";
   EXPECT_TRUE(refused(77u << 16, 14)) << "it follows, and leaves nothing out";
 }
 
@@ -189,18 +298,22 @@ TEST(LogRecord, OneWhoseLengthLiesIsRefused) {
 // Whatever is changed: it is refused, or it is a record that would be written in just these bytes.
 TEST(LogRecord, NothingIsTakenThatWouldNotBeWritten) {
   RandomSets random(4);
-  RecordDecoder decoder;
   int taken = 0;
   for (int round = 0; round < 20'000; ++round) {
-    Bytes bytes = round % 10 == 0 ? bytes_of(geometry_named("a name")) : bytes_of(random.set(3));
+    Bytes bytes = round % 10 == 0  ? bytes_of(geometry_named("a name"))
+                  : round % 3 == 0 ? bytes_of(random.move())
+                                   : bytes_of(random.set(3));
     for (std::uint32_t k = 1 + random.below(3); k > 0; --k) {
       std::byte& changed = bytes[random.below(static_cast<std::uint32_t>(bytes.size()))];
       changed =
           random.below(2) == 0 ? changed ^ std::byte(1u << random.below(8)) : std::byte(random.below(256));
     }
+    RecordDecoder decoder;  // that knows no time
     if (decoder.decode(bytes) != nullptr) continue;
     ++taken;
-    Bytes again = bytes_of(decoder.record());
+    const Record& record = decoder.record();
+    const bool as_commit = kind_of(bytes) == RecordKind::commit;  // as it stands in older formats
+    const Bytes again = as_commit ? bytes_of(record.commit, commit_form_of(record.commit)) : bytes_of(record);
     bytes.resize(decoder.bytes());
     ASSERT_EQ(again, bytes) << "round " << round;
   }

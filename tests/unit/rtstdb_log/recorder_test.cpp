@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <vector>
 
 #include "random_sets.hpp"
@@ -13,43 +14,57 @@ namespace rtstdb::log::test {
 namespace {
 
 /// One commit, of bodies that are somewhere.
-store::WriteSet moves(RandomSets& random, Version version, std::uint32_t writes) {
-  store::WriteSet set{version, world_time_ns(1), {}};
+store::WriteSet moves(RandomSets& random, Version version, std::uint32_t writes, WorldTime time = {}) {
+  store::WriteSet set{version, time, {}};
   for (std::uint32_t k = 0; k < writes; ++k)
     set.writes.push_back({store::WriteKind::update_motion, {{k, 1}, random.row(), version}});
   return set;
 }
 
-/// Takes all that can be seen: the versions of commits and of gaps (their last), in order; nothing else is put.
-void take(Ring& ring, std::vector<Version>& taken) {
-  // Twice: not all of it lies in one piece.
-  for (int k = 0; k < 2; ++k) {
-    const auto records = ring.view();
-    RecordDecoder decoder;
-    for (std::size_t place = 0; place < records.size(); place += decoder.bytes()) {
-      ASSERT_EQ(decoder.decode(records.subspan(place)), nullptr);
-      const Record& record = decoder.record();
-      taken.push_back(record.kind == RecordKind::gap ? record.to : record.commit.version);
+/// Takes what can be seen, in order; nothing else is put meanwhile.
+class Taker {
+ public:
+  explicit Taker(Ring& ring) : ring_(ring) {}
+
+  void take() {
+    // Twice: not all of it lies in one piece.
+    for (int k = 0; k < 2; ++k) {
+      const auto records = ring_.view();
+      for (std::size_t place = 0; place < records.size(); place += decoder_.bytes()) {
+        const char* fault = decoder_.decode(records.subspan(place));
+        ASSERT_EQ(fault, nullptr) << fault;
+        const Record& record = decoder_.record();
+        if (record.kind == RecordKind::taken_back) continue;
+        versions.push_back(record.kind == RecordKind::gap ? record.to : record.commit.version);
+        if (record.kind == RecordKind::commit) times[record.commit.version] = record.commit.time;
+      }
+      ring_.release(records.size());
     }
-    ring.release(records.size());
   }
-}
+
+  std::vector<Version> versions;  ///< of commits, and of gaps their last
+  std::map<Version, WorldTime> times;
+
+ private:
+  Ring& ring_;
+  RecordDecoder decoder_;
+};
 
 TEST(LogRecorder, KeepsWhatIsCollectedUntilItIsHandedOver) {
   RandomSets random(1);
   Ring ring(std::size_t{1} << 16);
   Recorder recorder(ring);
   EXPECT_FALSE(recorder.hand_over()) << "of nothing";
-  std::vector<Version> taken;
+  Taker taker(ring);
   for (Version version = 1; version <= 3; ++version)
     ASSERT_TRUE(recorder.collect(moves(random, version, 1)));
   EXPECT_EQ(recorder.records(), 3u);
-  take(ring, taken);
-  EXPECT_TRUE(taken.empty());
+  taker.take();
+  EXPECT_TRUE(taker.versions.empty());
   EXPECT_TRUE(recorder.hand_over());
   EXPECT_FALSE(recorder.hand_over());
-  take(ring, taken);
-  EXPECT_EQ(taken, (std::vector<Version>{1, 2, 3}));
+  taker.take();
+  EXPECT_EQ(taker.versions, (std::vector<Version>{1, 2, 3}));
 }
 
 TEST(LogRecorder, AnyOtherRecordGoesBehindWhatIsCollected) {
@@ -58,13 +73,13 @@ TEST(LogRecorder, AnyOtherRecordGoesBehindWhatIsCollected) {
   Recorder recorder(ring);
   ASSERT_TRUE(recorder.collect(moves(random, 1, 1)));
   ASSERT_TRUE(recorder.record(moves(random, 2, 1)));
-  std::vector<Version> taken;
-  take(ring, taken);
-  EXPECT_EQ(taken, (std::vector<Version>{1, 2}));
+  Taker taker(ring);
+  taker.take();
+  EXPECT_EQ(taker.versions, (std::vector<Version>{1, 2}));
   const LoggedGeometry geometry{{0}, "box", {}, 1, 2};
   ASSERT_TRUE(recorder.collect(moves(random, 3, 1)));
   ASSERT_TRUE(recorder.record(geometry));
-  RecordDecoder decoder;
+  RecordDecoder decoder(WorldTime{});  // of the commits before
   ASSERT_EQ(decoder.decode(ring.view()), nullptr);
   EXPECT_EQ(decoder.record().kind, RecordKind::commit);
   ASSERT_TRUE(recorder.collect(moves(random, 4, 1)));
@@ -108,16 +123,16 @@ TEST(LogRecorder, CountsWhatIsCollectedAsTaken) {
   EXPECT_EQ(in_gap, 1u);
   EXPECT_FALSE(recorder.collect(set)) << "its gap goes first";
   EXPECT_FALSE(recorder.room_for(set));
-  std::vector<Version> taken;
-  take(ring, taken);
+  Taker taker(ring);
+  taker.take();
   recorder.tend();
   ASSERT_FALSE(recorder.in_gap());
   ASSERT_TRUE(recorder.collect(moves(random, version + 1, 1)));
   recorder.hand_over();
-  take(ring, taken);
-  ASSERT_EQ(taken.size(), version + 1);
-  EXPECT_EQ(taken[version - 1], version) << "the gap";
-  EXPECT_EQ(taken[version], version + 1);
+  taker.take();
+  ASSERT_EQ(taker.versions.size(), version + 1);
+  EXPECT_EQ(taker.versions[version - 1], version) << "the gap";
+  EXPECT_EQ(taker.versions[version], version + 1);
 }
 
 TEST(LogRecorder, LosesNothingWhateverTheOrderAndTheRoom) {
@@ -125,25 +140,33 @@ TEST(LogRecorder, LosesNothingWhateverTheOrderAndTheRoom) {
     RandomSets random(seed);
     Ring ring(1024 + 8 * random.below(2000));
     Recorder recorder(ring);
-    std::vector<Version> taken;
+    Taker taker(ring);
     std::vector<Version> expected;
+    std::int64_t time_ns = 0;
+    std::map<Version, WorldTime> times;
     for (Version version = 1; version <= 2000; ++version) {
-      const store::WriteSet set = moves(random, version, 1 + random.below(3));
+      time_ns += random.below(2);
+      const store::WriteSet set = moves(random, version, 1 + random.below(3) / 2, world_time_ns(time_ns));
       const bool collected = random.below(4) != 0 && recorder.collect(set);
-      if (collected || recorder.record(set)) expected.push_back(version);
+      if (collected || recorder.record(set)) {
+        expected.push_back(version);
+        times[version] = set.time;
+        if (random.below(20) == 0) recorder.take_back(version);
+      }
       if (random.below(5) == 0) recorder.hand_over();
-      if (random.below(7) == 0) take(ring, taken);
+      if (random.below(7) == 0) taker.take();
       if (random.below(9) == 0) recorder.tend();
     }
     for (int k = 0; k < 3; ++k) {
       recorder.tend();
-      take(ring, taken);
+      taker.take();
     }
     ASSERT_FALSE(recorder.in_gap());
-    ASSERT_TRUE(std::ranges::is_sorted(taken)) << "seed " << seed;
+    ASSERT_TRUE(std::ranges::is_sorted(taker.versions)) << "seed " << seed;
     // What was not recorded is in gaps, each told by its last version.
-    ASSERT_TRUE(std::ranges::includes(taken, expected)) << "seed " << seed;
+    ASSERT_TRUE(std::ranges::includes(taker.versions, expected)) << "seed " << seed;
     EXPECT_EQ(recorder.gap_versions(), 2000 - expected.size()) << "seed " << seed;
+    ASSERT_EQ(taker.times, times) << "seed " << seed;
   }
 }
 

@@ -393,15 +393,16 @@ TEST(LogRecovery, ARestoredStoreGivesTheSameIdsAndVersionsAsOneThatLived) {
   }
 }
 
-TEST(LogRecovery, FormatOneIsReadAsItWas) {
-  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const SampleLog old = make_sample({.seed = seed, .commits = 60, .format = 1});
+TEST(LogRecovery, OlderFormatsAreReadAsTheyWere) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const std::uint32_t format = seed % 2 == 0 ? 1 : 2;
+    const SampleLog old = make_sample({.seed = seed, .commits = 60, .format = format});
     const SampleLog now = make_sample({.seed = seed, .commits = 60});
     hil::test::SimulatedDisk disk(seed);
     disk.set_contents(old.contents);
     const auto recovered = recover(disk);
     ASSERT_TRUE(recovered.ok()) << recovered.error().message;
-    EXPECT_EQ(recovered.value().report.log.format, 1u);
+    EXPECT_EQ(recovered.value().report.log.format, format);
     EXPECT_EQ(in_lines(recovered.value().world), now.latest_in_lines);
   }
 }

@@ -18,7 +18,7 @@ namespace {
 bool put(Ring& ring, std::uint32_t bytes, std::uint32_t number) {
   const auto room = ring.reserve(bytes);
   if (room.empty()) return false;
-  const RecordHeader header{RecordKind::commit, bytes};
+  const RecordHeader header{.kind = RecordKind::commit, .bytes = bytes};
   std::memset(room.data(), static_cast<int>(number % 251), room.size());
   std::memcpy(room.data(), &header, sizeof header);
   ring.commit();

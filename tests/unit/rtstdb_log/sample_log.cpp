@@ -36,7 +36,7 @@ SampleLog make_sample(const SampleOptions& options) {
   hil::test::SimulatedDisk disk(options.seed);
   ManualClock clock;
   LiveWorld world(options.seed, sample.history, 1 << 16);
-  if (options.format == 1) world.leave_nothing_out();
+  world.write_format(options.format);
   Recovered nothing = recover(disk).value();
   WriterOptions writer_options;
   writer_options.segment_bytes = options.segment_bytes;
@@ -56,8 +56,20 @@ SampleLog make_sample(const SampleOptions& options) {
       }
     }
   }
-  while (writer.value()->step(0).worked) {
+  const auto step_to_the_end = [&] {
+    while (writer.value()->step(0).worked) {
+    }
+  };
+  step_to_the_end();
+  if (options.moves_at_the_end > 0) {
+    world.commit();
+    step_to_the_end();
+    writer.value()->checkpoint_soon();
+    step_to_the_end();
   }
+  for (int move = 0; move < options.moves_at_the_end; ++move)
+    world.commit_move();
+  step_to_the_end();
   if (options.closed) RTSTDB_ASSERT(writer.value()->close(0).ok());
   sample.contents = disk.contents();
   set_format(sample.contents, options.format);

@@ -175,6 +175,34 @@ TEST(LogStretch, OlderSegmentsMayBeTakenAway) {
       "version 1 is not in the log; the log has version " + std::to_string(rest.first.version) + " of ");
 }
 
+// Their records do not tell it.
+TEST(LogStretch, MovesBehindACheckpointHaveItsTime) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    SampleLog sample = make_sample({.seed = seed, .commits = 60, .moves_at_the_end = 4});
+    SimulatedDisk disk(1);
+    disk.set_contents(sample.contents);
+    const Recovered recovered = recover(disk).value();
+    ASSERT_EQ(recovered.report.checkpoint_version, sample.latest - 4);
+    const WorldTime time = sample.history.images.at(sample.latest - 4).latest.time;
+    EXPECT_EQ(recovered.world.latest.time, time);
+    for (Version from = sample.latest - 4; from <= sample.latest; ++from) {
+      const auto stretch = read_stretch(disk, ReadAt::pinned(from), ReadAt::latest(), false);
+      ASSERT_TRUE(stretch.ok()) << stretch.error().message;
+      EXPECT_EQ(stretch.value().last().version, sample.latest);
+      EXPECT_EQ(stretch.value().last().time, time);
+    }
+    for (const std::uint64_t segment : recovered.listing.segments)
+      if (segment < recovered.report.read_from.segment) sample.contents.erase(segment_name(segment));
+    for (const std::uint64_t checkpoint : recovered.listing.checkpoints)
+      if (checkpoint < recovered.report.checkpoint) sample.contents.erase(checkpoint_name(checkpoint));
+    disk.set_contents(sample.contents);
+    const auto extent = read_extent(disk, false);
+    ASSERT_TRUE(extent.ok()) << extent.error().message;
+    EXPECT_EQ(extent.value().last.version, sample.latest);
+    EXPECT_EQ(extent.value().last.time, time);
+  }
+}
+
 TEST(LogStretch, NothingIsMadeUpWhereVersionsAreMissing) {
   SimulatedDisk disk(1);
   ManualClock clock;

@@ -1,0 +1,240 @@
+#include "rtstdb/log/commit_record.hpp"
+
+#include <rtstdb/limits.hpp>
+
+#include "rtstdb/geometry/row_check.hpp"
+#include "rtstdb/log/bytes.hpp"
+#include "rtstdb/log/stored_row.hpp"
+#include "rtstdb/log/stored_shape.hpp"
+
+namespace rtstdb::log {
+namespace {
+
+using store::Write;
+using store::WriteKind;
+
+constexpr std::uint32_t follows_shift = 16;       // in StoredWrite::what
+constexpr std::uint32_t move_follows_shift = 48;  // in MoveBody::version
+static_assert(max_move_version == (std::uint64_t{1} << move_follows_shift) - 1);
+
+std::int64_t in_ns(WorldTime time) noexcept {
+  return time.time_since_epoch().count();
+}
+
+// ---- what a motion leaves out
+
+std::uint16_t left_out_of(const Write& write, WorldTime world_time) noexcept {
+  const std::uint16_t with_it = write.unchanged | holds_from_world_time;
+  const bool as_before = (write.unchanged & valid_from_word) != 0;
+  return !as_before && write.state.row.motion.valid_from == world_time ? with_it : write.unchanged;
+}
+
+/// What is told of the row before.
+std::uint16_t followed_by(const Write& write) noexcept {
+  return write.unchanged == 0 ? std::uint16_t{0} : write.follows;
+}
+
+const char* get_motion_write(ByteReader& reader, std::uint16_t left_out, std::uint16_t follows,
+                             WorldTime world_time, Write& write) noexcept {
+  write.unchanged = left_out & unchanged_words;
+  write.follows = follows;
+  if (write.unchanged == 0 && follows != 0) return "a motion follows another and leaves nothing out";
+  Motion& motion = write.state.row.motion;
+  if (const char* fault = get_told(reader, left_out, world_time, motion)) return fault;
+  return write.unchanged == 0 ? check_stored(motion) : nullptr;
+}
+
+// ---- writes
+
+std::size_t write_bytes(WriteKind kind, std::uint16_t left_out) noexcept {
+  switch (kind) {
+    case WriteKind::create:
+    case WriteKind::update:
+      return sizeof(StoredWrite) + row_bytes;
+    case WriteKind::update_motion:
+      return sizeof(StoredWrite) + told_bytes(left_out);
+    case WriteKind::remove:
+      break;
+  }
+  return sizeof(StoredWrite);
+}
+
+/// `left_out`: of a write.
+template <class LeftOut>
+std::size_t bytes_of(const store::WriteSet& set, LeftOut left_out) noexcept {
+  std::size_t bytes = sizeof(RecordHeader) + sizeof(CommitBody);
+  for (const Write& write : set.writes)
+    bytes += write_bytes(write.kind, left_out(write));
+  for (const store::ShapeWrite& write : set.shapes)
+    bytes += shape_bytes(write.positions_m.size());
+  return bytes;
+}
+
+StoredWriteKind stored(WriteKind kind) noexcept {
+  switch (kind) {
+    case WriteKind::create:
+      return StoredWriteKind::create;
+    case WriteKind::update:
+      return StoredWriteKind::update;
+    case WriteKind::update_motion:
+      return StoredWriteKind::update_motion;
+    case WriteKind::remove:
+      break;
+  }
+  return StoredWriteKind::remove;
+}
+
+void put_write(ByteWriter& writer, const Write& write, WorldTime world_time) noexcept {
+  const bool whole = write.kind == WriteKind::create || write.kind == WriteKind::update;
+  const bool moves = write.kind == WriteKind::update_motion;
+  const EntityState& state = write.state;
+  const std::uint16_t left_out = moves ? left_out_of(write, world_time) : std::uint16_t{0};
+  const std::uint32_t what = whole   ? state.row.geometry.index
+                             : moves ? left_out | std::uint32_t{followed_by(write)} << follows_shift
+                                     : 0;
+  writer.put(stored(write.kind), state.id.index, state.id.generation, what);  // a StoredWrite
+  if (whole) put_row(writer, state.row);
+  if (moves) put_told(writer, state.row.motion, left_out);
+}
+
+const char* get_write(ByteReader& reader, Version version, WorldTime world_time, Write& write) noexcept {
+  StoredWrite stored_write;
+  if (!reader.get(stored_write)) return "a write is cut short";
+  write = Write(WriteKind::create, {{stored_write.index, stored_write.generation}, {}, version});
+  if (stored_write.index >= max_entities) return "an entity's index is beyond the limit";
+  switch (stored_write.kind) {
+    case StoredWriteKind::create:
+      write.kind = WriteKind::create;
+      break;
+    case StoredWriteKind::update:
+      write.kind = WriteKind::update;
+      break;
+    case StoredWriteKind::update_motion:
+      write.kind = WriteKind::update_motion;
+      break;
+    case StoredWriteKind::remove:
+      write.kind = WriteKind::remove;
+      break;
+    default:
+      return "a write is of no known kind";
+  }
+  const std::uint32_t what = stored_write.what;
+  if (write.kind == WriteKind::create || write.kind == WriteKind::update) {
+    write.state.row.geometry = {what};
+    if (const char* fault = check_geometry_index(what)) return fault;
+    return get_row(reader, write.state.row);
+  }
+  if (write.kind == WriteKind::update_motion)
+    return get_motion_write(reader, static_cast<std::uint16_t>(what),
+                            static_cast<std::uint16_t>(what >> follows_shift), world_time, write);
+  return what == 0 ? nullptr : "a write has a geometry that it can not have";
+}
+
+bool is_move(const store::WriteSet& set) noexcept {
+  return set.writes.size() == 1 && set.shapes.empty() && set.version <= max_move_version &&
+         set.writes.front().kind == WriteKind::update_motion;
+}
+
+}  // namespace
+
+CommitForm commit_form_of(const store::WriteSet& set) noexcept {
+  return {.bytes = bytes_of(set, [&](const Write& write) { return left_out_of(write, set.time); })};
+}
+
+CommitForm form_of(const store::WriteSet& set, const std::optional<WorldTime>& time_before) noexcept {
+  if (!is_move(set)) return commit_form_of(set);
+  const std::uint16_t left_out = left_out_of(set.writes.front(), set.time);
+  const std::size_t bytes = sizeof(RecordHeader) + sizeof(MoveBody) + told_bytes(left_out);
+  if (time_before == set.time)
+    return {RecordKind::move, static_cast<std::uint16_t>(left_out | world_time_as_before), bytes};
+  return {RecordKind::move, left_out, bytes + sizeof(std::int64_t)};
+}
+
+std::size_t most_commit_bytes(const store::WriteSet& set) noexcept {
+  static_assert(sizeof(MoveBody) + sizeof(std::int64_t) <= sizeof(CommitBody) + sizeof(StoredWrite));
+  return bytes_of(set, [](const Write&) { return std::uint16_t{0}; });
+}
+
+void encode_commit(const store::WriteSet& set, const CommitForm& form, std::span<std::byte> room) noexcept {
+  RTSTDB_ASSERT(room.size() == form.bytes && form.bytes <= max_record_bytes);
+  ByteWriter writer(room);
+  // Headers and bodies number by number (see put_motion).
+  writer.put(form.kind, form.left_out, static_cast<std::uint32_t>(form.bytes));
+  if (form.kind == RecordKind::move) {
+    const Write& write = set.writes.front();
+    const EntityId id = write.state.id;
+    writer.put(set.version | std::uint64_t{followed_by(write)} << move_follows_shift, id.index,
+               id.generation);
+    if ((form.left_out & world_time_as_before) == 0) writer.put(in_ns(set.time));
+    put_told(writer, write.state.row.motion, form.left_out & ~world_time_as_before);
+  } else {
+    writer.put(std::uint64_t{set.version}, in_ns(set.time), static_cast<std::uint32_t>(set.writes.size()),
+               static_cast<std::uint32_t>(set.shapes.size()));
+    for (const Write& write : set.writes)
+      put_write(writer, write, set.time);
+    for (const store::ShapeWrite& write : set.shapes)
+      put_shape(writer, write.geometry, write.positions_m);
+  }
+  RTSTDB_ASSERT(writer.count() == room.size());
+}
+
+const char* CommitDecoder::decode_commit(std::span<const std::byte> bytes, store::WriteSet& set) {
+  ByteReader reader(bytes);
+  CommitBody body;
+  if (!reader.get(body)) return "a commit is cut short";
+  if (body.version == 0) return "a commit has no version";
+  if (const char* fault = check_time(body.world_time_ns)) return fault;
+  if (body.writes == 0 && body.shapes == 0) return "a commit writes nothing";
+  if (body.writes > reader.left() / sizeof(StoredWrite) || body.shapes > reader.left() / sizeof(StoredShape))
+    return "a commit has more writes than bytes";
+
+  set.version = body.version;
+  set.time = world_time_ns(body.world_time_ns);
+  time_before_ = set.time;
+  set.writes.resize(body.writes);
+  for (Write& write : set.writes)
+    if (const char* fault = get_write(reader, set.version, set.time, write)) return fault;
+  set.shapes.clear();
+  positions_m_.clear();
+  for (std::uint32_t k = 0; k < body.shapes; ++k) {
+    store::ShapeWrite shape;
+    const std::size_t before = positions_m_.size();
+    if (const char* fault = get_shape(reader, shape.geometry, positions_m_)) return fault;
+    shape.given = shape.room = positions_m_.size() - before;
+    set.shapes.push_back(shape);
+  }
+  if (reader.left() != 0) return "a commit has bytes left over";
+  std::size_t first = 0;  // only now do the positions stay where they are
+  for (store::ShapeWrite& shape : set.shapes) {
+    shape.positions_m = std::span(positions_m_).subspan(first, shape.given);
+    first += shape.given;
+  }
+  return nullptr;
+}
+
+const char* CommitDecoder::decode_move(std::uint16_t left_out, std::span<const std::byte> bytes,
+                                       store::WriteSet& set) {
+  ByteReader reader(bytes);
+  MoveBody body;
+  if (!reader.get(body)) return "a move is cut short";
+  set.version = body.version & max_move_version;
+  if (set.version == 0) return "a move has no version";
+  if (body.index >= max_entities) return "an entity's index is beyond the limit";
+  if ((left_out & world_time_as_before) == 0) {
+    std::int64_t time_ns = 0;
+    if (!reader.get(time_ns)) return "a move is cut short";
+    if (const char* fault = check_time(time_ns)) return fault;
+    time_before_ = world_time_ns(time_ns);
+  }
+  if (!time_before_) return "a move leaves out its world time, and no commit before it tells it";
+  set.time = *time_before_;
+  set.shapes.clear();
+  set.writes.assign(1, Write(WriteKind::update_motion, {{body.index, body.generation}, {}, set.version}));
+  const auto follows = static_cast<std::uint16_t>(body.version >> move_follows_shift);
+  const std::uint16_t of_motion = left_out & ~world_time_as_before;
+  if (const char* fault = get_motion_write(reader, of_motion, follows, set.time, set.writes.front()))
+    return fault;
+  return reader.left() == 0 ? nullptr : "a move has bytes left over";
+}
+
+}  // namespace rtstdb::log
