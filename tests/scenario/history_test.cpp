@@ -318,7 +318,8 @@ TEST(RunHistory, AScanIsTheOneThatTheRunSaw) {
             add(word);
         }
       }
-      const auto row = static_cast<std::size_t>(sweep * steps + step + 1);  // seen at the step's deadline
+      const int ended = sweep * steps + step + 1;  // seen at the step's deadline
+      const auto row = static_cast<std::size_t>(ended);
       if (row >= signals.rows()) continue;
       ASSERT_EQ(signals["scanner.digest"][row], static_cast<double>(digest >> 11))
           << sweep << ", step " << step;

@@ -323,11 +323,14 @@ CanaryPairs::Seen CanaryPairs::run(std::uint32_t seed, int readers, int writers,
   const Version before = database_->latest().version;
   std::vector<std::unique_ptr<Reader>> reading;
   std::vector<std::unique_ptr<Writer>> writing;
+  std::vector<std::thread> threads;
+  reading.reserve(static_cast<std::size_t>(readers));
+  writing.reserve(static_cast<std::size_t>(writers));
+  threads.reserve(reading.capacity() + writing.capacity());
   for (int k = 0; k < readers; ++k)
     reading.push_back(std::make_unique<Reader>(*this, seed * 100 + static_cast<std::uint32_t>(k) + 1));
   for (int k = 0; k < writers; ++k)
     writing.push_back(std::make_unique<Writer>(*this, seed * 100 + static_cast<std::uint32_t>(k) + 51));
-  std::vector<std::thread> threads;
   for (const auto& reader : reading)
     threads.emplace_back([&reader] { reader->run(); });
   for (const auto& writer : writing)

@@ -41,7 +41,7 @@ EntityRow value_row(GeometryId body, Key key, Value value) {
 struct Made {
   Version version = 0;
   Value value = 0;
-  friend auto operator<=>(const Made&, const Made&) = default;
+  auto place() const { return std::pair(version, value); }
 };
 using MadeBy = std::map<EntityId, Made>;
 
@@ -53,13 +53,15 @@ struct RawRead {
 
 std::vector<Value> in_words(const RawRead& read, const MadeBy& made_by) {
   std::vector<Made> values;
+  values.reserve(read.bodies.size());
   for (const EntityId body : read.bodies) {
     const auto found = made_by.find(body);
     // A body that nobody was told to have made: no value has this number.
     values.push_back(found != made_by.end() ? found->second : Made{0, 0xFFFFFFFFu});
   }
-  std::ranges::sort(values);
+  std::ranges::sort(values, {}, &Made::place);
   std::vector<Value> words;
+  words.reserve(values.size());
   for (const Made& made : values)
     words.push_back(made.value);
   return words;
