@@ -114,9 +114,7 @@ void CommitLog::start(LogOwner& owner, const Clock& deadline_clock) {
   thread_ = std::thread([this] { run_thread(); });
   pthread_setname_np(thread_.native_handle(), "rtstdb log");
   const sched_param ordinary{};
-  // Nobody waits for it in async mode, and it pushes nobody aside who is at work.
-  const int policy = mode() == DurabilityMode::async ? SCHED_BATCH : SCHED_OTHER;
-  pthread_setschedparam(thread_.native_handle(), policy, &ordinary);
+  pthread_setschedparam(thread_.native_handle(), SCHED_OTHER, &ordinary);
 }
 
 CommitLog::~CommitLog() {

@@ -7,7 +7,7 @@
 //   mode           outcome given               a version can be read   lost when the process dies, or the power goes
 //   volatile_only  when published              when published          all
 //   async          when published              when published          what is not on disk: where that keeps up, the commits of the
-//                                                                      last flush_interval, of the write under way, and of the wait for a processor
+//                                                                      last flush_interval and of the write under way
 //   group          when on disk, with all      when published          nothing that was given as durable
 //                  that came meanwhile
 //   sync           when on disk                when on disk            nothing that could be read

@@ -1,10 +1,5 @@
-// Eight threads commit, look and wait at once, while the log is written, turned over and checkpointed. And the log's own thread.
+// Eight threads commit, look and wait at once, while the log is written, turned over and checkpointed.
 
-#include <sched.h>
-
-#include <filesystem>
-#include <fstream>
-#include <string>
 #include <thread>
 
 #include "life.hpp"
@@ -12,31 +7,9 @@
 namespace rtstdb::transaction::test {
 namespace {
 
-/// How the threads of this process that have this name are scheduled.
-std::vector<int> policies_of(const std::string& name) {
-  std::vector<int> policies;
-  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
-    std::string has;
-    std::ifstream comm(thread.path() / "comm");
-    if (std::getline(comm, has) && has == name)
-      policies.push_back(sched_getscheduler(std::stoi(thread.path().filename())) & ~SCHED_RESET_ON_FORK);
-  }
-  return policies;
-}
-
 class Threads : public testing::TestWithParam<DurabilityMode> {};
 
 INSTANTIATE_TEST_SUITE_P(Durability, Threads, every_mode(), mode_name);
-
-// Where somebody waits for it, it does not wait for those who are at work.
-TEST_P(Threads, TheLogsPushesOthersAsideWhereItIsWaitedFor) {
-  SimulatedDisk disk(1);
-  LifeOptions options;
-  options.mode = GetParam();
-  const Life life(disk, options);
-  const int expected = options.mode == DurabilityMode::async ? SCHED_BATCH : SCHED_OTHER;
-  EXPECT_EQ(policies_of("rtstdb log"), std::vector<int>{expected});
-}
 
 TEST_P(Threads, EightCommitAtOnce) {
   LifeOptions options;
