@@ -56,7 +56,7 @@ void run_pair(const Size& size, bool logged_first, Rates& rates) {
   demand_same_world(without->database(), logged->database());
 }
 
-/// One pair after the other: where a database's memory happens to lie makes a twentieth.
+/// One pair after the other: one differs from the next by a twentieth.
 Figure async_beside_volatile(const std::string& name, const Size& size) {
   Rates rates;
   for (int pair = 0; pair < size.pairs; ++pair)

@@ -352,8 +352,8 @@ def groups(segments, position, time):
                 check(end is None and not later, f"{place}: damaged")
                 return
             records = list(read_records(payload, time))
-            time = records[-1][2] if records else time
             check(len(records) == header[3] > 0, f"{place}: another number of records")
+            time = records[-1][2]
             yield place, records
             at += -(-(72 + header[2]) // SECTOR) * SECTOR
             expected, link = expected + 1, header[6]

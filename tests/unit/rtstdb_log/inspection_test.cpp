@@ -257,10 +257,7 @@ TEST(LogChronicle, BeginsWithTheOldestCheckpointWhereNothingIsBeforeIt) {
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
   const Recovered recovered = recover(disk).value();
-  for (const std::uint64_t segment : recovered.listing.segments)
-    if (segment < recovered.report.read_from.segment) sample.contents.erase(segment_name(segment));
-  for (const std::uint64_t checkpoint : recovered.listing.checkpoints)
-    if (checkpoint < recovered.report.checkpoint) sample.contents.erase(checkpoint_name(checkpoint));
+  take_away_before(recovered, sample.contents);
   disk.set_contents(sample.contents);
   Retelling retelling(sample.history);
   const auto report = read_chronicle(disk, false, retelling);

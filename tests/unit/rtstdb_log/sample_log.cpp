@@ -78,6 +78,13 @@ SampleLog make_sample(const SampleOptions& options) {
   return sample;
 }
 
+void take_away_before(const Recovered& recovered, Contents& contents) {
+  for (const std::uint64_t segment : recovered.listing.segments)
+    if (segment < recovered.report.read_from.segment) contents.erase(segment_name(segment));
+  for (const std::uint64_t checkpoint : recovered.listing.checkpoints)
+    if (checkpoint < recovered.report.checkpoint) contents.erase(checkpoint_name(checkpoint));
+}
+
 std::vector<GroupPlace> groups_of(const Contents& contents) {
   hil::test::SimulatedDisk disk(1);
   disk.set_contents(contents);

@@ -32,6 +32,8 @@ struct SampleLog {
 };
 
 SampleLog make_sample(const SampleOptions& options);
+/// Segments and checkpoints older than those it was recovered from.
+void take_away_before(const Recovered& recovered, Contents& contents);
 
 /// Where a group lies.
 struct GroupPlace {

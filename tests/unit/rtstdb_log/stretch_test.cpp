@@ -191,10 +191,7 @@ TEST(LogStretch, MovesBehindACheckpointHaveItsTime) {
       EXPECT_EQ(stretch.value().last().version, sample.latest);
       EXPECT_EQ(stretch.value().last().time, time);
     }
-    for (const std::uint64_t segment : recovered.listing.segments)
-      if (segment < recovered.report.read_from.segment) sample.contents.erase(segment_name(segment));
-    for (const std::uint64_t checkpoint : recovered.listing.checkpoints)
-      if (checkpoint < recovered.report.checkpoint) sample.contents.erase(checkpoint_name(checkpoint));
+    take_away_before(recovered, sample.contents);
     disk.set_contents(sample.contents);
     const auto extent = read_extent(disk, false);
     ASSERT_TRUE(extent.ok()) << extent.error().message;
