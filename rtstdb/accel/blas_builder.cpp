@@ -42,7 +42,7 @@ Result<BlasBuilder> BlasBuilder::create(gpu::Device& device, Submit& submit) {
   some.triangles.assign(16, {0, 1, 2});
   if (auto built = builder.build(device, some, submit); !built) return built.error();
   const auto make_pool = [&](std::size_t size_bytes) {
-    return device.create_buffer({.name = "warm-up pool", .size_bytes = size_bytes});
+    return device.create_buffer({.name = "warm-up pool", .size_bytes = size_bytes, .addressed = true});
   };
   const auto nodes = make_pool(node_bytes * builder.node_count_);
   if (!nodes) return nodes.error();
@@ -106,10 +106,16 @@ void BlasBuilder::dispatch(PassIndex pass, const shared::BlasArgs& args, std::ui
   submit.recorder().barrier();
 }
 
-void BlasBuilder::record_tree(RadixSort::Words words, Submit& submit) const {
+shared::BlasArgs BlasBuilder::args_of_build() const noexcept {
   shared::BlasArgs args{};
   args.count = count_;
   args.half_size = scratch_.capacity();
+  return args;
+}
+
+void BlasBuilder::record_tree(RadixSort::Words words, Submit& submit) const {
+  shared::BlasArgs args = args_of_build();
+  args.target = scratch_.tree().address();
   gpu::Recorder& recorder = submit.recorder();
   recorder.fill(scratch_.state(), 0, 4 * shared::blas_state_words, 0);
   recorder.barrier();
@@ -124,9 +130,7 @@ void BlasBuilder::record_tree(RadixSort::Words words, Submit& submit) const {
 
 void BlasBuilder::record_levels(Submit& submit) const {
   gpu::Recorder& recorder = submit.recorder();
-  shared::BlasArgs args{};
-  args.count = count_;
-  args.half_size = scratch_.capacity();
+  shared::BlasArgs args = args_of_build();
   for (args.level = 0; args.level < shared::blas_levels_recorded; ++args.level) {
     const std::size_t groups = 4 * level_word(args.level, shared::blas_level_groups);
     for (const PassIndex pass : {count_pass, queue_pass}) {
@@ -138,15 +142,34 @@ void BlasBuilder::record_levels(Submit& submit) const {
   recorder.copy(scratch_.state(), 0, scratch_.state_readback(), 0, 4 * shared::blas_state_words);
 }
 
-/// Appends the levels that a submission was recorded for.
-void BlasBuilder::note_levels(std::span<const std::uint32_t> state) {
-  for (std::uint32_t level = 0; level < shared::blas_levels_recorded; ++level) {
-    if (state[level_word(level, shared::blas_level_count)] == 0) break;
-    levels_.push_back(state[level_word(level, shared::blas_level_first)]);
+/// Appends the levels that a submission was recorded for. Whether there are no more.
+bool BlasBuilder::note_levels(std::span<const std::uint32_t> state) {
+  // The record behind the last level of all says how many nodes there are.
+  constexpr std::uint32_t last = shared::blas_levels_recorded;
+  node_count_ = 0;
+  for (std::uint32_t level = 0; level <= last; ++level) {
+    const std::uint32_t first = state[level_word(level, shared::blas_level_first)];
+    const std::uint32_t count = state[level_word(level, shared::blas_level_count)];
+    node_count_ = std::max(node_count_, first + count);
+    if (level < last && count != 0) levels_.push_back(first);
   }
+  const bool whole = state[level_word(last, shared::blas_level_count)] == 0;
+  if (whole) levels_.push_back(node_count_);
+  return whole;
 }
 
-Result<std::uint32_t> BlasBuilder::build(gpu::Device& device, const MeshView& mesh, Submit& submit) {
+/// The record behind the last level that was recorded says where to go on.
+void BlasBuilder::record_where_to_go_on(gpu::Recorder& recorder) const {
+  constexpr std::uint32_t last = shared::blas_levels_recorded;
+  recorder.fill(scratch_.state(), 4 * shared::blas_levels,
+                4 * (shared::blas_state_words - shared::blas_levels), 0);
+  recorder.barrier();
+  recorder.copy(scratch_.state_readback(), 4 * level_word(last, 0), scratch_.state(), 4 * level_word(0, 0),
+                4 * shared::blas_level_words);
+  recorder.barrier();
+}
+
+Result<void> BlasBuilder::start_build(gpu::Device& device, const MeshView& mesh, Submit& submit) {
   if (auto reserved = reserve(device, mesh.triangles.size(), mesh.positions_m.size()); !reserved)
     return reserved.error();
   scratch_.upload(mesh);
@@ -154,79 +177,51 @@ Result<std::uint32_t> BlasBuilder::build(gpu::Device& device, const MeshView& me
   count_ = static_cast<std::uint32_t>(mesh.triangles.size());
   submit.begin();
   record_tree(RadixSort::Words::upper, submit);
+  record_levels(submit);
+  if (!submit.start()) return lost;
+  return {};
+}
+
+Result<std::uint32_t> BlasBuilder::finish_build(Submit& submit) {
   while (true) {
-    record_levels(submit);
-    if (!submit.run()) return lost;
+    if (!submit.finish()) return lost;
     const auto state = scratch_.state_readback().host_as<std::uint32_t>();
-    if (state[shared::blas_disorder] != 0) {
-      submit.begin();
-      record_tree(RadixSort::Words::both, submit);
-      continue;
-    }
-    // The record behind the last level of all says how many nodes there are; the one behind the last level that
-    // was recorded, where to go on.
-    constexpr std::uint32_t last = shared::blas_levels_recorded;
-    node_count_ = 0;
-    for (std::uint32_t level = 0; level <= last; ++level) {
-      node_count_ = std::max(node_count_, state[level_word(level, shared::blas_level_first)] +
-                                              state[level_word(level, shared::blas_level_count)]);
-    }
-    note_levels(state);
-    if (state[level_word(last, shared::blas_level_count)] == 0) {
-      levels_.push_back(node_count_);
-      return node_count_;
-    }
+    const bool sorted = state[shared::blas_disorder] == 0;
+    if (sorted && note_levels(state)) return node_count_;
     submit.begin();
-    gpu::Recorder& recorder = submit.recorder();
-    recorder.fill(scratch_.state(), 4 * shared::blas_levels,
-                  4 * (shared::blas_state_words - shared::blas_levels), 0);
-    recorder.barrier();
-    recorder.copy(scratch_.state_readback(), 4 * level_word(last, 0), scratch_.state(), 4 * level_word(0, 0),
-                  4 * shared::blas_level_words);
-    recorder.barrier();
+    if (sorted)
+      record_where_to_go_on(submit.recorder());
+    else
+      record_tree(RadixSort::Words::both, submit);
+    record_levels(submit);
+    if (!submit.start()) return lost;
   }
+}
+
+Result<std::uint32_t> BlasBuilder::build(gpu::Device& device, const MeshView& mesh, Submit& submit) {
+  if (auto started = start_build(device, mesh, submit); !started) return started.error();
+  return finish_build(submit);
 }
 
 bool BlasBuilder::write(const Place& place, const gpu::Buffer& nodes, const gpu::Buffer& triangles,
                         Submit& submit) {
-  gpu::Recorder& recorder = submit.recorder();
-  shared::BlasArgs args{};
-  args.count = count_;
-  args.half_size = scratch_.capacity();
+  shared::BlasArgs args = args_of_build();
   args.leaf_base = place.leaf_base;
   args.node_base = place.node_base;
+  args.node_count = node_count_;
   submit.begin();
-  for (args.first = 0; args.first < node_count_; args.first = args.end) {
-    args.end = std::min(node_count_, args.first + scratch_.nodes_at_once());
-    dispatch(nodes_pass, args, groups_of(args.end - args.first, 64), submit);
-    recorder.copy(scratch_.wide(), 0, nodes, (place.node_base + args.first) * node_bytes,
-                  (args.end - args.first) * node_bytes);
-    recorder.barrier();
-  }
-  for (args.first = 0; args.first < count_; args.first = args.end) {
-    args.end = std::min(count_, args.first + scratch_.triangles_at_once());
-    dispatch(triangles_pass, args, groups_of(args.end - args.first, shared::blas_tile), submit);
-    recorder.copy(scratch_.triangles(), 0, triangles, (place.leaf_base + args.first) * triangle_bytes,
-                  (args.end - args.first) * triangle_bytes);
-    recorder.barrier();
-  }
+  args.target = nodes.address(place.node_base * node_bytes);
+  dispatch(nodes_pass, args, groups_of(node_count_, 64), submit);
+  args.target = triangles.address(place.leaf_base * triangle_bytes);
+  dispatch(triangles_pass, args, groups_of(count_, shared::blas_tile), submit);
   return submit.run();
 }
 
 bool BlasBuilder::write_order(const gpu::Buffer& order, Submit& submit) {
-  // As many as triangles go at once find room where nodes do: there are 2n / 7 of them at six texels.
-  gpu::Recorder& recorder = submit.recorder();
-  shared::BlasArgs args{};
-  args.count = count_;
-  args.half_size = scratch_.capacity();
+  shared::BlasArgs args = args_of_build();
+  args.target = order.address();
   submit.begin();
-  for (args.first = 0; args.first < count_; args.first = args.end) {
-    args.end = std::min(count_, args.first + scratch_.triangles_at_once());
-    dispatch(order_pass, args, groups_of(args.end - args.first, shared::blas_tile), submit);
-    recorder.copy(scratch_.wide(), 0, order, 16 * std::size_t{args.first},
-                  16 * std::size_t{args.end - args.first});
-    recorder.barrier();
-  }
+  dispatch(order_pass, args, groups_of(count_, shared::blas_tile), submit);
   return submit.run();
 }
 

@@ -28,26 +28,27 @@ class BlasScratch {
 
   std::uint32_t capacity() const noexcept { return capacity_; }
   std::size_t positions_capacity() const noexcept { return positions_capacity_; }
-  std::uint32_t nodes_at_once() const noexcept { return nodes_at_once_; }
-  std::uint32_t triangles_at_once() const noexcept { return triangles_at_once_; }
 
   void upload(const MeshView& mesh) const;
   /// In the order of tree_scratch.glsl.
-  std::array<const gpu::Buffer*, 16> bindings() const noexcept;
+  std::array<const gpu::Buffer*, 11> bindings() const noexcept;
   Result<RadixSort::Bound> bind_sort(gpu::Device& device, const RadixSort& sort) const {
     return sort.bind(device, keys_, values_, offsets_);
   }
 
+  /// The second half of the values.
+  gpu::BufferPart leaf_order() const noexcept {
+    return {&values_, 4 * std::size_t{capacity_}, 4 * std::size_t{capacity_}};
+  }
+  const gpu::Buffer& tree() const noexcept { return tree_; }
   const gpu::Buffer& state() const noexcept { return state_; }
   const gpu::Buffer& state_readback() const noexcept { return state_readback_; }
-  const gpu::Buffer& wide() const noexcept { return wide_; }
-  const gpu::Buffer& triangles() const noexcept { return triangles_; }
 
  private:
-  std::uint32_t capacity_ = 0, nodes_at_once_ = 0, triangles_at_once_ = 0;
+  std::uint32_t capacity_ = 0;
   std::size_t positions_capacity_ = 0;
-  gpu::Buffer positions_, corners_, keys_, values_, offsets_, box_lo_, box_hi_, binary_;
-  gpu::Buffer arrivals_, costs_, queue_, children_, state_, wide_, triangles_, state_readback_;
+  gpu::Buffer positions_, corners_, keys_, values_, offsets_, tree_, binary_, arrivals_, queue_, children_;
+  gpu::Buffer state_, state_readback_;
 };
 
 class BlasBuilder {
@@ -63,14 +64,23 @@ class BlasBuilder {
     std::uint32_t node_base = 0;
     std::uint32_t leaf_base = 0;
   };
-  /// Decides on the structure of a mesh that has passed validate but for triangles without area, and says how many
-  /// nodes it has. Allocates only where has_room_for says no. Errors: capacity, out_of_memory, device_lost.
+  /// Sets out to decide on the structure of a mesh that has passed validate but for triangles without area. The mesh is
+  /// read here alone. Allocates only where has_room_for says no. Errors: capacity, out_of_memory, device_lost.
+  Result<void> start_build(gpu::Device& device, const MeshView& mesh, Submit& submit);
+  /// After start_build, whose device works meanwhile: how many nodes the structure has. Error: device_lost.
+  Result<std::uint32_t> finish_build(Submit& submit);
+  /// Both.
   Result<std::uint32_t> build(gpu::Device& device, const MeshView& mesh, Submit& submit);
-  /// Writes the structure that was built last into the pools, which have room for it; again for another place. False:
-  /// the device is lost.
+  /// Writes the structure that was built last into the pools, which have room for it and are addressed; again for another
+  /// place. False: the device is lost.
   bool write(const Place& place, const gpu::Buffer& nodes, const gpu::Buffer& triangles, Submit& submit);
-  /// After write: 16 bytes for each triangle in the order of the leaves, its corners and its own number.
+  /// After write, to an addressed buffer: 16 bytes for each triangle in the order of the leaves, its corners and its own number.
   bool write_order(const gpu::Buffer& order, Submit& submit);
+  /// After write: the number of the triangle at each place in the order of the leaves, a word each.
+  gpu::BufferPart leaf_order() const noexcept {
+    const auto [values, offset_bytes, size_bytes] = scratch_.leaf_order();
+    return {values, offset_bytes, 4 * std::size_t{count_}};
+  }
   /// Of the structure that was built last: the first node of each level, then the number of nodes. Nodes of a level
   /// follow those of the level above.
   std::span<const std::uint32_t> levels() const noexcept { return levels_; }
@@ -111,10 +121,12 @@ class BlasBuilder {
   };
   Result<void> reserve(gpu::Device& device, std::size_t triangles, std::size_t positions);
   Result<void> adopt(gpu::Device& device, BlasScratch scratch);
+  shared::BlasArgs args_of_build() const noexcept;
   void dispatch(PassIndex pass, const shared::BlasArgs& args, std::uint32_t groups, Submit& submit) const;
   void record_tree(RadixSort::Words words, Submit& submit) const;
   void record_levels(Submit& submit) const;
-  void note_levels(std::span<const std::uint32_t> state);
+  bool note_levels(std::span<const std::uint32_t> state);
+  void record_where_to_go_on(gpu::Recorder& recorder) const;
 
   std::array<Pass, pass_count> passes_;
   RadixSort sort_;

@@ -2,21 +2,18 @@
 
 #include "rtstdb/accel/blas_builder.hpp"
 #include "rtstdb/accel/build_scratch.hpp"
-#include "shaders/shared/node.h"
+#include "rtstdb/accel/tree_buffers.hpp"
 
 namespace rtstdb::accel {
 namespace {
 
-/// What goes to the pools goes in parts of at most so many.
-constexpr std::uint32_t most_nodes_at_once = 1u << 17;
-constexpr std::uint32_t most_triangles_at_once = 1u << 18;
 constexpr std::uint32_t least_capacity = 1024;
 
 }  // namespace
 
 Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t triangles, std::size_t positions) {
-  // The largest of the buffers that passes bind whole hold so much for each.
-  constexpr std::size_t bytes_per_triangle = 24;
+  // The largest of the buffers that passes bind as storage, the keys, hold so much for each.
+  constexpr std::size_t bytes_per_triangle = 16;
   const std::size_t most_bytes = device.limits().max_storage_range_bytes;
   if (triangles > most_bytes / bytes_per_triangle) {
     return Error{ErrorCode::capacity,
@@ -29,8 +26,6 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
   scratch.positions_capacity_ = std::max<std::size_t>(positions, least_capacity);
   const std::size_t n = scratch.capacity_;
   const std::size_t nodes = wide_node_bound(scratch.capacity_, shared::blas_always_leaf);
-  scratch.nodes_at_once_ = static_cast<std::uint32_t>(std::min<std::size_t>(nodes, most_nodes_at_once));
-  scratch.triangles_at_once_ = std::min(scratch.capacity_, most_triangles_at_once);
   const std::size_t offsets = std::max(n, RadixSort::count_words(n));
   const std::size_t state_bytes = 4 * shared::blas_state_words;
   const auto upload = gpu::Memory::upload;
@@ -45,20 +40,12 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
       {&scratch.keys_, {.name = "geometry keys", .size_bytes = 2 * 8 * n}},
       {&scratch.values_, {.name = "geometry values", .size_bytes = 2 * 4 * n}},
       {&scratch.offsets_, {.name = "geometry offsets", .size_bytes = 4 * offsets}},
-      {&scratch.box_lo_, {.name = "geometry boxes, low", .size_bytes = bytes_per_triangle * n}},
-      {&scratch.box_hi_, {.name = "geometry boxes, high", .size_bytes = bytes_per_triangle * n}},
-      {&scratch.binary_, {.name = "geometry binary", .size_bytes = 16 * n}},
+      {&scratch.tree_, tree_buffer("geometry tree", n)},
+      {&scratch.binary_, binary_buffer("geometry binary", n)},
       {&scratch.arrivals_, {.name = "geometry arrivals", .size_bytes = 4 * n}},
-      {&scratch.costs_, {.name = "geometry costs", .size_bytes = 16 * n}},
       {&scratch.queue_, {.name = "geometry queue", .size_bytes = 16 * nodes}},
       {&scratch.children_, {.name = "geometry children", .size_bytes = 32 * nodes}},
       {&scratch.state_, {.name = "geometry state", .size_bytes = state_bytes, .indirect = true}},
-      {&scratch.wide_,
-       {.name = "geometry nodes",
-        .size_bytes = 16 * std::size_t{shared::node_texels} * scratch.nodes_at_once_}},
-      {&scratch.triangles_,
-       {.name = "geometry triangles",
-        .size_bytes = 16 * std::size_t{shared::triangle_texels} * scratch.triangles_at_once_}},
       {&scratch.state_readback_,
        {.name = "geometry state readback", .size_bytes = state_bytes, .memory = gpu::Memory::readback}},
   };
@@ -75,9 +62,9 @@ void BlasScratch::upload(const MeshView& mesh) const {
     corners[i] = glm::uvec4(mesh.triangles[i], i);
 }
 
-std::array<const gpu::Buffer*, 16> BlasScratch::bindings() const noexcept {
-  return {&corners_,  &positions_, &keys_,  &values_, &offsets_, &box_lo_, &box_hi_,    &binary_,
-          &arrivals_, &keys_,      &costs_, &queue_,  &state_,   &wide_,   &triangles_, &children_};
+std::array<const gpu::Buffer*, 11> BlasScratch::bindings() const noexcept {
+  return {&corners_, &positions_, &keys_,  &values_, &offsets_, &tree_,
+          &binary_,  &arrivals_,  &queue_, &state_,  &children_};
 }
 
 }  // namespace rtstdb::accel

@@ -72,6 +72,7 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
   boxes.texel_float4 = true;
   gpu::BufferOptions order{.name = "deformed order", .size_bytes = 16 * std::size_t{count}};
   order.texel_uint4 = true;
+  order.addressed = true;
   const gpu::BufferWanted wanted[] = {
       {&geometry.positions_, positions},
       {&geometry.boxes_, boxes},

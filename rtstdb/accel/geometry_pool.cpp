@@ -19,6 +19,7 @@ Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t
   options.texel_uint4 = true;
   options.texel_float4 = !holds_nodes;
   options.texel_image = true;
+  options.addressed = true;
   return device.create_buffer(options);
 }
 
@@ -144,7 +145,10 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh&
 Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit) {
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   if (auto room = check_room(count); !room) return room.error();
-  const auto node_count = builder_.build(device, mesh, submit);
+  if (auto started = builder_.start_build(device, mesh, submit); !started) return started.error();
+  const Bounds bounds = bounds_of(mesh);
+  const bool closed = is_closed(mesh);
+  const auto node_count = builder_.finish_build(submit);
   if (!node_count) return node_count.error();
   const PoolPart part{node_count_, node_count_ + node_count.value(), triangle_count_,
                       triangle_count_ + count};
@@ -152,7 +156,7 @@ Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh
   if (!builder_.write({part.node_base, part.triangle_base}, nodes_, triangles_, submit))
     return Error{ErrorCode::device_lost, "the GPU stopped answering while a geometry was written"};
   bounds_.push_back({});
-  write_record(count_, bounds_of(mesh), part.node_base, is_closed(mesh));
+  write_record(count_, bounds, part.node_base, closed);
   return part;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "rtstdb/accel/build_scratch.hpp"
+#include "rtstdb/accel/tree_buffers.hpp"
 #include "rtstdb/accel/tree_levels.hpp"
 
 namespace rtstdb::accel {
@@ -55,11 +56,9 @@ Result<TlasBuilder> TlasBuilder::create(gpu::Device& device, std::uint32_t capac
       {&builder.keys_, {.name = "TLAS keys", .size_bytes = 2 * 8 * n}},
       {&builder.values_, {.name = "TLAS values", .size_bytes = 2 * 4 * n}},
       {&builder.offsets_, {.name = "TLAS offsets", .size_bytes = 4 * offsets}},
-      {&builder.box_lo_, {.name = "TLAS boxes, low", .size_bytes = 2 * 12 * n}},
-      {&builder.box_hi_, {.name = "TLAS boxes, high", .size_bytes = 2 * 12 * n}},
-      {&builder.binary_, {.name = "TLAS binary", .size_bytes = 16 * n}},
+      {&builder.tree_, tree_buffer("TLAS tree", n)},
+      {&builder.binary_, binary_buffer("TLAS binary", n)},
       {&builder.arrivals_, {.name = "TLAS arrivals", .size_bytes = 4 * n}},
-      {&builder.costs_, {.name = "TLAS costs", .size_bytes = 16 * n}},
       {&builder.queue_, {.name = "TLAS queue", .size_bytes = 16 * nodes}},
       {&builder.children_, {.name = "TLAS children", .size_bytes = 32 * nodes}},
       {&builder.state_, {.name = "TLAS state", .size_bytes = state_bytes, .indirect = true}},
@@ -74,8 +73,8 @@ Result<TlasBuilder::Bound> TlasBuilder::bind(gpu::Device& device, const gpu::Buf
                                              const gpu::Buffer& motion_boxes,
                                              const gpu::Buffer& nodes) const {
   // In the order of tree_scratch.glsl.
-  const gpu::Buffer* buffers[] = {&bounds,  &nodes,     &keys_, &values_, &offsets_, &box_lo_, &box_hi_,
-                                  &binary_, &arrivals_, &keys_, &costs_,  &queue_,   &state_,  &children_};
+  const gpu::Buffer* buffers[] = {&bounds,  &nodes,     &keys_,  &values_, &offsets_, &tree_,
+                                  &binary_, &arrivals_, &queue_, &state_,  &children_};
   Bound bound;
   const auto connect = [&](std::size_t pass, gpu::Bindings& bindings) -> Result<void> {
     auto made = device.create_bindings(pipelines_[pass], buffers);
@@ -111,6 +110,7 @@ shared::BlasArgs TlasBuilder::args() const noexcept {
   shared::BlasArgs args{};
   args.count = count_;
   args.half_size = capacity_;
+  args.target = tree_.address();
   return args;
 }
 

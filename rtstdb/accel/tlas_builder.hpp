@@ -82,8 +82,7 @@ class TlasBuilder {
   std::array<gpu::Pipeline, pass_count> pipelines_;
   RadixSort sort_;
   RadixSort::Words words_ = RadixSort::Words::upper;
-  gpu::Buffer keys_, values_, offsets_, box_lo_, box_hi_, binary_, arrivals_, costs_, queue_, children_;
-  gpu::Buffer state_, state_readback_;
+  gpu::Buffer keys_, values_, offsets_, tree_, binary_, arrivals_, queue_, children_, state_, state_readback_;
 
   // Of the build that was begun.
   std::uint32_t count_ = 0;

@@ -146,9 +146,10 @@ std::span<std::byte> Buffer::host() const noexcept {
   return {impl_->copied_to != nullptr ? impl_->copied_to : impl_->mapped, impl_->options.size_bytes};
 }
 
-glm::uvec2 Buffer::address() const noexcept {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.addressed);
-  return {static_cast<std::uint32_t>(impl_->address), static_cast<std::uint32_t>(impl_->address >> 32)};
+glm::uvec2 Buffer::address(std::size_t offset_bytes) const noexcept {
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.addressed && offset_bytes < impl_->options.size_bytes);
+  const std::uint64_t address = impl_->address + offset_bytes;
+  return {static_cast<std::uint32_t>(address), static_cast<std::uint32_t>(address >> 32)};
 }
 
 void Buffer::push(std::size_t offset_bytes, std::size_t size_bytes) const noexcept {

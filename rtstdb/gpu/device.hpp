@@ -61,8 +61,8 @@ class Buffer {
   /// there. Nothing to do where the device took that memory in.
   void push(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
   void pull(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
-  /// Where its first byte is, low word first, for shaders; misuse unless `addressed`. Nothing checks what they write by it.
-  glm::uvec2 address() const noexcept;
+  /// Where that byte is, low word first, for shaders; misuse unless `addressed`. Nothing checks what they write by it.
+  glm::uvec2 address(std::size_t offset_bytes = 0) const noexcept;
   template <class T>
   std::span<T> host_as() const noexcept {
     const auto bytes = host();

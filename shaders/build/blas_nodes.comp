@@ -1,32 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Geometry builder: writes the wide nodes from args.first to args.end, and the order of the triangles in their leaves.
+// Geometry builder: writes the wide nodes, and tells the triangles pass what stands in their leaves.
 #include "build/tree_choice.glsl"
 #include "build/blas_node.glsl"
+#include "build/leaf_order.glsl"
 
 layout(local_size_x = 64) in;
 
-// Puts the triangles below a child into the order of the leaves from `first` on.
-void order_leaf(uint child, uint first) {
-  uint waiting[max_triangles_per_leaf];
-  waiting[0] = child;
-  uint depth = 1u;
-  uint place = args.half_size + first;
-  while (depth != 0u) {
-    const uint node = waiting[--depth];
-    if (is_leaf(node)) {
-      values[place++] = values[node - args.count];
-    } else {
-      waiting[depth++] = binary[node].y;
-      waiting[depth++] = binary[node].x;
-    }
-  }
-}
-
 void main() {
-  const uint index = args.first + gl_GlobalInvocationID.x;
-  if (index >= args.end) return;
+  const uint index = gl_GlobalInvocationID.x;
+  if (index >= args.node_count) return;
   const uvec4 entry = queue[index];
   const uvec4 low = children[2u * index];
   const uvec4 high = children[2u * index + 1u];
@@ -44,9 +28,11 @@ void main() {
     node.box[k] = box_of(here);
     node.reference[k] =
         inner ? next : ref_leaf_bit | (count - 1u) << ref_triangle_count_shift | (args.leaf_base + first);
-    if (used && !inner) order_leaf(here, first);
+    [[unroll]] for (uint rank = 0u; rank < max_triangles_per_leaf; ++rank) {
+      if (used && !inner && rank < count) values[args.half_size + first + rank] = in_leaf(here, rank);
+    }
     next += inner ? 1u : 0u;
     first += used ? count : 0u;
   }
-  write_wide_node(gl_GlobalInvocationID.x, node);
+  write_wide_node(index, node);
 }

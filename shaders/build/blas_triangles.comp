@@ -1,19 +1,20 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Geometry builder, last: triangles in the order of the leaves, three corners each, with their own number.
-#include "build/tree_scratch.glsl"
+// Geometry builder, last: triangles in the order of the leaves, three corners each, with their own number; and that order.
+#include "build/leaf_order.glsl"
 
 layout(local_size_x = 64) in;
 
 void main() {
-  const uint begin = args.first + gl_WorkGroupID.x * blas_tile;
-  const uint end = min(begin + blas_tile, args.end);
-  for (uint i = begin + gl_LocalInvocationID.x; i < end; i += 64u) {
-    const uvec4 triangle = texelFetch(corners, int(values[args.half_size + i]));
-    const uint base = (i - args.first) * triangle_texels;
-    triangles[base] = vec4(position(triangle.x), uintBitsToFloat(triangle.w));
-    triangles[base + 1u] = vec4(position(triangle.y), 0.0);
-    triangles[base + 2u] = vec4(position(triangle.z), 0.0);
+  const uint end = tile_end();
+  for (uint i = tile_begin(); i < end; i += 64u) {
+    const uint number = primitive_in_leaf(values[args.half_size + i]);
+    values[args.half_size + i] = number;
+    const uvec4 triangle = texelFetch(corners, int(number));
+    const uint texel = i * triangle_texels;
+    store_texel(args.target, texel, uvec4(floatBitsToUint(position(triangle.x)), triangle.w));
+    store_texel(args.target, texel + 1u, uvec4(floatBitsToUint(position(triangle.y)), 0u));
+    store_texel(args.target, texel + 2u, uvec4(floatBitsToUint(position(triangle.z)), 0u));
   }
 }

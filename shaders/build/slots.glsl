@@ -3,33 +3,44 @@
 // and Laine 2017, greedily).
 #ifndef RTSTDB_BUILD_SLOTS_GLSL
 #define RTSTDB_BUILD_SLOTS_GLSL
+#include "common/bounds.glsl"
+
+// A gain as a number that grows with it, and in its lowest six bits the child and the slot. Gains that differ by less than 2^-17 of
+// themselves count as the same. Never 0.
+uint gain_key(vec3 to, uint child, uint slot) {
+  const float gain =
+      ((slot & 1u) != 0u ? to.x : -to.x) + ((slot & 2u) != 0u ? to.y : -to.y) + ((slot & 4u) != 0u ? to.z : -to.z);
+  return (ordered(gain) & ~63u) | child << 3u | slot;
+}
 
 // `away`: of the children's centres from the node's. Returns three bits a child. Loops are of constant length, so that arrays
 // become registers.
 uint choose_slots(vec3 away[8], uint count) {
-  uint children_left = (1u << count) - 1u;
-  uint slots_left = 0xFFu;
-  uint slots = 0u;
-  while (children_left != 0u) {
-    float best = -3e38;
-    uint best_child = 0u;
-    uint best_slot = 0u;
-    [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-      const vec3 to = away[k];
-      const bool waits = (children_left >> k & 1u) != 0u;
-      [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) {
-        const float gain =
-            ((slot & 1u) != 0u ? to.x : -to.x) + ((slot & 2u) != 0u ? to.y : -to.y) + ((slot & 4u) != 0u ? to.z : -to.z);
-        const bool better = waits && (slots_left >> slot & 1u) != 0u && gain > best;
-        best = better ? gain : best;
-        best_child = better ? k : best_child;
-        best_slot = better ? slot : best_slot;
-      }
-    }
-    slots |= best_slot << 3u * best_child;
-    children_left &= ~(1u << best_child);
-    slots_left &= ~(1u << best_slot);
+  uint key[64];
+  // All ones where the child waits, or the slot is free.
+  uint waits[8];
+  uint free[8];
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+    waits[k] = k < count ? ~0u : 0u;
+    free[k] = ~0u;
+    [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) key[8u * k + slot] = gain_key(away[k], k, slot);
   }
+  uint slots = 0u;
+  uint placed = 0u;
+  do {
+    uint best = 0u;
+    [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+      [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) best = max(best, key[8u * k + slot] & waits[k] & free[slot]);
+    }
+    const uint child = best >> 3u & 7u;
+    const uint slot = best & 7u;
+    slots |= placed < count ? slot << 3u * child : 0u;
+    [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+      waits[k] = k == child ? 0u : waits[k];
+      free[k] = k == slot ? 0u : free[k];
+    }
+    ++placed;
+  } while (placed < count);
   return slots;
 }
 

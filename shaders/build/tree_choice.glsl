@@ -11,7 +11,14 @@ const uint choice_wide_shift = 18u;
 const uint choice_leaf_bit = 1u << 21;
 uint choice_shift(uint children) { return 3u * (children - 2u); }
 
-uint primitives_below(uint child) { return is_leaf(child) ? 1u : binary[child].z; }
+// Of an inner node.
+uvec4 last_texel_of(uint node) { return tree_texel(texel_of(node) + 3); }
+uint how_of(uint node) { return last_texel_of(node).z; }
+uint primitives_below(uint child) {
+  const bool leaf = is_leaf(child);
+  const uint stored = last_texel_of(leaf ? 0u : child).y;
+  return leaf ? 1u : stored;
+}
 
 struct Choice {
   uint child[8];
@@ -22,21 +29,27 @@ struct Choice {
 // A byte of the queue's third word each.
 uint packed_choice(Choice choice) { return choice.inner | choice.count << 8; }
 
+// Whether a child becomes a wide node.
+bool is_inner(uint child) {
+  const bool leaf = is_leaf(child);
+  return !leaf && (how_of(leaf ? 0u : child) & choice_leaf_bit) == 0u;
+}
+
 Choice choose_children(uint node) {
   Choice choice;
   choice.child[0] = node;
   choice.count = 1u;
   choice.inner = 0u;
-  uvec4 opened = uvec4(0u);
-  bool whole = is_leaf(node);
-  if (!whole) {
-    opened = binary[node];
-    whole = (opened.w & choice_leaf_bit) != 0u;
+  uvec2 opened = uvec2(0u);
+  uint how = choice_leaf_bit;
+  if (!is_leaf(node)) {
+    opened = children_of(node);
+    how = how_of(node);
   }
   // A structure of one leaf: its root holds that leaf alone.
-  if (whole) return choice;
+  if ((how & choice_leaf_bit) != 0u) return choice;
   // How many children each may still become, four bits a child.
-  uint wanted = opened.w >> choice_wide_shift & 7u;
+  uint wanted = how >> choice_wide_shift & 7u;
   wanted |= (8u - wanted) << 4;
   choice.child[0] = opened.x;
   choice.child[1] = opened.y;
@@ -45,11 +58,12 @@ Choice choose_children(uint node) {
   while (k < choice.count) {
     const uint child = choice.child[k];
     const bool leaf = is_leaf(child);
-    opened = binary[leaf ? 0u : child];
+    opened = children_of(leaf ? 0u : child);
+    how = how_of(leaf ? 0u : child);
     uint children = wanted >> 4u * k & 15u;
     uint left = 0u;
     [[unroll]] for (uint i = 7u; i >= 2u; --i) {
-      left = left == 0u && i <= children ? opened.w >> choice_shift(i) & 7u : left;
+      left = left == 0u && i <= children ? how >> choice_shift(i) & 7u : left;
       children = left == 0u ? min(children, i - 1u) : children;
     }
     const bool split = !leaf && left != 0u;
@@ -58,19 +72,17 @@ Choice choose_children(uint node) {
     const uint both = (wanted & ~(15u << 4u * k)) | left << 4u * k | (children - left) << 4u * choice.count;
     wanted = split ? both : wanted;
     choice.count += split ? 1u : 0u;
-    choice.inner |= !leaf && !split && (opened.w & choice_leaf_bit) == 0u ? 1u << k : 0u;
+    choice.inner |= !leaf && !split && (how & choice_leaf_bit) == 0u ? 1u << k : 0u;
     k += split ? 0u : 1u;
   }
   // No slot stays empty beside an inner child: wide_node_bound counts on it.
   while (choice.count < 8u && choice.inner != 0u) {
     const uint widest = uint(findLSB(choice.inner));
-    opened = binary[choice.child[widest]];
+    opened = children_of(choice.child[widest]);
     choice.child[widest] = opened.x;
     choice.child[choice.count] = opened.y;
-    const bool left_inner = !is_leaf(opened.x) && (binary[opened.x].w & choice_leaf_bit) == 0u;
-    const bool right_inner = !is_leaf(opened.y) && (binary[opened.y].w & choice_leaf_bit) == 0u;
-    choice.inner ^= left_inner ? 0u : 1u << widest;
-    choice.inner |= right_inner ? 1u << choice.count : 0u;
+    choice.inner ^= is_inner(opened.x) ? 0u : 1u << widest;
+    choice.inner |= is_inner(opened.y) ? 1u << choice.count : 0u;
     ++choice.count;
   }
   return choice;

@@ -2,6 +2,9 @@
 // and Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 3.1).
 #ifndef RTSTDB_BUILD_TREE_COST_GLSL
 #define RTSTDB_BUILD_TREE_COST_GLSL
+//
+// The texels of an inner node: low corner and cost as one child; high corner and cost as two; costs as 3..6; cost as 7, primitives
+// below, how it is had (see tree_choice.glsl). Only passes that define TREE_WRITES include this.
 #include "build/ray_price.glsl"
 #include "build/tree_choice.glsl"
 
@@ -15,37 +18,42 @@ struct Subtree {
 };
 
 Subtree load_subtree(uint node) {
-  Subtree tree;
-  tree.node = node;
-  tree.how = 0u;
-  tree.box = box_of(node);
+  Subtree subtree;
+  subtree.node = node;
+  subtree.how = 0u;
   // Without a branch: masked invocations would load anyway.
   const bool leaf = is_leaf(node);
-  const uint place = leaf ? 0u : node;
-  const vec4 low = costs_low[place];
-  const vec4 high = costs_high[place];
-  const float all = triangle_cost * box_half_area(tree.box);
-  tree.primitives = leaf ? 1u : floatBitsToUint(high.w);
-  tree.cost = float[7](leaf ? all : low.x, leaf ? all : low.y, leaf ? all : low.z, leaf ? all : low.w, leaf ? all : high.x,
-                       leaf ? all : high.y, leaf ? all : high.z);
-  return tree;
+  const int texel = texel_of(node);
+  const uvec4 t0 = tree_texel(texel);
+  const uvec4 t1 = tree_texel(texel + 1);
+  const uvec4 t2 = tree_texel(leaf ? 0 : texel + 2);
+  const uvec4 t3 = tree_texel(leaf ? 0 : texel + 3);
+  subtree.box = Box(uintBitsToFloat(t0.xyz), uintBitsToFloat(t1.xyz));
+  const float all = triangle_cost * box_half_area(subtree.box);
+  subtree.primitives = leaf ? 1u : t3.y;
+  const uint stored[7] = uint[7](t0.w, t1.w, t2.x, t2.y, t2.z, t2.w, t3.x);
+  [[unroll]] for (uint i = 0u; i < 7u; ++i) subtree.cost[i] = leaf ? all : uintBitsToFloat(stored[i]);
+  return subtree;
 }
 
-void store_subtree(Subtree tree, uint left, uint right) {
-  box_lo[tree.node] = tree.box.lo;
-  box_hi[tree.node] = tree.box.hi;
-  binary[tree.node] = uvec4(left, right, tree.primitives, tree.how);
-  costs_low[tree.node] = vec4(tree.cost[0], tree.cost[1], tree.cost[2], tree.cost[3]);
-  costs_high[tree.node] = vec4(tree.cost[4], tree.cost[5], tree.cost[6], uintBitsToFloat(tree.primitives));
+void store_subtree(Subtree subtree, uint left, uint right) {
+  const uint texel = uint(texel_of(subtree.node));
+  uint cost[7];
+  [[unroll]] for (uint i = 0u; i < 7u; ++i) cost[i] = floatBitsToUint(subtree.cost[i]);
+  store_texel(args.target, texel, uvec4(floatBitsToUint(subtree.box.lo), cost[0]));
+  store_texel(args.target, texel + 1u, uvec4(floatBitsToUint(subtree.box.hi), cost[1]));
+  store_texel(args.target, texel + 2u, uvec4(cost[2], cost[3], cost[4], cost[5]));
+  store_texel(args.target, texel + 3u, uvec4(cost[6], subtree.primitives, subtree.how, 0u));
+  binary[subtree.node] = uvec2(left, right);
 }
 
 // The cheapest of all ways to make `node` from two subtrees.
 Subtree join(uint node, Subtree a, Subtree b) {
-  Subtree tree;
-  tree.node = node;
-  tree.primitives = a.primitives + b.primitives;
-  tree.box = box_union(a.box, b.box);
-  const float area = box_half_area(tree.box);
+  Subtree subtree;
+  subtree.node = node;
+  subtree.primitives = a.primitives + b.primitives;
+  subtree.box = box_union(a.box, b.box);
+  const float area = box_half_area(subtree.box);
   float wide_cost = a.cost[0] + b.cost[6];
   uint wide_left = 1u;
   [[unroll]] for (uint k = 2u; k < 8u; ++k) {
@@ -54,17 +62,17 @@ Subtree join(uint node, Subtree a, Subtree b) {
     wide_cost = min(cost, wide_cost);
   }
   const float inner = wide_cost + node_cost * area;
-  const float as_leaf = triangle_cost * area * float(tree.primitives);
+  const float as_leaf = triangle_cost * area * float(subtree.primitives);
 #ifdef BUILD_TLAS
   const bool leaf = false;
 #else
   const bool leaf =
-      tree.primitives <= blas_always_leaf || (tree.primitives <= max_triangles_per_leaf && as_leaf <= inner);
+      subtree.primitives <= blas_always_leaf || (subtree.primitives <= max_triangles_per_leaf && as_leaf <= inner);
 #endif
-  tree.how = wide_left << choice_wide_shift | (leaf ? choice_leaf_bit : 0u);
-  tree.cost[0] = leaf ? as_leaf : inner;
+  subtree.how = wide_left << choice_wide_shift | (leaf ? choice_leaf_bit : 0u);
+  subtree.cost[0] = leaf ? as_leaf : inner;
   [[unroll]] for (uint i = 2u; i < 8u; ++i) {
-    float least = tree.cost[i - 2u];
+    float least = subtree.cost[i - 2u];
     uint left = 0u;
     // Of constant length, or Mesa unrolls neither loop.
     [[unroll]] for (uint k = 1u; k < 7u; ++k) {
@@ -72,10 +80,10 @@ Subtree join(uint node, Subtree a, Subtree b) {
       left = cost < least ? k : left;
       least = min(cost, least);
     }
-    tree.cost[i - 1u] = least;
-    tree.how |= left << choice_shift(i);
+    subtree.cost[i - 1u] = least;
+    subtree.how |= left << choice_shift(i);
   }
-  return tree;
+  return subtree;
 }
 
 #endif

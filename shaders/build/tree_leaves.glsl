@@ -11,8 +11,9 @@ void main() {
   const uint end = tile_end();
   for (uint i = tile_begin(); i < end; i += 64u) {
     const Box box = box_of_primitive(values[i]);
-    box_lo[args.count + i] = box.lo;
-    box_hi[args.count + i] = box.hi;
+    const uint texel = uint(texel_of(args.count + i));
+    store_texel(args.target, texel, uvec4(floatBitsToUint(box.lo), 0u));
+    store_texel(args.target, texel + 1u, uvec4(floatBitsToUint(box.hi), 0u));
     arrivals[i] = nobody;
     const uint next = min(i + 1u, args.count - 1u);
     const uint high = keys[i] ^ keys[next];

@@ -5,7 +5,7 @@
 //
 // Improved by rotations (Kensler 2008, "Tree Rotations for Improving Bounding Volume Hierarchies"): about a node with children
 // a = (e, f) and b = (c, d), a child changes places with a grandchild, or two grandchildren with one another, where that makes
-// the boxes of a and b smaller. A node's children are final, and its cost is known, when its parent has been made.
+// the boxes of a and b smaller. A node's children are final, and its box and its cost are known, when its parent has been made.
 #include "build/tree_cost.glsl"
 
 layout(local_size_x = 64) in;
@@ -13,14 +13,14 @@ layout(local_size_x = 64) in;
 float joint_area(Subtree a, Subtree b) { return box_half_area(box_union(a.box, b.box)); }
 
 Subtree select(bool first, Subtree a, Subtree b) {
-  Subtree tree;
-  tree.node = first ? a.node : b.node;
-  tree.primitives = first ? a.primitives : b.primitives;
-  tree.how = 0u;
-  tree.box.lo = first ? a.box.lo : b.box.lo;
-  tree.box.hi = first ? a.box.hi : b.box.hi;
-  [[unroll]] for (uint i = 0u; i < 7u; ++i) tree.cost[i] = first ? a.cost[i] : b.cost[i];
-  return tree;
+  Subtree chosen;
+  chosen.node = first ? a.node : b.node;
+  chosen.primitives = first ? a.primitives : b.primitives;
+  chosen.how = 0u;
+  chosen.box.lo = first ? a.box.lo : b.box.lo;
+  chosen.box.hi = first ? a.box.hi : b.box.hi;
+  [[unroll]] for (uint i = 0u; i < 7u; ++i) chosen.cost[i] = first ? a.cost[i] : b.cost[i];
+  return chosen;
 }
 
 // Which rotation gains most; none of 0..5 does: 6.
@@ -53,8 +53,8 @@ uint best_rotation(bool opens_a, bool opens_b, Subtree e, Subtree f, Subtree c, 
 void make_node(uint node, uint a, uint b) {
   const bool opens_a = !is_leaf(a);
   const bool opens_b = !is_leaf(b);
-  const uvec2 in_a = binary[opens_a ? a : 0u].xy;
-  const uvec2 in_b = binary[opens_b ? b : 0u].xy;
+  const uvec2 in_a = children_of(opens_a ? a : 0u);
+  const uvec2 in_b = children_of(opens_b ? b : 0u);
   // A leaf stands for its children.
   const Subtree e = load_subtree(opens_a ? in_a.x : a);
   const Subtree f = load_subtree(opens_a ? in_a.y : a);
@@ -78,11 +78,7 @@ void make_node(uint node, uint a, uint b) {
   const Subtree outer = join(b_inside ? a : b, r, s);
   if (opens_outer) store_subtree(outer, r.node, s.node);
   const uint promoted = which == 0u ? c.node : which == 1u ? d.node : which == 2u ? e.node : f.node;
-  const Box box = box_union(box_union(e.box, f.box), box_union(c.box, d.box));
-  box_lo[node] = box.lo;
-  box_hi[node] = box.hi;
-  binary[node].x = which >= 2u ? a : b;
-  binary[node].y = nested ? promoted : b;
+  binary[node] = uvec2(which >= 2u ? a : b, nested ? promoted : b);
 }
 
 // All climbs of the run are one: where one ends the next begins at once, and each invocation comes to its next node that is to be
@@ -121,17 +117,15 @@ void main() {
         last = left_child ? other : last;
         made = parent;
       }
-      // Two leaves: nothing to rotate and nothing to price.
+      // Two leaves: nothing to rotate.
       if (made != nobody && last - first == 1u) {
-        const Box box = box_union(box_of(args.count + first), box_of(args.count + last));
-        box_lo[parent] = box.lo;
-        box_hi[parent] = box.hi;
         node = parent;
         made = nobody;
       }
     }
     if (made != nobody) {
-      make_node(made, binary[made].x, binary[made].y);
+      const uvec2 children = children_of(made);
+      make_node(made, children.x, children.y);
       node = made;
     }
   }

@@ -7,7 +7,7 @@ void main() {
   if (gl_GlobalInvocationID.x != 0u || args.count == 0u || state[blas_disorder] != 0u) return;
   const uint root = state[blas_root];
   if (!is_leaf(root)) {
-    const uvec2 children = binary[root].xy;
+    const uvec2 children = children_of(root);
     store_subtree(join(root, load_subtree(children.x), load_subtree(children.y)), children.x, children.y);
   }
   const uint level = blas_levels;

@@ -6,9 +6,11 @@
 // device sets this constant from its driver (rtstdb/gpu/pipeline.cpp).
 layout(constant_id = 0) const bool fence_in_divergent_flow = true;
 
-// Orders this invocation's buffer accesses around an atomic, where not every invocation comes by.
+// Orders what this invocation does with buffers and their texels around an atomic, where not every invocation comes by.
 void divergent_fence() {
-  if (fence_in_divergent_flow) memoryBarrierBuffer();
+  if (!fence_in_divergent_flow) return;
+  memoryBarrierBuffer();
+  memoryBarrierImage();
 }
 
 #endif

@@ -10,9 +10,9 @@
 //   NEAREST_TRIANGLE                 triangles
 // NEAREST_STILL, with NEAREST_CENTER: all ask at one instant, to which the slot's window has shrunk.
 #include "common/loops.glsl"
+#include "common/pairs.glsl"
 #include "common/places.glsl"
 #include "common/wide_node.glsl"
-#include "query/answer.glsl"
 #include "query/nearest_point.glsl"
 
 #if defined(NEAREST_CENTER) || defined(NEAREST_BOUNDS)

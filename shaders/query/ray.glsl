@@ -3,8 +3,8 @@
 // Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants or
 // some of them move with an entity, RAY_LIST as the largest number of hits of each, where that is more than one, RAY_PACKET
 // where eight neighbours run side by side.
+#include "common/pairs.glsl"
 #include "common/places.glsl"
-#include "query/answer.glsl"
 #ifdef RAY_PACKET
 #include "query/packet.glsl"
 #else

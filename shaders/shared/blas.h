@@ -33,8 +33,9 @@ RTSTDB_CONSTANT(blas_state_words, 8 + 8 * 13)
   F(uint, leaf_base) /* first triangle of this geometry in the pool */                  \
   F(uint, node_base) /* where its root will stand in the node pool */                   \
   F(uint, level)     /* of the wide tree */                                             \
-  F(uint, first)     /* the part of the nodes, or of the triangles, that is written; of the tree, its first workgroup */ \
-  F(uint, end)                                                                          \
+  F(uint, node_count)                                                                   \
+  F(uvec2, target)   /* where the tree, nodes, triangles or their order are written */  \
+  F(uint, first)     /* of the tree: its first workgroup */                             \
   F(uint, box_first) /* of a TLAS: which of the boxes there are the instances', */      \
   F(uint, box_stride)
 RTSTDB_STRUCT(BlasArgs)

@@ -1,5 +1,4 @@
-// One geometry of five million triangles: its structure is written into the pools in parts, and rays find on it
-// what the oracle finds.
+// One geometry of five million triangles: rays find on it what the oracle finds.
 
 #include <cmath>
 #include <numbers>

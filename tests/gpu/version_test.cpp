@@ -119,10 +119,10 @@ TEST_F(Versions, AGeometryMayComeAfterTheQueries) {
 TEST_F(Versions, ARefusedGeometryLeavesTheWorldAsItWas) {
   create(box_at(11.0));
   ASSERT_EQ(lambda(), 10.0f);
-  // So many that lavapipe can not bind the boxes of their tree as one buffer.
+  // So many that lavapipe can not bind the keys of their sort as one buffer.
   TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
-  mesh.triangles.reserve(6'000'000);
-  while (mesh.triangles.size() < 6'000'000)
+  mesh.triangles.reserve(9'000'000);
+  while (mesh.triangles.size() < 9'000'000)
     mesh.triangles.push_back(mesh.triangles[mesh.triangles.size() % 12]);
   const auto added = database().add_geometry(mesh, "huge");
   if (database().device().software) {

@@ -1,0 +1,26 @@
+#pragma once
+// The buffers of the tree builders that passes load by whole texels (shaders/build/tree_scratch.glsl), for n primitives.
+
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include "rtstdb/gpu/device.hpp"
+
+namespace rtstdb::accel {
+
+/// Four texels for each inner node, two for each leaf. Passes also write it by address.
+inline gpu::BufferOptions tree_buffer(std::string name, std::size_t primitives) {
+  return {.name = std::move(name),
+          .size_bytes = 16 * 6 * primitives,
+          .texel_uint4 = true,
+          .texel_image = true,
+          .addressed = true};
+}
+
+/// Two inner nodes a texel.
+inline gpu::BufferOptions binary_buffer(std::string name, std::size_t primitives) {
+  return {.name = std::move(name), .size_bytes = 16 * ((primitives + 1) / 2), .texel_uint4 = true};
+}
+
+}  // namespace rtstdb::accel
