@@ -177,7 +177,7 @@ Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& 
 
 /// A geometry as it was added.
 struct Added {
-  TriangleMesh mesh;
+  std::shared_ptr<const TriangleMesh> mesh;
   std::string name;
   bool deforms = false;
 };
@@ -187,11 +187,12 @@ Result<std::vector<Added>> add_recovered(const log::World& world, query::GpuExec
   std::vector<Added> known;
   for (const log::WorldGeometry& geometry : world.geometries) {
     const auto& [id, name, options, file, checksum] = geometry.logged;
-    auto added = executor.add_geometry(geometry.mesh, options);
+    const auto mesh = std::make_shared<const TriangleMesh>(geometry.mesh);
+    auto added = executor.add_geometry(mesh, options);
     if (!added)
       return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
     RTSTDB_ASSERT(added.value() == id);
-    known.push_back({geometry.mesh, name, options.deforms});
+    known.push_back({mesh, name, options.deforms});
   }
   return known;
 }
@@ -225,9 +226,9 @@ class DatabaseImpl final : public Database {
     for (std::uint32_t index = 0; index < meshes_.size(); ++index) {
       const Added& geometry = meshes_[index];
       follower_.make_room_for_geometry();
-      follower_.add_geometry(bounds_of(geometry.mesh), geometry.deforms);
+      follower_.add_geometry(bounds_of(*geometry.mesh), geometry.deforms);
       if (geometry.deforms)
-        engine_.call([&, used = standing::Follower::used_positions(geometry.mesh)]() mutable {
+        engine_.call([&, used = standing::Follower::used_positions(*geometry.mesh)]() mutable {
           follower_.keep_bounds(GeometryId{index}, std::move(used));
         });
     }
@@ -350,7 +351,7 @@ class DatabaseImpl final : public Database {
       const std::lock_guard lock(meshes_mutex_);
       if (id.index >= meshes_.size())
         return Error{ErrorCode::bad_input, "geometry " + std::to_string(id.index) + " does not exist"};
-      mesh = meshes_[id.index].mesh;
+      mesh = *meshes_[id.index].mesh;
       deforms = meshes_[id.index].deforms;
     }
     if (!deforms) return mesh;
@@ -368,7 +369,7 @@ class DatabaseImpl final : public Database {
                                const GeometryOptions& options) {
     // Held over both, so that meshes stand in the order of their ids.
     const std::lock_guard lock(adding_mutex_);
-    Added copy{mesh, std::string(name), options.deforms};
+    Added copy{std::make_shared<const TriangleMesh>(mesh), std::string(name), options.deforms};
     {
       const std::lock_guard reading_lock(meshes_mutex_);
       meshes_.reserve(meshes_.size() + 1);
@@ -384,15 +385,14 @@ class DatabaseImpl final : public Database {
     }
     auto used_positions =
         options.deforms ? standing::Follower::used_positions(mesh) : std::vector<std::uint32_t>();
-    const Bounds bounds = bounds_of(mesh);
     std::optional<Result<GeometryId>> added;
     const auto add = [&] {
       if (logged && !engine_.log()->room_for(*logged)) return;
-      added.emplace(
-          unless_out_of_memory<GeometryId>("it", {}, [&] { return executor_->add_geometry(mesh, options); }));
+      added.emplace(unless_out_of_memory<GeometryId>(
+          "it", {}, [&] { return executor_->add_geometry(copy.mesh, options); }));
       if (!*added) return;
       // Before any version can be read that names it.
-      follower_.add_geometry(bounds, options.deforms);
+      follower_.add_geometry(executor_->last_bounds(), options.deforms);
       if (shapes != nullptr) {
         engine_.keep_shapes(added->value(), std::move(shapes));
         follower_.keep_bounds(added->value(), std::move(used_positions));

@@ -1,5 +1,6 @@
 #include "bench/spatial/our_structures.hpp"
 
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <vector>
@@ -13,6 +14,10 @@ namespace hil::bench {
 namespace {
 
 using namespace rtstdb;
+
+std::shared_ptr<const TriangleMesh> shared(const TriangleMesh& mesh) {
+  return std::make_shared<const TriangleMesh>(mesh);
+}
 
 /// Every row differs from version to version.
 class MovedRows final : public query::RowSource {
@@ -80,7 +85,7 @@ struct OurTlas::Impl {
 
 OurTlas::OurTlas(const TriangleMesh& mesh, std::span<const Pose> places, bool refits)
     : impl_(std::make_unique<Impl>(places.size(), refits)) {
-  impl_->geometry = {must(impl_->pool.add(*impl_->device, mesh, impl_->submit))};
+  impl_->geometry = {must(impl_->pool.add(*impl_->device, shared(mesh), impl_->submit))};
   must(impl_->tlas.bind(*impl_->device, impl_->pool));
   impl_->submit.begin();
   impl_->tlas.record_warm_up(impl_->submit.recorder());
@@ -127,7 +132,7 @@ struct OurDeforming::Impl {
 };
 
 OurDeforming::OurDeforming(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
-  must(impl_->pool.add(*impl_->device, mesh, impl_->submit, {.deforms = true}));
+  must(impl_->pool.add(*impl_->device, shared(mesh), impl_->submit, {.deforms = true}));
 }
 
 OurDeforming::~OurDeforming() = default;
@@ -147,8 +152,8 @@ std::size_t our_mesh_bytes(const TriangleMesh& mesh) {
   const auto device = must(gpu::Device::open({}));
   auto submit = must(accel::Submit::create(*device));
   auto pool = must(accel::GeometryPool::create(*device, 2, submit));
-  const std::uint32_t first = must(pool.add(*device, mesh, submit));
-  const std::uint32_t second = must(pool.add(*device, make_box(glm::dvec3(1.0)), submit));
+  const std::uint32_t first = must(pool.add(*device, shared(mesh), submit));
+  const std::uint32_t second = must(pool.add(*device, shared(make_box(glm::dvec3(1.0))), submit));
   // One structure stands behind the other.
   const auto records = pool.geometries().host_as<shared::GeometryRecord>();
   const std::size_t nodes = records[second].root - records[first].root;

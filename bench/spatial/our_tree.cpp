@@ -57,7 +57,8 @@ double our_tree_cost(const TriangleMesh& mesh) {
   const auto device = must(gpu::Device::open({}));
   auto submit = must(accel::Submit::create(*device));
   auto pool = must(accel::GeometryPool::create(*device, 1, submit));
-  const std::uint32_t geometry = must(pool.add(*device, mesh, submit));
+  const std::uint32_t geometry =
+      must(pool.add(*device, std::make_shared<const rtstdb::TriangleMesh>(mesh), submit));
   const auto read_back = must(device->create_buffer(
       {.name = "read back", .size_bytes = pool.nodes().size_bytes(), .memory = gpu::Memory::readback}));
   submit.begin();

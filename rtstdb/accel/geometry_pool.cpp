@@ -110,16 +110,16 @@ Result<void> GeometryPool::check_room(std::uint32_t triangles) const {
   return {};
 }
 
-Result<std::uint32_t> GeometryPool::add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit,
-                                        const GeometryOptions& options) {
+Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<const TriangleMesh> mesh,
+                                        Submit& submit, const GeometryOptions& options) {
   bounds_.reserve(count_ + 1);
   kept_.reserve(count_ + 1);
   const std::uint32_t generation = generation_;
   auto added =
-      options.deforms ? add_deforming(device, mesh, options, submit) : add_still(device, mesh, submit);
+      options.deforms ? add_deforming(device, *mesh, options, submit) : add_still(device, *mesh, submit);
   std::shared_ptr<const KeptGeometry> kept;
   if (added) {
-    auto taken = keep(device, mesh, options, added.value(), submit);
+    auto taken = keep(device, std::move(mesh), options, added.value(), submit);
     if (taken)
       kept = std::move(taken).value();
     else

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <rtstdb/geometry.hpp>
@@ -31,9 +32,9 @@ class GeometryPool {
   /// What brings it all to another device.
   const KeptGeometries& kept() const noexcept { return kept_; }
 
-  /// Builds the BLAS. The mesh has passed validate. Errors: capacity, out_of_memory, device_lost; the pool is
+  /// Builds the BLAS. The mesh has passed validate, and is kept. Errors: capacity, out_of_memory, device_lost; the pool is
   /// unchanged.
-  Result<std::uint32_t> add(gpu::Device& device, const TriangleMesh& mesh, Submit& submit,
+  Result<std::uint32_t> add(gpu::Device& device, std::shared_ptr<const TriangleMesh> mesh, Submit& submit,
                             const GeometryOptions& options = {});
 
   /// Brings geometry that deforms to its shapes in that version: those that are not on the device yet are refitted
@@ -68,7 +69,8 @@ class GeometryPool {
   Result<PoolPart> add_deforming(gpu::Device& device, const TriangleMesh& mesh,
                                  const GeometryOptions& options, Submit& submit);
   /// The geometry that was added last, which is not counted yet.
-  Result<std::shared_ptr<const KeptGeometry>> keep(gpu::Device& device, const TriangleMesh& mesh,
+  Result<std::shared_ptr<const KeptGeometry>> keep(gpu::Device& device,
+                                                   std::shared_ptr<const TriangleMesh> mesh,
                                                    const GeometryOptions& options, const PoolPart& part,
                                                    Submit& submit);
   Result<void> bring_back(gpu::Device& device, std::uint32_t index, const KeptGeometry& kept, Upload& upload);

@@ -1,6 +1,9 @@
 // The pool and what the host keeps of it: taken down when a geometry is added, brought to another device.
 
+#include <glm/common.hpp>
+
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "rtstdb/accel/geometry_pool.hpp"
@@ -18,57 +21,76 @@ const Error lost{ErrorCode::device_lost, "the GPU stopped answering while geomet
 std::size_t kept_bytes(const KeptGeometries& kept) {
   std::size_t bytes = 0;
   for (const auto& geometry : kept) {
-    for (const auto* pieces : {&geometry->nodes, &geometry->triangles}) {
-      for (const KeptGeometry::Piece& piece : *pieces)
-        bytes += piece.bytes.size();
-    }
-    if (geometry->deforming) bytes += 2 * geometry->deforming->order.size();
+    for (const KeptGeometry::Piece& piece : geometry->nodes)
+      bytes += piece.bytes.size_bytes();
+    if (geometry->deforming)
+      bytes += 2 * geometry->deforming->order.size_bytes();
+    else
+      bytes += triangle_bytes * geometry->mesh->triangles.size();
   }
   return bytes;
 }
 
+/// Triangles as the builder writes them, some at a time. False: the device is lost.
+bool put_triangles(const TriangleMesh& mesh, std::span<const std::uint32_t> leaf_order,
+                   const gpu::Buffer& pool, std::size_t offset_bytes, Upload& upload) {
+  constexpr std::size_t most_at_once = 1024;
+  std::array<glm::uvec4, shared::triangle_texels * most_at_once> texels;
+  while (!leaf_order.empty()) {
+    const std::size_t count = std::min(leaf_order.size(), most_at_once);
+    auto texel = texels.begin();
+    for (const std::uint32_t number : leaf_order.first(count)) {
+      for (int corner = 0; corner < 3; ++corner) {
+        const glm::vec3& p = mesh.positions_m[mesh.triangles[number][corner]];
+        *texel++ = {glm::floatBitsToUint(p), corner == 0 ? number : 0u};
+      }
+    }
+    const auto bytes = std::as_bytes(std::span(texels).first(shared::triangle_texels * count));
+    if (!upload.put(pool, offset_bytes, bytes)) return false;
+    offset_bytes += bytes.size();
+    leaf_order = leaf_order.subspan(count);
+  }
+  return true;
+}
+
 }  // namespace
 
-Result<std::shared_ptr<const KeptGeometry>> GeometryPool::keep(gpu::Device& device, const TriangleMesh& mesh,
+Result<std::shared_ptr<const KeptGeometry>> GeometryPool::keep(gpu::Device& device,
+                                                               std::shared_ptr<const TriangleMesh> mesh,
                                                                const GeometryOptions& options,
                                                                const PoolPart& part, Submit& submit) {
   auto kept = std::make_shared<KeptGeometry>();
   kept->part = part;
   kept->record = geometries_.host_as<const shared::GeometryRecord>()[count_];
   kept->bounds = bounds_[count_];
-  Result<void> read;
-  const auto take = [&](std::vector<KeptGeometry::Piece>& pieces, const gpu::Buffer& pool, std::uint32_t base,
-                        std::size_t count, std::size_t element_bytes) {
-    if (!read) return;
-    auto bytes = read_back(device, pool, base * element_bytes, count * element_bytes, submit);
-    if (bytes)
-      pieces.push_back({base, std::move(bytes).value()});
-    else
-      read = bytes.error();
+  const auto take_nodes = [&](std::uint32_t base, std::uint32_t count) -> Result<void> {
+    auto bytes = read_back(device, {&nodes_, base * node_bytes, count * node_bytes}, submit);
+    if (!bytes) return bytes.error();
+    kept->nodes.push_back({base, std::move(bytes).value()});
+    return {};
   };
   if (!options.deforms) {
-    take(kept->nodes, nodes_, part.node_base, part.node_end - part.node_base, node_bytes);
-    take(kept->triangles, triangles_, part.triangle_base, part.triangle_end - part.triangle_base,
-         triangle_bytes);
+    if (auto taken = take_nodes(part.node_base, part.node_end - part.node_base); !taken) return taken.error();
+    auto order = read_back(device, builder_.leaf_order(), submit);
+    if (!order) return order.error();
+    kept->leaf_order = std::move(order).value();
   } else {
     const DeformingGeometry& geometry = deforming_.back();
     const std::span<const std::uint32_t> levels = builder_.levels();
     KeptDeforming& deforming = kept->deforming.emplace();
-    deforming = {.mesh = mesh,
-                 .options = options,
+    deforming = {.options = options,
                  .places = {geometry.at(0), geometry.at(1)},
                  .order = {},
                  .levels = {levels.begin(), levels.end()},
                  .built_burden = geometry.built_burden(0)};
-    for (const BlasBuilder::Place& place : deforming.places)
-      take(kept->nodes, nodes_, place.node_base, levels.back(), node_bytes);
-    if (read) {
-      auto order = read_back(device, geometry.order(0), 0, 16 * mesh.triangles.size(), submit);
-      if (!order) return order.error();
-      deforming.order = std::move(order).value();
+    for (const BlasBuilder::Place& place : deforming.places) {
+      if (auto taken = take_nodes(place.node_base, levels.back()); !taken) return taken.error();
     }
+    auto order = read_back(device, {&geometry.order(0), 0, 16 * mesh->triangles.size()}, submit);
+    if (!order) return order.error();
+    deforming.order = std::move(order).value();
   }
-  if (!read) return read.error();
+  kept->mesh = std::move(mesh);
   return std::shared_ptr<const KeptGeometry>(std::move(kept));
 }
 
@@ -102,24 +124,24 @@ Result<void> GeometryPool::bring_back(gpu::Device& device, std::uint32_t index, 
                                       Upload& upload) {
   bool there = true;
   for (const KeptGeometry::Piece& piece : kept.nodes)
-    there = there && upload.put(nodes_, piece.base * node_bytes, piece.bytes);
-  for (const KeptGeometry::Piece& piece : kept.triangles)
-    there = there && upload.put(triangles_, piece.base * triangle_bytes, piece.bytes);
+    there = there && upload.put(nodes_, piece.base * node_bytes, piece.bytes.as<const std::byte>());
+  there = there && put_triangles(*kept.mesh, kept.leaf_order.as<const std::uint32_t>(), triangles_,
+                                 kept.part.triangle_base * triangle_bytes, upload);
   if (!there) return lost;
   geometries_.host_as<shared::GeometryRecord>()[index] = kept.record;
   bounds_[index] = kept.bounds;
   if (!kept.deforming) return {};
   const KeptDeforming& deforming = *kept.deforming;
-  auto made = DeformingGeometry::create(device, GeometryId{index}, deforming.mesh, deforming.options,
-                                        deforming.places);
+  auto made =
+      DeformingGeometry::create(device, GeometryId{index}, *kept.mesh, deforming.options, deforming.places);
   if (!made) return made.error();
   DeformingGeometry& geometry = deforming_.emplace_back(std::move(made).value());
   for (std::size_t place = 0; place < DeformingGeometry::places; ++place) {
-    if (!upload.put(geometry.order(place), 0, deforming.order)) return lost;
+    if (!upload.put(geometry.order(place), 0, deforming.order.as<const std::byte>())) return lost;
     geometry.adopt_tree(place, deforming.levels, deforming.built_burden);
   }
   placings_.reserve(deforming_.size());
-  builder_.keep_room_for(deforming.mesh.triangles.size(), deforming.mesh.positions_m.size());
+  builder_.keep_room_for(kept.mesh->triangles.size(), kept.mesh->positions_m.size());
   return {};
 }
 

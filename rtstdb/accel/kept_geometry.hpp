@@ -1,7 +1,7 @@
 #pragma once
-// What the host keeps of geometry, so that it comes back to a device that has nothing: its part of the pools byte for
-// byte, since a copy is sooner there than a build, and the same tree gives the same answers also where a search is cut
-// short.
+// What the host keeps of geometry, so that it comes back to a device that has nothing: its nodes byte for byte, since a copy is
+// sooner there than a build, and the same tree gives the same answers also where a search is cut short; and which triangle of the mesh
+// stands where.
 
 #include <array>
 #include <cstddef>
@@ -13,6 +13,7 @@
 #include <rtstdb/geometry.hpp>
 
 #include "rtstdb/accel/deforming_geometry.hpp"
+#include "rtstdb/gpu/host_memory.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
@@ -26,10 +27,9 @@ struct PoolPart {
 /// Of one that deforms, besides the nodes of both places, in the order of DeformingGeometry. Triangles and boxes come with the refit to
 /// the shape that is asked for.
 struct KeptDeforming {
-  TriangleMesh mesh;
   GeometryOptions options;
   std::array<BlasBuilder::Place, DeformingGeometry::places> places;
-  std::vector<std::byte> order;
+  gpu::HostMemory order;
   std::vector<std::uint32_t> levels;
   float built_burden = 0.0f;
 };
@@ -37,11 +37,14 @@ struct KeptDeforming {
 struct KeptGeometry {
   struct Piece {
     std::uint32_t base = 0;  ///< in elements of the pool
-    std::vector<std::byte> bytes;
+    gpu::HostMemory bytes;
   };
 
   PoolPart part;
-  std::vector<Piece> nodes, triangles;
+  std::shared_ptr<const TriangleMesh> mesh;
+  std::vector<Piece> nodes;
+  gpu::HostMemory
+      leaf_order;  ///< numbers of the triangles in the order of the leaves; none of one that deforms
   shared::GeometryRecord record{};
   Bounds bounds;
   std::optional<KeptDeforming> deforming;

@@ -3,16 +3,15 @@
 
 #include <cstddef>
 #include <span>
-#include <vector>
 
 #include "rtstdb/accel/submit.hpp"
 #include "rtstdb/gpu/device.hpp"
+#include "rtstdb/gpu/host_memory.hpp"
 
 namespace rtstdb::accel {
 
-/// Errors: out_of_memory, device_lost.
-Result<std::vector<std::byte>> read_back(gpu::Device& device, const gpu::Buffer& from,
-                                         std::size_t offset_bytes, std::size_t size_bytes, Submit& submit);
+/// The device writes them where they stay. Errors: out_of_memory, device_lost.
+Result<gpu::HostMemory> read_back(gpu::Device& device, const gpu::BufferPart& from, Submit& submit);
 
 /// Gathers what goes to the device, so that many small pieces are few submissions.
 class Upload {

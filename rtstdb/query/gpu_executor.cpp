@@ -34,11 +34,13 @@ Result<std::unique_ptr<GpuExecutor>> GpuExecutor::create(OpenDevice open, const 
   return executor;
 }
 
-Result<GeometryId> GpuExecutor::add_geometry(const TriangleMesh& mesh, const GeometryOptions& options) {
+Result<GeometryId> GpuExecutor::add_geometry(const std::shared_ptr<const TriangleMesh>& mesh,
+                                             const GeometryOptions& options) {
   return on_device([&] { return add_here(mesh, options); });
 }
 
-Result<GeometryId> GpuExecutor::add_here(const TriangleMesh& mesh, const GeometryOptions& options) {
+Result<GeometryId> GpuExecutor::add_here(const std::shared_ptr<const TriangleMesh>& mesh,
+                                         const GeometryOptions& options) {
   DeviceEpoch& epoch = *epoch_;
   const CompileNow here(epoch.device);
   auto index = epoch.pool.add(epoch.device, mesh, epoch.setup_lane(), options);

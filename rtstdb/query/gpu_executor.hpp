@@ -36,12 +36,15 @@ class GpuExecutor final : public Executor {
   const DeviceInfo& device_info() const noexcept { return device_info_; }
 
   // When the device is lost meanwhile, or was before, these have it revived and are tried once more.
-  Result<GeometryId> add_geometry(const TriangleMesh& mesh, const GeometryOptions& options);
+  Result<GeometryId> add_geometry(const std::shared_ptr<const TriangleMesh>& mesh,
+                                  const GeometryOptions& options);
   /// Makes the query, connects it to the pool and the slots, and has its shader compiled; add_geometry connects all that
   /// are prepared again where the pool has grown.
   template <class Prepared, class Options>
   Result<std::unique_ptr<Prepared>> prepare(const Options& options);
 
+  /// Of what was added last.
+  Bounds last_bounds() const noexcept { return epoch_->pool.bounds(geometry_count_ - 1); }
   bool knows_geometry(GeometryId id) const noexcept { return !id.valid() || id.index < geometry_count_; }
   RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
                 Meanwhile* meanwhile) noexcept override;
@@ -59,7 +62,8 @@ class GpuExecutor final : public Executor {
  private:
   GpuExecutor(OpenDevice open, const DatabaseOptions& options)
       : open_(std::move(open)), options_(options), fork_join_(options.thread_priority) {}
-  Result<GeometryId> add_here(const TriangleMesh& mesh, const GeometryOptions& options);
+  Result<GeometryId> add_here(const std::shared_ptr<const TriangleMesh>& mesh,
+                              const GeometryOptions& options);
   Result<void> join(GpuQuery& query);
   Result<void> connect(GpuQuery& query);
   /// For a run. False: it can not be had on this device.

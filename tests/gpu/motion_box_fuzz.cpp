@@ -75,7 +75,7 @@ void MotionBoxFuzz::SetUp() {
     position_m += glm::vec3(3.0f, -2.0f, 1.0f);
   pool_ = accel::GeometryPool::create(device(), static_cast<std::uint32_t>(meshes_.size()), submit_).value();
   for (const TriangleMesh& mesh : meshes_) {
-    ASSERT_TRUE(pool_.add(device(), mesh, submit_).ok());
+    ASSERT_TRUE(pool_.add(device(), std::make_shared<const TriangleMesh>(mesh), submit_).ok());
     bounds_.push_back(bounds_of(mesh));
   }
   tlas_ = accel::Tlas::create(device(), {.max_entities = most_entities, .slots = 1}).value();

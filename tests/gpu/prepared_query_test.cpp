@@ -22,12 +22,12 @@ TEST(PreparedQueriesOnTheDevice, AreConnectedAgainWhereThePoolHasGrown) {
   const auto first = prepare();
   auto second = prepare();
   const std::uint32_t before = first->bound_generation;
-  ASSERT_TRUE(executor->add_geometry(make_sphere(1.0, 6), {}).ok());
+  ASSERT_TRUE(executor->add_geometry(std::make_shared<const TriangleMesh>(make_sphere(1.0, 6)), {}).ok());
   EXPECT_NE(first->bound_generation, before);
   EXPECT_EQ(second->bound_generation, first->bound_generation);
   second.reset();
   const std::uint32_t after = first->bound_generation;
-  ASSERT_TRUE(executor->add_geometry(make_sphere(1.0, 8), {}).ok());
+  ASSERT_TRUE(executor->add_geometry(std::make_shared<const TriangleMesh>(make_sphere(1.0, 8)), {}).ok());
   EXPECT_NE(first->bound_generation, after);
   EXPECT_TRUE(executor->device_health().validation_messages.empty());
 }

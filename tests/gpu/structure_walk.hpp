@@ -143,7 +143,7 @@ class StructureTest : public gpu::test::GpuTest {
   }
 
   std::uint32_t add(const TriangleMesh& mesh, const GeometryOptions& options = {}) {
-    const auto added = pool_.add(device(), mesh, submit_, options);
+    const auto added = pool_.add(device(), std::make_shared<const TriangleMesh>(mesh), submit_, options);
     if (!added) {
       ADD_FAILURE() << added.error().message;
       return 0;

@@ -22,7 +22,8 @@ class TickingTrees : public gpu::test::GpuTest, public testing::WithParamInterfa
     GpuTest::SetUp();
     submit_ = std::move(accel::Submit::create(device())).value();
     pool_ = std::move(accel::GeometryPool::create(device(), 1, submit_)).value();
-    ASSERT_TRUE(pool_.add(device(), make_box({1.0, 1.0, 1.0}), submit_).ok());
+    ASSERT_TRUE(
+        pool_.add(device(), std::make_shared<const TriangleMesh>(make_box({1.0, 1.0, 1.0})), submit_).ok());
     tlas_ = make_tlas(slots());
     rows_.next([&](std::uint32_t) { return std::optional(anywhere()); }, time_);
     prepare(1);

@@ -25,7 +25,8 @@ class TreesFromVersionToVersion : public gpu::test::GpuTest,
     submit_ = std::move(accel::Submit::create(device())).value();
     pool_ = std::move(accel::GeometryPool::create(device(), 1, submit_)).value();
     tlas_ = std::move(accel::Tlas::create(device(), {.max_entities = GetParam(), .slots = 1})).value();
-    ASSERT_TRUE(pool_.add(device(), make_box({1.0, 1.0, 1.0}), submit_).ok());
+    ASSERT_TRUE(
+        pool_.add(device(), std::make_shared<const TriangleMesh>(make_box({1.0, 1.0, 1.0})), submit_).ok());
     ASSERT_TRUE(tlas_.bind(device(), pool_).ok());
   }
   void next(const std::function<std::optional<EntityRow>(std::uint32_t)>& make) {
