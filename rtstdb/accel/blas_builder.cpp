@@ -109,7 +109,6 @@ void BlasBuilder::dispatch(PassIndex pass, const shared::BlasArgs& args, std::ui
 shared::BlasArgs BlasBuilder::args_of_build() const noexcept {
   shared::BlasArgs args{};
   args.count = count_;
-  args.half_size = scratch_.capacity();
   return args;
 }
 

@@ -33,13 +33,10 @@ class BlasScratch {
   /// In the order of tree_scratch.glsl.
   std::array<const gpu::Buffer*, 11> bindings() const noexcept;
   Result<RadixSort::Bound> bind_sort(gpu::Device& device, const RadixSort& sort) const {
-    return sort.bind(device, keys_, values_, offsets_);
+    return sort.bind(device, sorted_, low_words_, offsets_);
   }
 
-  /// The second half of the values.
-  gpu::BufferPart leaf_order() const noexcept {
-    return {&values_, 4 * std::size_t{capacity_}, 4 * std::size_t{capacity_}};
-  }
+  const gpu::Buffer& low_words() const noexcept { return low_words_; }
   const gpu::Buffer& tree() const noexcept { return tree_; }
   const gpu::Buffer& state() const noexcept { return state_; }
   const gpu::Buffer& state_readback() const noexcept { return state_readback_; }
@@ -47,7 +44,8 @@ class BlasScratch {
  private:
   std::uint32_t capacity_ = 0;
   std::size_t positions_capacity_ = 0;
-  gpu::Buffer positions_, corners_, keys_, values_, offsets_, tree_, binary_, arrivals_, queue_, children_;
+  gpu::Buffer positions_, corners_, sorted_, low_words_, offsets_, tree_, binary_, arrivals_, queue_,
+      children_;
   gpu::Buffer state_, state_readback_;
 };
 
@@ -77,10 +75,7 @@ class BlasBuilder {
   /// After write, to an addressed buffer: 16 bytes for each triangle in the order of the leaves, its corners and its own number.
   bool write_order(const gpu::Buffer& order, Submit& submit);
   /// After write: the number of the triangle at each place in the order of the leaves, a word each.
-  gpu::BufferPart leaf_order() const noexcept {
-    const auto [values, offset_bytes, size_bytes] = scratch_.leaf_order();
-    return {values, offset_bytes, 4 * std::size_t{count_}};
-  }
+  gpu::BufferPart leaf_order() const noexcept { return {&scratch_.low_words(), 0, 4 * std::size_t{count_}}; }
   /// Of the structure that was built last: the first node of each level, then the number of nodes. Nodes of a level
   /// follow those of the level above.
   std::span<const std::uint32_t> levels() const noexcept { return levels_; }

@@ -22,11 +22,10 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
                      " binds at most " + std::to_string(most_bytes) + " bytes of storage"};
   }
   BlasScratch scratch;
-  scratch.capacity_ = std::max(triangles, least_capacity);
+  scratch.capacity_ = std::max(triangles + triangles % 2, least_capacity);
   scratch.positions_capacity_ = std::max<std::size_t>(positions, least_capacity);
   const std::size_t n = scratch.capacity_;
   const std::size_t nodes = wide_node_bound(scratch.capacity_, shared::blas_always_leaf);
-  const std::size_t offsets = std::max(n, RadixSort::count_words(n));
   const std::size_t state_bytes = 4 * shared::blas_state_words;
   const auto upload = gpu::Memory::upload;
   const gpu::BufferWanted wanted[] = {
@@ -37,9 +36,9 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
         .texel_float4 = true}},
       {&scratch.corners_,
        {.name = "geometry corners", .size_bytes = 16 * n, .memory = upload, .texel_uint4 = true}},
-      {&scratch.keys_, {.name = "geometry keys", .size_bytes = 2 * 8 * n}},
-      {&scratch.values_, {.name = "geometry values", .size_bytes = 2 * 4 * n}},
-      {&scratch.offsets_, {.name = "geometry offsets", .size_bytes = 4 * offsets}},
+      {&scratch.sorted_, RadixSort::sorted_buffer("geometry keys", n)},
+      {&scratch.low_words_, {.name = "geometry words", .size_bytes = 2 * 4 * n}},
+      {&scratch.offsets_, RadixSort::counts_buffer("geometry offsets", n)},
       {&scratch.tree_, tree_buffer("geometry tree", n)},
       {&scratch.binary_, binary_buffer("geometry binary", n)},
       {&scratch.arrivals_, {.name = "geometry arrivals", .size_bytes = 4 * n}},
@@ -63,8 +62,8 @@ void BlasScratch::upload(const MeshView& mesh) const {
 }
 
 std::array<const gpu::Buffer*, 11> BlasScratch::bindings() const noexcept {
-  return {&corners_, &positions_, &keys_,  &values_, &offsets_, &tree_,
-          &binary_,  &arrivals_,  &queue_, &state_,  &children_};
+  return {&corners_, &positions_, &sorted_, &low_words_, &offsets_, &tree_,
+          &binary_,  &arrivals_,  &queue_,  &state_,     &children_};
 }
 
 }  // namespace rtstdb::accel

@@ -21,12 +21,21 @@ constexpr std::uint32_t longest_run = 1024;
 constexpr std::uint32_t most_groups_of_short_runs = 8;
 constexpr std::uint32_t keys_per_group = 1024;  // where a pass looks at each key alone
 
-/// Keys that one invocation takes: few enough for an even number of workgroups, which software devices share out evenly,
+/// Keys that one invocation takes, an even number: few enough for an even number of workgroups, which software devices share out evenly,
 /// and enough to pay for its counts.
 std::uint32_t run_length(std::uint32_t count) noexcept {
   const std::uint32_t groups =
       std::clamp(2 * (count / (2 * runs_per_group * shortest_run)), 2u, most_groups_of_short_runs);
-  return std::clamp(groups_of(count, groups * runs_per_group), std::uint32_t{1}, longest_run);
+  const std::uint32_t run = std::min(groups_of(count, groups * runs_per_group), longest_run);
+  return std::max(2 * groups_of(run, 2), 2u);
+}
+
+gpu::BufferOptions stored_by_address(std::string name, std::size_t texels) {
+  return {.name = std::move(name),
+          .size_bytes = 16 * texels,
+          .texel_uint4 = true,
+          .texel_image = true,
+          .addressed = true};
 }
 
 }  // namespace
@@ -41,29 +50,39 @@ Result<RadixSort> RadixSort::create(gpu::Device& device) {
   return sort;
 }
 
-std::size_t RadixSort::count_words(std::size_t capacity) noexcept {
-  // Fewer keys than there is room for may make more runs.
-  constexpr std::size_t most_short_runs = runs_per_group * most_groups_of_short_runs;
-  return shared::radix_digits * (std::max(most_short_runs, capacity / longest_run + 1) + 1);
+gpu::BufferOptions RadixSort::sorted_buffer(std::string name, std::size_t capacity) {
+  RTSTDB_ASSERT(capacity % 2 == 0);
+  return stored_by_address(std::move(name), capacity);
 }
 
-Result<RadixSort::Bound> RadixSort::bind(gpu::Device& device, const gpu::Buffer& keys,
-                                         const gpu::Buffer& values, const gpu::Buffer& counts) const {
-  const gpu::Buffer* buffers[] = {&keys, &values, &counts};
+gpu::BufferOptions RadixSort::counts_buffer(std::string name, std::size_t capacity) {
+  // Fewer keys than there is room for may make more runs.
+  constexpr std::size_t most_short_runs = runs_per_group * most_groups_of_short_runs;
+  const std::size_t rows = std::max(most_short_runs, capacity / longest_run + 1) + 1;
+  return stored_by_address(std::move(name), std::max(rows * shared::radix_digits / 4, (capacity + 3) / 4));
+}
+
+Result<RadixSort::Bound> RadixSort::bind(gpu::Device& device, const gpu::Buffer& sorted,
+                                         const gpu::Buffer& words, const gpu::Buffer& counts) const {
+  const gpu::Buffer* buffers[] = {&sorted, &words, &counts};
   Bound bound;
+  bound.sorted = sorted.address();
+  bound.counts = counts.address();
   for (std::size_t i = 0; i < pass_count; ++i) {
     auto bindings = device.create_bindings(pipelines_[i], buffers);
     if (!bindings) return bindings.error();
-    bound[i] = std::move(bindings).value();
+    bound.passes[i] = std::move(bindings).value();
   }
   return bound;
 }
 
 void RadixSort::record_warm_up(const Bound& bound, gpu::Recorder& recorder) const {
   shared::SortArgs nothing{};
-  nothing.run = 1;
+  nothing.run = 2;
+  nothing.sorted = bound.sorted;
+  nothing.counts = bound.counts;
   for (std::size_t i = 0; i < pass_count; ++i)
-    recorder.dispatch(pipelines_[i], bound[i], nothing, 1);
+    recorder.dispatch(pipelines_[i], bound.passes[i], nothing, 1);
 }
 
 void RadixSort::record(std::uint32_t count, std::uint32_t half_size, Words words, const Bound& bound,
@@ -77,8 +96,10 @@ void RadixSort::record_step(std::uint32_t step, std::uint32_t count, std::uint32
   shared::SortArgs args{};
   args.count = count;
   args.half_size = half_size;
+  args.sorted = bound.sorted;
+  args.counts = bound.counts;
   const auto dispatch = [&](PassIndex pass, std::uint32_t groups) {
-    recorder.dispatch(pipelines_[pass], bound[pass], args, groups);
+    recorder.dispatch(pipelines_[pass], bound.passes[pass], args, groups);
     recorder.barrier();
   };
   const auto visit_each = [&](PassIndex pass) {

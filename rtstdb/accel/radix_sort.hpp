@@ -4,6 +4,7 @@
 // Threads: one. create and bind are setup; record allocates nothing.
 
 #include <array>
+#include <string>
 
 #include "rtstdb/gpu/device.hpp"
 
@@ -13,21 +14,25 @@ class RadixSort {
  public:
   static Result<RadixSort> create(gpu::Device& device);
 
-  /// Words of the counts' buffer for sorts of at most so many keys.
-  static std::size_t count_words(std::size_t capacity) noexcept;
-
   static constexpr std::size_t pass_count = 5;
-  using Bound = std::array<gpu::Bindings, pass_count>;
-  /// `keys`: four parts of uint as sort.glsl says, `values`: uint in two halves, all parts of equal size.
-  Result<Bound> bind(gpu::Device& device, const gpu::Buffer& keys, const gpu::Buffer& values,
+  struct Bound {
+    std::array<gpu::Bindings, pass_count> passes;
+    glm::uvec2 sorted{0, 0}, counts{0, 0};  ///< addresses
+  };
+  /// The buffers as sort.glsl says.
+  Result<Bound> bind(gpu::Device& device, const gpu::Buffer& sorted, const gpu::Buffer& words,
                      const gpu::Buffer& counts) const;
+  /// Room for `capacity` keys with their values, twice; an even number of them.
+  static gpu::BufferOptions sorted_buffer(std::string name, std::size_t capacity);
+  /// For sorts of at most so many keys; holds as many words at the least.
+  static gpu::BufferOptions counts_buffer(std::string name, std::size_t capacity);
 
   void record_warm_up(const Bound& bound, gpu::Recorder& recorder) const;
   enum class Words {
     upper,  ///< rows of more than a few codes with the same upper word stay as they are
     both,   ///< twice the work
   };
-  /// Sorts the values in the first half; the upper words stand beside them afterwards.
+  /// Sorts the first half.
   void record(std::uint32_t count, std::uint32_t half_size, Words words, const Bound& bound,
               gpu::Recorder& recorder) const;
   /// The same in steps, one after the other, a dispatch each.

@@ -47,15 +47,14 @@ Result<TlasBuilder> TlasBuilder::create(gpu::Device& device, std::uint32_t capac
   auto sort = RadixSort::create(device);
   if (!sort) return sort.error();
   builder.sort_ = std::move(sort).value();
-  builder.capacity_ = capacity;
-  const std::size_t n = capacity;
+  builder.capacity_ = capacity + capacity % 2;
+  const std::size_t n = builder.capacity_;
   const std::size_t nodes = wide_node_bound(capacity, 1);
-  const std::size_t offsets = std::max(n, RadixSort::count_words(n));
   const std::size_t state_bytes = 4 * shared::blas_state_words;
   const gpu::BufferWanted wanted[] = {
-      {&builder.keys_, {.name = "TLAS keys", .size_bytes = 2 * 8 * n}},
-      {&builder.values_, {.name = "TLAS values", .size_bytes = 2 * 4 * n}},
-      {&builder.offsets_, {.name = "TLAS offsets", .size_bytes = 4 * offsets}},
+      {&builder.sorted_, RadixSort::sorted_buffer("TLAS keys", n)},
+      {&builder.low_words_, {.name = "TLAS words", .size_bytes = 2 * 4 * n}},
+      {&builder.offsets_, RadixSort::counts_buffer("TLAS offsets", n)},
       {&builder.tree_, tree_buffer("TLAS tree", n)},
       {&builder.binary_, binary_buffer("TLAS binary", n)},
       {&builder.arrivals_, {.name = "TLAS arrivals", .size_bytes = 4 * n}},
@@ -73,8 +72,8 @@ Result<TlasBuilder::Bound> TlasBuilder::bind(gpu::Device& device, const gpu::Buf
                                              const gpu::Buffer& motion_boxes,
                                              const gpu::Buffer& nodes) const {
   // In the order of tree_scratch.glsl.
-  const gpu::Buffer* buffers[] = {&bounds,  &nodes,     &keys_,  &values_, &offsets_, &tree_,
-                                  &binary_, &arrivals_, &queue_, &state_,  &children_};
+  const gpu::Buffer* buffers[] = {&bounds,  &nodes,     &sorted_, &low_words_, &offsets_, &tree_,
+                                  &binary_, &arrivals_, &queue_,  &state_,     &children_};
   Bound bound;
   const auto connect = [&](std::size_t pass, gpu::Bindings& bindings) -> Result<void> {
     auto made = device.create_bindings(pipelines_[pass], buffers);
@@ -89,7 +88,7 @@ Result<TlasBuilder::Bound> TlasBuilder::bind(gpu::Device& device, const gpu::Buf
   for (std::size_t i = 0; i < reading_pass_count; ++i) {
     if (auto made = connect(i, bound.of_motion[i]); !made) return made.error();
   }
-  auto sort = sort_.bind(device, keys_, values_, offsets_);
+  auto sort = sort_.bind(device, sorted_, low_words_, offsets_);
   if (!sort) return sort.error();
   bound.sort = std::move(sort).value();
   return bound;
@@ -109,7 +108,6 @@ void TlasBuilder::record_warm_up(const Bound& bound, gpu::Recorder& recorder) co
 shared::BlasArgs TlasBuilder::args() const noexcept {
   shared::BlasArgs args{};
   args.count = count_;
-  args.half_size = capacity_;
   args.target = tree_.address();
   return args;
 }

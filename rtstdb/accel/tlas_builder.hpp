@@ -82,7 +82,8 @@ class TlasBuilder {
   std::array<gpu::Pipeline, pass_count> pipelines_;
   RadixSort sort_;
   RadixSort::Words words_ = RadixSort::Words::upper;
-  gpu::Buffer keys_, values_, offsets_, tree_, binary_, arrivals_, queue_, children_, state_, state_readback_;
+  gpu::Buffer sorted_, low_words_, offsets_, tree_, binary_, arrivals_, queue_, children_, state_,
+      state_readback_;
 
   // Of the build that was begun.
   std::uint32_t count_ = 0;

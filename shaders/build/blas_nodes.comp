@@ -29,7 +29,7 @@ void main() {
     node.reference[k] =
         inner ? next : ref_leaf_bit | (count - 1u) << ref_triangle_count_shift | (args.leaf_base + first);
     [[unroll]] for (uint rank = 0u; rank < max_triangles_per_leaf; ++rank) {
-      if (used && !inner && rank < count) values[args.half_size + first + rank] = in_leaf(here, rank);
+      if (used && !inner && rank < count) words[first + rank] = in_leaf(here, rank);
     }
     next += inner ? 1u : 0u;
     first += used ? count : 0u;

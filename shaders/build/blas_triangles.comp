@@ -9,8 +9,8 @@ layout(local_size_x = 64) in;
 void main() {
   const uint end = tile_end();
   for (uint i = tile_begin(); i < end; i += 64u) {
-    const uint number = primitive_in_leaf(values[args.half_size + i]);
-    values[args.half_size + i] = number;
+    const uint number = primitive_in_leaf(words[i]);
+    words[i] = number;
     const uvec4 triangle = texelFetch(corners, int(number));
     const uint texel = i * triangle_texels;
     store_texel(args.target, texel, uvec4(floatBitsToUint(position(triangle.x)), triangle.w));

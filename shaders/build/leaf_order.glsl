@@ -20,7 +20,7 @@ uint primitive_in_leaf(uint place) {
     rank -= inner && !left ? on_the_left : 0u;
     node = inner ? (left ? children.x : children.y) : node;
   }
-  return values[node - args.count];
+  return sorted[node - args.count].y;
 }
 
 #endif

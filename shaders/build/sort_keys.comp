@@ -8,11 +8,9 @@
 layout(local_size_x = 64) in;
 
 void main() {
-  const uint low_begin = 2u * args.half_size;
-  const uint high_begin = 3u * args.half_size;
   const uint end = min((gl_WorkGroupID.x + 1u) * args.run, args.count);
   for (uint i = gl_WorkGroupID.x * args.run + gl_LocalInvocationID.x; i < end; i += 64u) {
-    if (args.shift == 0u) keys[high_begin + i] = keys[i];
-    keys[i] = keys[args.shift == 0u ? low_begin + i : high_begin + values[i]];
+    if (args.shift == 0u) words[args.half_size + i] = sorted[i].x;
+    sorted[i].x = words[args.shift == 0u ? i : args.half_size + sorted[i].y];
   }
 }

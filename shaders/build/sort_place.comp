@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // Radix sort, 3 of 3: keys and values to their places.
+#define SORT_BY_TEXELS
 #include "build/sort.glsl"
 
 layout(local_size_x = 32) in;
@@ -13,19 +14,16 @@ void main() {
   const uint target_half = (1u - args.source) * args.half_size;
   uint place[radix_digits];
   for (uint k = 0u; k < row_fours; ++k) {
-    const uvec4 begin = counts[runs * row_fours + k] + counts[run * row_fours + k] + target_half;
+    const uvec4 begin = counts_at(runs, k) + counts_at(run, k) + target_half;
     place[4u * k] = begin.x;
     place[4u * k + 1u] = begin.y;
     place[4u * k + 2u] = begin.z;
     place[4u * k + 3u] = begin.w;
   }
-  const uint half_begin = source_half();
   const uint end = min((run + 1u) * args.run, args.count);
-  for (uint i = run * args.run; i < end; ++i) {
-    const uint from = half_begin + i;
-    const uint key = keys[from];
-    const uint to = place[digit_of(key)]++;
-    keys[to] = key;
-    values[to] = values[from];
+  for (uint i = run * args.run; i < end; i += 2u) {
+    const uvec4 two = two_at(i);
+    store_pair(args.sorted, place[digit_of(two.x)]++, two.xy);
+    if (i + 1u < end) store_pair(args.sorted, place[digit_of(two.z)]++, two.zw);
   }
 }

@@ -9,27 +9,28 @@ layout(local_size_x = 64) in;
 
 const uint most_ties = 32u;
 
-uint low_word(uint value) { return keys[2u * args.half_size + value]; }
+uint key_at(uint place) { return sorted[place].x; }
+uint low_word_at(uint place) { return words[sorted[place].y]; }
 
 void main() {
   const uint end = min((gl_WorkGroupID.x + 1u) * args.run, args.count);
   for (uint i = gl_WorkGroupID.x * args.run + gl_LocalInvocationID.x; i < end; i += 64u) {
-    const uint key = keys[i];
-    const bool first = i == 0u || keys[max(i, 1u) - 1u] != key;
+    const uint key = key_at(i);
+    const bool first = i == 0u || key_at(max(i, 1u) - 1u) != key;
     const uint limit = first ? min(i + most_ties, args.count) : i;
     uint last = i + 1u;
-    while (last < limit && keys[last] == key) ++last;
+    while (last < limit && key_at(last) == key) ++last;
     // Of a longer row nobody is moved.
-    const bool whole = first && (last == args.count || keys[min(last, args.count - 1u)] != key);
+    const bool whole = first && (last == args.count || key_at(min(last, args.count - 1u)) != key);
     for (uint next = i + 1u; whole && next < last; ++next) {
-      const uint value = values[next];
-      const uint low = low_word(value);
+      const uint value = sorted[next].y;
+      const uint low = words[value];
       uint to = next;
-      while (to > i && low_word(values[max(to, 1u) - 1u]) > low) {
-        values[to] = values[to - 1u];
+      while (to > i && low_word_at(max(to, 1u) - 1u) > low) {
+        sorted[to].y = sorted[to - 1u].y;
         --to;
       }
-      values[to] = value;
+      sorted[to].y = value;
     }
   }
 }

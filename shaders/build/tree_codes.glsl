@@ -14,8 +14,7 @@ void main() {
   const uint end = tile_end();
   for (uint i = tile_begin(); i < end; i += 64u) {
     const uvec2 code = morton_code(center_of(box_of_primitive(i)), lo, hi);
-    keys[i] = code.y;
-    keys[2u * args.half_size + i] = code.x;
-    values[i] = i;
+    sorted[i] = uvec2(code.y, i);
+    words[i] = code.x;
   }
 }

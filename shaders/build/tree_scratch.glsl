@@ -2,8 +2,8 @@
 // geometry, or, with BUILD_TLAS defined, instances. Passes that write the tree include this with TREE_WRITES defined. They load it
 // by whole texels and store to it by address, two words at once: what goes by storage goes word by word on lavapipe.
 //
-//   keys, values  words of the Morton codes in four parts (see sort.glsl) and the primitives' numbers in two halves, sorted together;
-//                 afterwards the second half of the values of a geometry is the order of the triangles in the leaves
+//   sorted        upper words of the Morton codes, each with its primitive's number, sorted, in the first half (see sort.glsl)
+//   words         lower words of the codes by primitive; afterwards, of a geometry, the order of the triangles in the leaves
 //   offsets       counts of the sort; then, per gap between neighbours in sorted order, how early their codes part; then the
 //                 inner children of each workgroup of a level
 //   bounds        of a TLAS, boxes among which are those of its instances
@@ -32,11 +32,11 @@ layout(set = 0, binding = 1, scalar) writeonly buffer WideBuffer { uvec4 wide[];
 layout(set = 0, binding = 0) uniform usamplerBuffer corners;  // with the triangle's own number
 layout(set = 0, binding = 1) uniform samplerBuffer positions;
 #endif
-layout(set = 0, binding = 2, scalar) buffer KeysBuffer { uint keys[]; };
-layout(set = 0, binding = 3, scalar) buffer ValuesBuffer { uint values[]; };
+layout(set = 0, binding = 2, scalar) buffer SortedBuffer { uvec2 sorted[]; };
+layout(set = 0, binding = 3, scalar) buffer WordsBuffer { uint words[]; };
 layout(set = 0, binding = 4, scalar) buffer OffsetsBuffer { uint offsets[]; };
 #ifdef TREE_WRITES
-layout(set = 0, binding = 5, rgba32ui) coherent readonly uniform uimageBuffer tree;
+layout(set = 0, binding = 5, rgba32ui) coherent uniform uimageBuffer tree;
 layout(set = 0, binding = 6, scalar) coherent buffer BinaryBuffer { uvec2 binary[]; };
 #else
 layout(set = 0, binding = 5) uniform usamplerBuffer tree;

@@ -29,7 +29,6 @@ RTSTDB_CONSTANT(blas_state_words, 8 + 8 * 13)
 
 #define RTSTDB_FIELDS_BlasArgs(F)                                                       \
   F(uint, count)     /* primitives */                                                   \
-  F(uint, half_size) /* elements in one half of the ping-pong buffers of the sort */    \
   F(uint, leaf_base) /* first triangle of this geometry in the pool */                  \
   F(uint, node_base) /* where its root will stand in the node pool */                   \
   F(uint, level)     /* of the wide tree */                                             \

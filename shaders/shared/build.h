@@ -17,10 +17,12 @@ RTSTDB_CONSTANT(small_build_max, 2048)
 
 #define RTSTDB_FIELDS_SortArgs(F)                                          \
   F(uint, count)                                                           \
-  F(uint, half_size) /* elements in one half of keys and of values */      \
+  F(uint, half_size) /* elements in one half of what is sorted, even */    \
   F(uint, shift)     /* first bit of the digit; sort_keys: 0 for the lower word, 1 for the upper */ \
   F(uint, source)    /* which half is read */                              \
-  F(uint, run)       /* keys of one invocation; sort_ties, sort_keys: of one workgroup */
+  F(uint, run)       /* keys of one invocation, even; sort_ties, sort_keys: of one workgroup */ \
+  F(uvec2, sorted)   /* where that buffer is */                            \
+  F(uvec2, counts)   /* and that of the counts */
 RTSTDB_STRUCT(SortArgs)
 
 #define RTSTDB_FIELDS_SmallBuildArgs(F) \
