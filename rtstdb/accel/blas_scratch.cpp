@@ -12,14 +12,19 @@ constexpr std::uint32_t least_capacity = 1024;
 }  // namespace
 
 Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t triangles, std::size_t positions) {
-  // The largest of the buffers that passes bind as storage, the keys, hold so much for each.
+  // The largest of the buffers that passes bind as storage, the keys, hold so much for each; and the largest that they
+  // see as texels, the tree.
   constexpr std::size_t bytes_per_triangle = 16;
-  const std::size_t most_bytes = device.limits().max_storage_range_bytes;
-  if (triangles > most_bytes / bytes_per_triangle) {
+  constexpr std::size_t texels_per_triangle = 6;
+  const gpu::DeviceLimits& limits = device.limits();
+  const std::size_t most = std::min(limits.max_storage_range_bytes / bytes_per_triangle,
+                                    limits.max_texel_elements / texels_per_triangle);
+  if (triangles > most) {
     return Error{ErrorCode::capacity,
                  "a geometry of " + std::to_string(triangles) + " triangles passes the limit of " +
-                     std::to_string(most_bytes / bytes_per_triangle) + ", as " + device.info().name +
-                     " binds at most " + std::to_string(most_bytes) + " bytes of storage"};
+                     std::to_string(most) + ", as " + device.info().name + " binds at most " +
+                     std::to_string(limits.max_storage_range_bytes) + " bytes of storage and " +
+                     std::to_string(limits.max_texel_elements) + " texels"};
   }
   BlasScratch scratch;
   scratch.capacity_ = std::max(triangles + triangles % 2, least_capacity);

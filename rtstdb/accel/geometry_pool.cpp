@@ -60,7 +60,7 @@ Result<void> GeometryPool::reserve(gpu::Device& device, const PoolPart& part, Su
   const std::uint32_t nodes = part.node_end;
   const std::uint32_t triangles = part.triangle_end;
   // Both looked at before either grows: a pool that no query can bind would refuse every geometry after. The
-  // pools are read as texels and written by copies alone.
+  // pools are read as texels, and written by address and by copies.
   const gpu::DeviceLimits& limits = device.limits();
   const std::size_t largest_bytes = std::min(limits.max_allocation_bytes, 16 * limits.max_texel_elements);
   const std::size_t most_nodes = largest_bytes / node_bytes;

@@ -22,9 +22,9 @@ std::size_t kept_bytes(const KeptGeometries& kept) {
   std::size_t bytes = 0;
   for (const auto& geometry : kept) {
     for (const KeptGeometry::Piece& piece : geometry->nodes)
-      bytes += piece.bytes.size_bytes();
+      bytes += piece.bytes.size();
     if (geometry->deforming)
-      bytes += 2 * geometry->deforming->order.size_bytes();
+      bytes += 2 * geometry->deforming->order.size();
     else
       bytes += triangle_bytes * geometry->mesh->triangles.size();
   }
@@ -63,17 +63,15 @@ Result<std::shared_ptr<const KeptGeometry>> GeometryPool::keep(gpu::Device& devi
   kept->part = part;
   kept->record = geometries_.host_as<const shared::GeometryRecord>()[count_];
   kept->bounds = bounds_[count_];
-  const auto take_nodes = [&](std::uint32_t base, std::uint32_t count) -> Result<void> {
-    auto bytes = read_back(device, {&nodes_, base * node_bytes, count * node_bytes}, submit);
-    if (!bytes) return bytes.error();
-    kept->nodes.push_back({base, std::move(bytes).value()});
-    return {};
+  const auto take_nodes = [&](std::uint32_t base, std::uint32_t count) {
+    KeptGeometry::Piece& piece = kept->nodes.emplace_back(base, std::vector<std::byte>(count * node_bytes));
+    return read_back(device, {&nodes_, base * node_bytes, piece.bytes.size()}, piece.bytes, submit);
   };
   if (!options.deforms) {
     if (auto taken = take_nodes(part.node_base, part.node_end - part.node_base); !taken) return taken.error();
-    auto order = read_back(device, builder_.leaf_order(), submit);
-    if (!order) return order.error();
-    kept->leaf_order = std::move(order).value();
+    kept->leaf_order.resize(mesh->triangles.size());
+    const auto order = std::as_writable_bytes(std::span(kept->leaf_order));
+    if (auto read = read_back(device, builder_.leaf_order(), order, submit); !read) return read.error();
   } else {
     const DeformingGeometry& geometry = deforming_.back();
     const std::span<const std::uint32_t> levels = builder_.levels();
@@ -86,9 +84,9 @@ Result<std::shared_ptr<const KeptGeometry>> GeometryPool::keep(gpu::Device& devi
     for (const BlasBuilder::Place& place : deforming.places) {
       if (auto taken = take_nodes(place.node_base, levels.back()); !taken) return taken.error();
     }
-    auto order = read_back(device, {&geometry.order(0), 0, 16 * mesh->triangles.size()}, submit);
-    if (!order) return order.error();
-    deforming.order = std::move(order).value();
+    deforming.order.resize(16 * mesh->triangles.size());
+    const gpu::BufferPart order{&geometry.order(0), 0, deforming.order.size()};
+    if (auto read = read_back(device, order, deforming.order, submit); !read) return read.error();
   }
   kept->mesh = std::move(mesh);
   return std::shared_ptr<const KeptGeometry>(std::move(kept));
@@ -124,8 +122,8 @@ Result<void> GeometryPool::bring_back(gpu::Device& device, std::uint32_t index, 
                                       Upload& upload) {
   bool there = true;
   for (const KeptGeometry::Piece& piece : kept.nodes)
-    there = there && upload.put(nodes_, piece.base * node_bytes, piece.bytes.as<const std::byte>());
-  there = there && put_triangles(*kept.mesh, kept.leaf_order.as<const std::uint32_t>(), triangles_,
+    there = there && upload.put(nodes_, piece.base * node_bytes, piece.bytes);
+  there = there && put_triangles(*kept.mesh, kept.leaf_order, triangles_,
                                  kept.part.triangle_base * triangle_bytes, upload);
   if (!there) return lost;
   geometries_.host_as<shared::GeometryRecord>()[index] = kept.record;
@@ -137,7 +135,7 @@ Result<void> GeometryPool::bring_back(gpu::Device& device, std::uint32_t index, 
   if (!made) return made.error();
   DeformingGeometry& geometry = deforming_.emplace_back(std::move(made).value());
   for (std::size_t place = 0; place < DeformingGeometry::places; ++place) {
-    if (!upload.put(geometry.order(place), 0, deforming.order.as<const std::byte>())) return lost;
+    if (!upload.put(geometry.order(place), 0, deforming.order)) return lost;
     geometry.adopt_tree(place, deforming.levels, deforming.built_burden);
   }
   placings_.reserve(deforming_.size());

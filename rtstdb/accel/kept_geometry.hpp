@@ -13,7 +13,6 @@
 #include <rtstdb/geometry.hpp>
 
 #include "rtstdb/accel/deforming_geometry.hpp"
-#include "rtstdb/gpu/host_memory.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
@@ -29,7 +28,7 @@ struct PoolPart {
 struct KeptDeforming {
   GeometryOptions options;
   std::array<BlasBuilder::Place, DeformingGeometry::places> places;
-  gpu::HostMemory order;
+  std::vector<std::byte> order;
   std::vector<std::uint32_t> levels;
   float built_burden = 0.0f;
 };
@@ -37,13 +36,13 @@ struct KeptDeforming {
 struct KeptGeometry {
   struct Piece {
     std::uint32_t base = 0;  ///< in elements of the pool
-    gpu::HostMemory bytes;
+    std::vector<std::byte> bytes;
   };
 
   PoolPart part;
   std::shared_ptr<const TriangleMesh> mesh;
   std::vector<Piece> nodes;
-  gpu::HostMemory
+  std::vector<std::uint32_t>
       leaf_order;  ///< numbers of the triangles in the order of the leaves; none of one that deforms
   shared::GeometryRecord record{};
   Bounds bounds;

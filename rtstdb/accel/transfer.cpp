@@ -17,19 +17,22 @@ Result<gpu::Buffer> make_staging(gpu::Device& device, std::size_t size_bytes, gp
 
 }  // namespace
 
-Result<gpu::HostMemory> read_back(gpu::Device& device, const gpu::BufferPart& from, Submit& submit) {
-  gpu::HostMemory bytes(from.size_bytes);
-  auto seen = device.create_buffer({.name = "what is read back",
-                                    .size_bytes = from.size_bytes,
-                                    .memory = gpu::Memory::readback,
-                                    .host = &bytes});
-  if (!seen) return seen.error();
-  submit.begin();
-  submit.recorder().copy(*from.buffer, from.offset_bytes, seen.value(), 0, from.size_bytes);
-  if (!submit.run())
-    return Error{ErrorCode::device_lost, "the GPU stopped answering while a geometry was read back"};
-  seen.value().pull(0, from.size_bytes);
-  return bytes;
+Result<void> read_back(gpu::Device& device, const gpu::BufferPart& from, std::span<std::byte> to,
+                       Submit& submit) {
+  RTSTDB_ASSERT(to.size() == from.size_bytes);
+  auto staging = make_staging(device, to.size(), gpu::Memory::readback);
+  if (!staging) return staging.error();
+  const std::span<const std::byte> seen = staging.value().host();
+  for (std::size_t done = 0; done < to.size();) {
+    const std::size_t size = std::min(to.size() - done, seen.size());
+    submit.begin();
+    submit.recorder().copy(*from.buffer, from.offset_bytes + done, staging.value(), 0, size);
+    if (!submit.run())
+      return Error{ErrorCode::device_lost, "the GPU stopped answering while a geometry was read back"};
+    std::memcpy(to.data() + done, seen.data(), size);
+    done += size;
+  }
+  return {};
 }
 
 Result<Upload> Upload::create(gpu::Device& device, std::size_t expected_bytes, Submit& submit) {

@@ -6,12 +6,12 @@
 
 #include "rtstdb/accel/submit.hpp"
 #include "rtstdb/gpu/device.hpp"
-#include "rtstdb/gpu/host_memory.hpp"
 
 namespace rtstdb::accel {
 
-/// The device writes them where they stay. Errors: out_of_memory, device_lost.
-Result<gpu::HostMemory> read_back(gpu::Device& device, const gpu::BufferPart& from, Submit& submit);
+/// As many bytes as `to` has. Errors: out_of_memory, device_lost.
+Result<void> read_back(gpu::Device& device, const gpu::BufferPart& from, std::span<std::byte> to,
+                       Submit& submit);
 
 /// Gathers what goes to the device, so that many small pieces are few submissions.
 class Upload {

@@ -14,7 +14,8 @@ void for_each_required(FeatureChain& chain, Visit visit) {
   visit(v12.timelineSemaphore, "timelineSemaphore");
   visit(v12.scalarBlockLayout, "scalarBlockLayout");
   visit(v12.hostQueryReset, "hostQueryReset");
-  visit(v12.bufferDeviceAddress, "bufferDeviceAddress");  // answers longer than a binding may be
+  visit(v12.bufferDeviceAddress,
+        "bufferDeviceAddress");  // answers longer than a binding may be; stores of two words
   visit(v13.synchronization2, "synchronization2");
   visit(v13.maintenance4, "maintenance4");  // group sizes by constant id, the largest buffer
 }

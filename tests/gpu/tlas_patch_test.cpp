@@ -268,7 +268,7 @@ TEST_P(PatchedWorlds, AnswerBitForBitAsThoseMadeAnew) {
 
 // Patches; and with them renewals, between which trees are built.
 INSTANTIATE_TEST_SUITE_P(Sizes, PatchedWorlds,
-                         testing::Values(Ticks{400, 5}, Ticks{3000, 5}, Ticks{400, 95}, Ticks{3000, 700}));
+                         testing::Values(Ticks{400, 5}, Ticks{3001, 5}, Ticks{400, 95}, Ticks{3000, 700}));
 
 }  // namespace
 }  // namespace rtstdb::test
