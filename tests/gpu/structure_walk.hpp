@@ -37,6 +37,7 @@ class Walk {
     depth_ = std::max(depth_, depth);
     ExactBox all{glm::dvec3(1e300), glm::dvec3(-1e300)};
     std::uint32_t children = 0, inner = 0;
+    glm::dvec3 centers(0.0), corners(0.0);
     for (std::uint32_t slot = 0; slot < shared::node_width && !testing::Test::HasFatalFailure(); ++slot) {
       const std::uint32_t reference = words(node)[16 + slot];
       if ((words(node)[3] >> 24 >> slot & 1u) == 0) {
@@ -54,9 +55,15 @@ class Walk {
       }
       all.lo = glm::min(all.lo, below.lo);
       all.hi = glm::max(all.hi, below.hi);
+      const glm::dvec3 towards((slot & 1u) != 0 ? 1.0 : -1.0, (slot & 2u) != 0 ? 1.0 : -1.0,
+                               (slot & 4u) != 0 ? 1.0 : -1.0);
+      centers += towards * (below.lo + below.hi);
+      corners += towards;
       if (leaf) leaf_area_ += area_of(box) * ((reference >> shared::ref_triangle_count_shift & 0xFu) + 1);
     }
     node_area_ += area_of(all);
+    const glm::dvec3 away = centers - corners * (all.lo + all.hi);
+    slot_gain_ += 0.5 * (away.x + away.y + away.z);
     EXPECT_TRUE(inner == 0 || children == shared::node_width) << "wide_node_bound counts on full nodes";
     return all;
   }
@@ -73,6 +80,8 @@ class Walk {
   std::uint32_t depth() const { return depth_; }
   /// Of a ray through the root's box: a node costs 1, a triangle 0.3.
   double cost(const ExactBox& root) const { return (node_area_ + 0.3 * leaf_area_) / area_of(root); }
+  /// How far all children lie towards the corners of their slots, from the middle of their node.
+  double slot_gain() const { return slot_gain_; }
 
  private:
   static double area_of(const ExactBox& box) {
@@ -127,7 +136,7 @@ class Walk {
   std::vector<std::uint32_t> referenced_;
   std::uint32_t node_count_ = 0, depth_ = 0;
   std::size_t not_contained_ = 0, wrong_corners_ = 0;
-  double node_area_ = 0.0, leaf_area_ = 0.0;
+  double node_area_ = 0.0, leaf_area_ = 0.0, slot_gain_ = 0.0;
 };
 
 /// A pool of geometry alone.
