@@ -18,9 +18,9 @@ inline gpu::BufferOptions tree_buffer(std::string name, std::size_t primitives) 
           .addressed = true};
 }
 
-/// Two inner nodes a texel.
+/// Two inner nodes a texel, of an even number.
 inline gpu::BufferOptions binary_buffer(std::string name, std::size_t primitives) {
-  return {.name = std::move(name), .size_bytes = 16 * ((primitives + 1) / 2), .texel_uint4 = true};
+  return {.name = std::move(name), .size_bytes = 16 * (primitives / 2), .texel_uint4 = true};
 }
 
 }  // namespace rtstdb::accel

@@ -72,7 +72,6 @@ Box box_of(uint node) {
   return Box(uintBitsToFloat(tree_texel(texel).xyz), uintBitsToFloat(tree_texel(texel + 1).xyz));
 }
 
-
 #ifdef BUILD_TLAS
 Box box_of_primitive(uint primitive) {
   const uint place = args.box_first + primitive * args.box_stride;
