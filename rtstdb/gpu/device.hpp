@@ -224,6 +224,7 @@ struct DeviceOptions {
   std::string loader_library = "libvulkan.so.1";
   std::vector<std::byte> compiled = {};  ///< see Device::compiled
   bool takes_in_host_memory = true;      ///< false: as on a device that can not, to test that
+  bool lanes_may_shuffle = true;         ///< false: as on a device where they may not, to test that
   std::uint32_t processors = 0;          ///< see DeviceLimits; 0: those of this machine
 };
 

@@ -76,20 +76,23 @@ Result<void> check_hits_per_ray(const RayQueryOptions& options) {
   return {};
 }
 
-/// In the order of GpuRayQuery::kernel_for; a list of hits has one kernel for all rays.
-std::vector<gpu::ShaderId> shaders_of(const RayQueryOptions& options, bool packets) {
+/// In the order of GpuRayQuery::kernel_for; a list of hits has one kernel for all rays. `together`: lanes may work together.
+std::vector<gpu::ShaderId> shaders_of(const RayQueryOptions& options, bool together) {
   using enum gpu::ShaderId;
   switch (options.mode) {
     case RayMode::any:
-      return packets ? std::vector{ray_any, ray_any_moving, ray_any_packet, ray_any_packet_moving}
-                     : std::vector{ray_any, ray_any_moving};
+      return together ? std::vector{ray_any,        ray_any_moving,       ray_any_pairs, ray_any_pairs_moving,
+                                    ray_any_packet, ray_any_packet_moving}
+                      : std::vector{ray_any, ray_any_moving};
     case RayMode::first:
       return {options.hits_per_ray <= 4 ? ray_first_4 : ray_first_16};
     case RayMode::closest:
       break;
   }
-  return packets ? std::vector{ray_closest, ray_closest_moving, ray_closest_packet, ray_closest_packet_moving}
-                 : std::vector{ray_closest, ray_closest_moving};
+  return together ? std::vector{ray_closest,        ray_closest_moving,
+                                ray_closest_pairs,  ray_closest_pairs_moving,
+                                ray_closest_packet, ray_closest_packet_moving}
+                  : std::vector{ray_closest, ray_closest_moving};
 }
 
 }  // namespace
@@ -265,16 +268,16 @@ void GpuRayQuery::record_again(PlaceRange range, const RowSource& rows, const ac
   dispatch(range, true, rows, view, recorder);
 }
 
-const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, bool side_by_side) const noexcept {
-  const std::size_t wanted = (moving ? 1u : 0u) + (side_by_side ? 2u : 0u);
-  return kernels_[wanted % kernels_.size()];
+const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, bool asked_again) const noexcept {
+  // Few are asked again, from all over the batch.
+  const std::size_t by = asked_again ? 0 : side_by_side_ ? 4 : 2;
+  return kernels_[((moving ? 1 : 0) + by) % kernels_.size()];
 }
 
 void GpuRayQuery::dispatch(PlaceRange range, bool asked_again, const RowSource& rows,
                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const double window_s = seconds_between(view.window_begin, view.window_end);
-  // Few are asked again, from all over the batch.
-  const Kernel& kernel = kernel_for(carried_ || window_s > 0.0, side_by_side_ && !asked_again);
+  const Kernel& kernel = kernel_for(carried_ || window_s > 0.0, asked_again);
   const std::uint32_t count = range.end - range.first;
   const Spread spread = asked_again ? one_a_group(count) : spread_out(count, limits_.processors);
   const shared::RayArgs whole{.root = view.root,

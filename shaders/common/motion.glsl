@@ -3,8 +3,9 @@
 #define RTSTDB_COMMON_MOTION_GLSL
 
 vec3 rotate(vec4 q, vec3 p) {
-  const vec3 t = 2.0 * cross(q.xyz, p);
-  return p + q.w * t + cross(q.xyz, t);
+  precise vec3 t = 2.0 * cross(q.xyz, p);
+  precise vec3 turned = p + q.w * t + cross(q.xyz, t);
+  return turned;
 }
 
 vec4 conjugate(vec4 q) { return vec4(-q.xyz, q.w); }

@@ -4,7 +4,7 @@
 // words. Triangles are tested against each ray by itself, so answers have the bits of traverse.glsl's.
 //
 // For subgroups of eight lanes, all of them in use. Where rays part, each pays for all: rtstdb/query/ray_coherence.hpp tells which
-// batches come here. On lavapipe an image is loaded without a call.
+// batches come here.
 //
 // Include with RAY_ANY or RAY_MOVING defined as for traverse.glsl.
 #ifndef RTSTDB_QUERY_PACKET_GLSL
@@ -12,25 +12,12 @@
 #include "common/loops.glsl"
 #include "query/beam.glsl"
 #include "query/lanes.glsl"
+#include "query/ray_images.glsl"
 #include "query/ray_triangle.glsl"
-
-layout(set = 0, binding = 0, rgba32ui) readonly uniform uimageBuffer nodes;  // of geometries
-layout(set = 0, binding = 1, rgba32ui) readonly uniform uimageBuffer triangles;
-layout(set = 0, binding = 2, rgba32ui) readonly uniform uimageBuffer tlas;
-layout(set = 0, binding = 3, rgba32ui) readonly uniform uimageBuffer instances;
 
 // One group a level of the trees at most, one lane a group.
 const uint stack_words = 3u;
 const uint stack_size = 8u * stack_words;
-
-Instance instance_at(uint index) {
-  const int base = int(index * instance_texels);
-  return instance_from(uintBitsToFloat(imageLoad(instances, base)), uintBitsToFloat(imageLoad(instances, base + 1)),
-                       uintBitsToFloat(imageLoad(instances, base + 2)), uintBitsToFloat(imageLoad(instances, base + 3)),
-                       uintBitsToFloat(imageLoad(instances, base + 4)));
-}
-
-vec4 triangle_texel(int place) { return uintBitsToFloat(imageLoad(triangles, place)); }
 
 // What is left of a search: groups of children, each of one node; the node in the upper 24 bits, below it one bit a seat. Group k
 // of the stack is in lane k & 7 of word k >> 3.
@@ -159,7 +146,7 @@ uint unless_found(uint current, float lambda_min) {
 #endif
 }
 
-// As trace of traverse.glsl, whose loops these are. `asks`: whether the lane's ray is one of the packet;
+// As trace of trace.glsl, whose loops these are. `asks`: whether the lane's ray is one of the packet;
 // `first_lane` has one.
 Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, float lambda_max, int t_ns, float share,
                    uint instance_base, uint mask, uint root, float faces, uint two) {

@@ -72,8 +72,8 @@ float reach_of(Found best) { return max(best.lambda * 1.000001 + best.slack, 1e-
 // means the same on both sides.
 Segment enter_instance(Segment world, Instance i, int t_ns) {
   const vec4 q = conjugate(orientation_of(i, t_ns));
-  const vec3 p = position_of(i, t_ns);
-  return make_segment(rotate(q, p + world.minus_o) / i.scale, rotate(q, world.d) / i.scale);
+  precise vec3 minus_o = position_of(i, t_ns) + world.minus_o;
+  return make_segment(rotate(q, minus_o) / i.scale, rotate(q, world.d) / i.scale);
 }
 
 // Whether all are above zero. Whole numbers have the order of floats that are, and -0 is none.

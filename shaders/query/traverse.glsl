@@ -1,12 +1,11 @@
-// Rays through both levels of the structure (paper, Section 5.2). One loop over nodes, one over leaves ("while-while", Aila
-// and Laine 2009); child tests and pushes without branches, because masked lanes run a branch's body anyway on lavapipe.
+// Rays by a lane each: child tests and pushes without branches, because masked lanes run a branch's body anyway on lavapipe.
 //
 // Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants,
 // RAY_LIST as the largest number of hits that is kept of each, where that is more than one.
 #ifndef RTSTDB_QUERY_TRAVERSE_GLSL
 #define RTSTDB_QUERY_TRAVERSE_GLSL
 #include "common/loops.glsl"
-#include "query/ray_triangle.glsl"
+#include "query/ray_slabs.glsl"
 
 layout(set = 0, binding = 0) uniform usamplerBuffer nodes;  // of geometries
 layout(set = 0, binding = 1) uniform samplerBuffer triangles;
@@ -70,40 +69,6 @@ void keep(Found one) {
 // dear on lavapipe.
 uint stack[stack_size];
 
-// A ray seen from a node: lambda of a plane is slope * quanta + offset.
-struct Slabs {
-  vec3 slope;
-  vec3 offset;
-  vec3 far_slope;
-  vec3 far_offset;
-  bvec3 backwards;
-  int first;
-  int last;
-};
-
-Slabs slabs_of(uvec4 head, Segment ray, float lambda_min, float limit) {
-  const vec3 quantum = vec3(uintBitsToFloat((head.w & 0xFFu) << 23), uintBitsToFloat((head.w >> 8 & 0xFFu) << 23),
-                            uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
-  Slabs slabs;
-  slabs.slope = quantum * ray.inverse_d;
-  slabs.offset = (uintBitsToFloat(head.xyz) + ray.minus_o) * ray.inverse_d;
-  // A relative 1e-6 covers the rounding of slope, offset and their sum.
-  slabs.far_slope = slabs.slope * 1.000001;
-  slabs.far_offset = slabs.offset * 1.000001;
-  slabs.backwards = lessThan(ray.inverse_d, vec3(0.0));
-  slabs.first = floatBitsToInt(lambda_min);
-  slabs.last = floatBitsToInt(limit);
-  return slabs;
-}
-
-// Whether the ray enters the box between two corners, in quanta. Floats that are not negative are ordered as their bits;
-// negative ones come below all, which is all that is asked of them.
-bool enters(Slabs slabs, vec3 near, vec3 far) {
-  const ivec3 begin = floatBitsToInt(near * slabs.slope + slabs.offset);
-  const ivec3 end = floatBitsToInt(far * slabs.far_slope + slabs.far_offset);
-  return max(max(begin.x, begin.y), max(begin.z, slabs.first)) <= min(min(end.x, end.y), min(end.z, slabs.last));
-}
-
 // The edges of one axis, low ones of all children and then high ones, as those that the ray meets first and last.
 struct Edges {
   uvec2 near;
@@ -114,7 +79,7 @@ Edges edges_along(uvec4 edges, bool backwards) {
   return Edges(backwards ? edges.zw : edges.xy, backwards ? edges.xy : edges.zw);
 }
 
-float quanta_of(uvec2 edges, uint k) { return float(int(edges[k >> 2] >> 8u * (k & 3u) & 0xFFu)); }
+float quanta_of(uvec2 edges, uint k) { return quanta_of(edges[k >> 2], k & 3u); }
 
 // Bits of slots as bits of a group.
 uint in_group_order(uint slots, uint octant) {
@@ -153,10 +118,7 @@ uint enter_geometry(uint node, Segment ray, float lambda_min, float limit) {
 }
 
 #ifdef RAY_MOVING
-float quanta_at(uvec2 begin, uvec2 end, uint k, float share) {
-  const float from = quanta_of(begin, k);
-  return from + share * (quanta_of(end, k) - from);
-}
+float quanta_at(uvec2 begin, uvec2 end, uint k, float share) { return quanta_at(begin[k >> 2], end[k >> 2], k & 3u, share); }
 
 // The same for entities; `share`: of the window that has passed when the ray asks.
 uint enter_entities(uint node, float share, Segment ray, float lambda_min, float limit) {
@@ -188,32 +150,38 @@ uint enter_entities(uint node, float share, Segment ray, float lambda_min, float
 }
 #endif
 
-// What is left of a search: the group at hand, those on the stack, and how long it took.
+// What is left of a search, but for the stack, and how long it took.
 struct Search {
-  uint group;
   uint depth;
   uint rounds;
 };
 
-// The next child, or ref_none when nothing is left above `bottom`.
-uint take_next(usamplerBuffer of, uint texels, inout Search search, uint bottom, uint octant) {
-  const bool pop = (search.group & 0xFFu) == 0u;
+Search nothing_begun() { return Search(0u, 0u); }
+
+// The next child, or ref_none when nothing is left above `bottom`: of the group at hand, or of that on top of the stack.
+uint take_next(usamplerBuffer of, uint texels, inout Search search, uint at_hand, uint bottom, uint octant) {
+  const bool pop = (at_hand & 0xFFu) == 0u;
   const bool done = pop && search.depth == bottom;
   // Read wherever it stands, whether it is asked for or not: the read need not wait for the answer.
   const uint waiting = stack[max(search.depth, 1u) - 1u];
   search.depth -= pop && !done ? 1u : 0u;
-  const uint group = pop ? waiting : search.group;
+  const uint group = pop ? waiting : at_hand;
   const uint rest = group & (group - 1u);
   // The exponent of a power of two is the place of its bit.
   const uint slot = (uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u) ^ octant;
   stack[search.depth] = rest;
   search.depth += (rest & 0xFFu) != 0u && !done ? 1u : 0u;
   search.rounds += search.depth == stack_size ? max_rounds : 0u;
-  search.group = 0u;
   const uvec4 refs = texelFetch(of, int((group >> 8) * texels + 4u + (slot >> 2)));
   const uint low = (slot & 1u) != 0u ? refs.y : refs.x;
   const uint high = (slot & 1u) != 0u ? refs.w : refs.z;
   return done || search.rounds >= max_rounds ? ref_none : (slot & 2u) != 0u ? high : low;
+}
+
+uint next_of_entities(inout Search search, uint octant) { return take_next(tlas, tlas_node_texels, search, 0u, 0u, octant); }
+
+uint next_of_geometry(inout Search search, uint bottom, uint octant) {
+  return take_next(nodes, node_texels, search, 0u, bottom, octant);
 }
 
 // Down the entities' tree to the next instance, or none.
@@ -222,8 +190,8 @@ uint descend_entities(uint node, inout Search search, float share, Segment world
   do {
     ++search.rounds;
     if ((current & ref_leaf_bit) == 0u) {
-      search.group = enter_entities(current, share, world, lambda_min, limit);
-      current = take_next(tlas, tlas_node_texels, search, 0u, world.octant);
+      const uint entered = enter_entities(current, share, world, lambda_min, limit);
+      current = take_next(tlas, tlas_node_texels, search, entered, 0u, world.octant);
     }
   } while ((current & ref_leaf_bit) == 0u);
   return current;
@@ -235,8 +203,8 @@ uint descend_geometry(uint node, inout Search search, uint bottom, Segment ray, 
   do {
     ++search.rounds;
     if ((current & ref_leaf_bit) == 0u) {
-      search.group = enter_geometry(current, ray, lambda_min, limit);
-      current = take_next(nodes, node_texels, search, bottom, ray.octant);
+      const uint entered = enter_geometry(current, ray, lambda_min, limit);
+      current = take_next(nodes, node_texels, search, entered, bottom, ray.octant);
     }
   } while ((current & ref_leaf_bit) == 0u);
   return current;
@@ -264,6 +232,8 @@ void test_run(uint run, inout Search search, Segment ray, float lambda_min, floa
   } while (slot < end);
 }
 
+float reach(Found best) { return reach_of(best); }
+
 uint unless_found(uint current, Found best) {
 #ifdef RAY_ANY
   return best.status == status_hit ? ref_none : current;
@@ -272,56 +242,6 @@ uint unless_found(uint current, Found best) {
 #endif
 }
 
-// `t_ns`: since the epoch of the instances that stand from `instance_base` on. `share`: of the window that has passed then.
-// `two`: see loops_still_turn.
-//
-// On lavapipe whatever stands in a loop runs in each of its rounds, for nobody if need be, and a round more is made where the
-// condition stands before the body. So conditions stand at the end, and no loop is begun again for what only some lanes may
-// need: instances that follow one another are met in a loop of their own. Why such loops ask again inside: common/loops.glsl.
-Found trace(Segment world, float lambda_min, float lambda_max, int t_ns, float share, uint instance_base, uint mask, uint root,
-            float faces, uint last_kept, uint two) {
-  Found best = nothing_within(lambda_max);
-  Search search = Search(0u, 0u, 0u);
-  uint current = root;
-  if (current != ref_none) do {
-    ++search.rounds;
-    current = descend_entities(current, search, share, world, lambda_min, reach_of(best));
-    if (current == ref_none) break;
-    // Instances, as long as they follow one another.
-    do {
-      search.rounds += 4u;  // this loop's, and those that loops inside make for nobody
-      if ((current & ref_leaf_bit) != 0u) {
-        const uint instance = (current & ref_instance_mask) + instance_base;
-        const Instance candidate = instance_at(instance);
-        const Segment ray = enter_instance(world, candidate, t_ns);
-        const uint bottom = search.depth;
-        current = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
-        if (current != ref_none) do {
-          ++search.rounds;
-          current = descend_geometry(current, search, bottom, ray, lambda_min, reach_of(best));
-          if (current == ref_none) break;
-          // Leaves likewise.
-          do {
-            ++search.rounds;
-            if ((current & ref_leaf_bit) != 0u) {
-              test_run(current, search, ray, lambda_min, faces, last_kept, instance, candidate.entity, best);
-              current = unless_found(take_next(nodes, node_texels, search, bottom, ray.octant), best);
-            }
-          } while ((current & ref_leaf_bit) != 0u && current != ref_none);
-        } while (current != ref_none);
-        search.depth = bottom;
-        search.group = 0u;
-        current = unless_found(take_next(tlas, tlas_node_texels, search, 0u, world.octant), best);
-      }
-    } while ((current & ref_leaf_bit) != 0u && current != ref_none);
-  } while (current != ref_none);
-  bool cut_short = search.rounds >= max_rounds;
-#ifdef RAY_ANY
-  // A hit is one, whatever was not looked at.
-  cut_short = cut_short && best.status == status_miss;
-#endif
-  if (cut_short || !loops_still_turn(two)) best.status = status_incomplete;
-  return best;
-}
+#include "query/trace.glsl"
 
 #endif

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <utility>
 
+#include "rtstdb/open_database.hpp"
 #include "rtstdb/query/ray_coherence.hpp"
 
 namespace rtstdb::test {
@@ -109,12 +110,12 @@ Tally& Tally::operator+=(const Tally& other) {
   return *this;
 }
 
-void DatabaseTest::open(DatabaseOptions options) {
+void DatabaseTest::open(DatabaseOptions options, const gpu::DeviceOptions& device) {
   closest_.reset();
   database_.reset();
   if (const char* select = std::getenv("HIL_TEST_GPU"); select != nullptr) options.gpu = select;
   options.validation = Validation::on;
-  auto opened = Database::open(options);
+  auto opened = open_database(options, device);
   ASSERT_TRUE(opened.ok()) << opened.error().message;
   database_ = std::move(opened).value();
 }

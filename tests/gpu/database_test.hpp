@@ -12,6 +12,7 @@
 
 #include <rtstdb/database.hpp>
 
+#include "rtstdb/gpu/device.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 
 namespace rtstdb::test {
@@ -37,7 +38,7 @@ class DatabaseTest : public testing::Test {
   void TearDown() override;
 
   /// With the validation layer on and on the device that HIL_TEST_GPU chooses.
-  void open(DatabaseOptions options);
+  void open(DatabaseOptions options, const gpu::DeviceOptions& device = {});
   Database& database() { return *database_; }
   GeometryId add(const TriangleMesh& mesh);
 

@@ -33,18 +33,31 @@ constexpr Case cases[] = {
     {"three_thousand", {8, 3000, 36.0}, 8'000},
 };
 
-class RandomRays : public RandomQuestions, public testing::WithParamInterface<Case> {};
+class RandomRays : public RandomQuestions, public testing::WithParamInterface<Case> {
+ protected:
+  /// Of every kind that has a kernel of its own.
+  Tally ask_all_kinds(std::size_t rays) {
+    const auto share = [&](double part) {
+      return static_cast<std::size_t>(part * static_cast<double>(rays));
+    };
+    Tally tally = ask(RayQueryOptions{.name = "rays"}, share(0.6));
+    tally += ask(RayQueryOptions{.name = "rays", .mode = RayMode::any}, share(0.25));
+    tally += ask(RayQueryOptions{.name = "rays", .ignore_motion = true}, share(0.1));
+    tally += ask(RayQueryOptions{.name = "rays", .mode = RayMode::any, .ignore_motion = true}, share(0.05));
+    return tally;
+  }
+};
 
 TEST_P(RandomRays, AgreeWithTheOracle) {
   fill(GetParam().world);
-  const auto share = [&](double part) {
-    return static_cast<std::size_t>(part * static_cast<double>(GetParam().rays));
-  };
-  Tally tally = ask(RayQueryOptions{.name = "rays"}, share(0.6));
-  tally += ask(RayQueryOptions{.name = "rays", .mode = RayMode::any}, share(0.25));
-  tally += ask(RayQueryOptions{.name = "rays", .ignore_motion = true}, share(0.1));
-  tally += ask(RayQueryOptions{.name = "rays", .mode = RayMode::any, .ignore_motion = true}, share(0.05));
-  expect_telling(tally, 0.005);
+  expect_telling(ask_all_kinds(GetParam().rays), 0.005);
+}
+
+/// As on a device whose lanes do not work together.
+TEST_P(RandomRays, OfLoneLanesAgreeWithTheOracle) {
+  open({}, {.lanes_may_shuffle = false});
+  fill(GetParam().world);
+  expect_telling(ask_all_kinds(GetParam().rays / 4), 0.005);
 }
 
 TEST_P(RandomRays, OfOneSideAgreeWithTheOracle) {
@@ -94,8 +107,8 @@ class SameAnswers : public DatabaseTest {
 
   /// Four thousand rays, as many at a time as `some_rays` makes.
   template <class SomeRays>
-  void make(std::uint32_t entities, SomeRays some_rays) {
-    open({});
+  void make(std::uint32_t entities, SomeRays some_rays, const gpu::DeviceOptions& device = {}) {
+    open({}, device);
     Random random(77);
     const SceneOptions options{.radius_m = entities > 2048 ? 36.0 : 10.0, .version_time = at_s(5.0)};
     std::vector<GeometryId> geometries;
@@ -111,6 +124,16 @@ class SameAnswers : public DatabaseTest {
       const auto some = some_rays(random, states.value(), options, options.version_time, 0.8);
       rays_.insert(rays_.end(), some.begin(), some.end());
     }
+  }
+
+  /// Asked by each kind of kernel: at an instant or over the window, for the nearest hits or for any.
+  std::vector<std::vector<RayHit>> trace_as_each_kind(std::span<const Ray> rays) {
+    std::vector<std::vector<RayHit>> hits;
+    for (const bool ignore_motion : {false, true}) {
+      for (const RayMode mode : {RayMode::closest, RayMode::any})
+        hits.push_back(trace(*prepare_rays(mode, ignore_motion), rays));
+    }
+    return hits;
   }
 
   std::vector<Ray> rays_;
@@ -138,10 +161,12 @@ TEST_F(SameAnswers, WhateverTheOrder) {
   }
 }
 
-/// Neighbours that run side by side are traced together, and each by itself when none stands beside another.
+/// Neighbours that run side by side are traced together, others by pairs of lanes, and each by a lane of its own where lanes do not
+/// work together.
 TEST_F(SameAnswers, WhoeverRunsBeside) {
   for (const std::uint32_t entities : {1u, 200u, 2500u}) {
-    make(entities, [](auto&&... scene) { return random_neighbours(scene...); });
+    const auto neighbours = [](auto&&... scene) { return random_neighbours(scene...); };
+    make(entities, neighbours);
     std::vector<std::size_t> order(rays_.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, {}, [](std::size_t i) { return i % 8; });
@@ -151,16 +176,17 @@ TEST_F(SameAnswers, WhoeverRunsBeside) {
       apart.push_back(rays_[i]);
     ASSERT_TRUE(query::run_side_by_side(rays_));
     ASSERT_FALSE(query::run_side_by_side(apart));
-    for (const bool ignore_motion : {false, true}) {
-      for (const RayMode mode : {RayMode::closest, RayMode::any}) {
-        const auto query = prepare_rays(mode, ignore_motion);
-        const auto beside = trace(*query, rays_);
-        EXPECT_EQ(differences(beside, shuffled_back(trace(*query, apart), order)), 0u)
-            << entities << " entities, mode " << static_cast<int>(mode) << ", motion ignored "
-            << ignore_motion;
-        EXPECT_GT(std::ranges::count(beside, HitStatus::hit, &RayHit::status), 250);
-        EXPECT_GT(std::ranges::count(beside, HitStatus::miss, &RayHit::status), 250);
-      }
+    const auto beside = trace_as_each_kind(rays_);
+    const auto by_pairs = trace_as_each_kind(apart);
+    make(entities, neighbours, {.lanes_may_shuffle = false});
+    const auto alone = trace_as_each_kind(rays_);
+    for (std::size_t kind = 0; kind < beside.size(); ++kind) {
+      EXPECT_EQ(differences(beside[kind], shuffled_back(by_pairs[kind], order)), 0u)
+          << entities << " entities, kind " << kind << ", by pairs of lanes";
+      EXPECT_EQ(differences(beside[kind], alone[kind]), 0u)
+          << entities << " entities, kind " << kind << ", alone";
+      EXPECT_GT(std::ranges::count(beside[kind], HitStatus::hit, &RayHit::status), 250);
+      EXPECT_GT(std::ranges::count(beside[kind], HitStatus::miss, &RayHit::status), 250);
     }
   }
 }

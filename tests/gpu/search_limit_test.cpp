@@ -52,9 +52,11 @@ TEST_F(SearchLimits, APileOfTrianglesIsSearchedWholeOrNotAnswered) {
   EXPECT_TRUE(cut_short) << "no search came to the limit";
 }
 
+enum class Lanes : std::uint8_t { packet, pairs, alone };
+
 /// On lavapipe eight neighbours in the batch share one allowance of rounds. Whether a ray is answered must
 /// not depend on them, and none may be taken for a miss when the allowance ends.
-class LongSearches : public SearchLimits, public testing::WithParamInterface<bool> {
+class LongSearches : public SearchLimits, public testing::WithParamInterface<Lanes> {
  protected:
   /// Side by side they are traced together.
   static std::vector<Ray> rays(Random& random, bool side_by_side) {
@@ -72,8 +74,9 @@ class LongSearches : public SearchLimits, public testing::WithParamInterface<boo
 
 TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
   Random random(21);
+  open({}, {.lanes_may_shuffle = GetParam() != Lanes::alone});
   const EntityId wall = create(row_of(add(make_box({50.0, 50.0, 1.0})), {0.0, 0.0, 20.5}));
-  const std::vector<Ray> rays = LongSearches::rays(random, GetParam());
+  const std::vector<Ray> rays = LongSearches::rays(random, GetParam() == Lanes::packet);
   const auto query = prepare_rays();
   std::size_t whole = 0;
   std::size_t cut_short = 0;
@@ -99,8 +102,12 @@ TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
   EXPECT_GT(cut_short, 0u) << "no search came to the limit";
 }
 
-INSTANTIATE_TEST_SUITE_P(Neighbours, LongSearches, testing::Bool(),
-                         [](const auto& one) { return one.param ? "SideBySide" : "Apart"; });
+INSTANTIATE_TEST_SUITE_P(Neighbours, LongSearches, testing::Values(Lanes::packet, Lanes::pairs, Lanes::alone),
+                         [](const auto& one) {
+                           return one.param == Lanes::packet  ? "SideBySide"
+                                  : one.param == Lanes::pairs ? "Apart"
+                                                              : "OfLoneLanes";
+                         });
 
 TEST_F(SearchLimits, AHeapOfEntitiesIsSearchedWholeOrNotAnswered) {
   const GeometryId sphere = add(make_sphere(1.0, 1));
