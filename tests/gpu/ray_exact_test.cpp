@@ -430,5 +430,22 @@ TEST_F(RayExtremes, TinyAndHugeScales) {
   }
 }
 
+/// From the edge of the world a box that holds nothing, and is inside out, looks like any other: its slot is no child all the same.
+TEST_F(RayExtremes, EmptySlotsAreNotEnteredFromFarAway) {
+  for (const bool lanes_may_shuffle : {true, false}) {
+    open({}, {.lanes_may_shuffle = lanes_may_shuffle});
+    create(row_of(add(make_sphere(0.5, 6))));
+    Random random(12);
+    const auto far_m = [&] { return (random.one_in(2) ? 1e5 : -1e5) * random.uniform(0.6, 1.0); };
+    std::vector<Ray> rays;
+    for (int i = 0; i < 4000; ++i) {
+      const glm::dvec3 from_m(far_m(), far_m(), far_m());
+      rays.push_back(ray_from(from_m, 0.3 * random.direction() - from_m));
+    }
+    for (const RayHit& hit : trace(rays))
+      ASSERT_EQ(hit.status, HitStatus::hit) << "lanes may shuffle: " << lanes_may_shuffle;
+  }
+}
+
 }  // namespace
 }  // namespace rtstdb::test
