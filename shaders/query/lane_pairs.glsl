@@ -14,7 +14,7 @@
 #include "query/ray_images.glsl"
 #include "query/ray_slabs.glsl"
 
-// Groups of a ray at most: one a level of the trees, where some of its children wait.
+// Groups of a ray: one a level of the trees, where some of its children wait. With the last of them the search is cut short.
 const uint stack_words = 8u;
 const uint stack_size = 2u * stack_words;
 
@@ -202,10 +202,13 @@ void test_run(uint run, inout Search search, Segment ray, float lambda_min, floa
   } while (first < end);
 }
 
-// Beyond a hit of either lane nothing is asked for.
+// That of the nearer hit, and not the lesser: what rounding may have taken from it is its own. Where both are as near, the greater.
 float reach(Found best) {
   const float own = reach_of(best);
-  return lesser(own, of_lane(own, gl_SubgroupInvocationID ^ 1u));
+  const float other = of_lane(own, gl_SubgroupInvocationID ^ 1u);
+  const float other_lambda = of_lane(best.lambda, gl_SubgroupInvocationID ^ 1u);
+  const bool takes_other = other_lambda < best.lambda || (other_lambda == best.lambda && other > own);
+  return takes_other ? other : own;
 }
 
 uint unless_found(uint current, Found best) {

@@ -136,7 +136,8 @@ Asked of_lane(Asked ray, uint lane) {
                of_lane(ray.instance_base, lane), of_lane(ray.share, lane));
 }
 
-// Each lane brings a ray; pairs of lanes trace the first four of them, then the others, if any ask.
+// Each lane brings a ray; pairs of lanes trace the first four of them, then the others, if any ask. Those that nobody comes to, because
+// loops have stopped, stay incomplete.
 Found trace_together(bool asks, Asked ray) {
   Found found = nothing_within(0.0);
   found.status = status_incomplete;

@@ -56,6 +56,36 @@ TEST_F(RayTies, CoincidingTrianglesGiveTheLowest) {
   EXPECT_EQ(hit.lambda, 4.0f);
 }
 
+/// What rounding may have taken from the nearest hit is much where its triangle is large, and little of one a hair behind.
+TEST_F(RayTies, OfALargeTriangleWithASmallOneBehind) {
+  for (const bool lanes_may_shuffle : {true, false}) {
+    open({}, {.lanes_may_shuffle = lanes_may_shuffle});
+    const TriangleMesh large{{{-3000, -3000, 0}, {3000, -3000, 0}, {0, 3000, 0}}, {{0, 1, 2}}};
+    TriangleMesh both = large;
+    for (const float z : {2e-5f, -2e-5f}) {
+      const auto first = static_cast<std::uint32_t>(both.positions_m.size());
+      both.positions_m.insert(both.positions_m.end(), {{-2, -2, z}, {2, -2, z}, {0, 2, z}});
+      both.triangles.emplace_back(first, first + 1, first + 2);
+    }
+    std::vector<EntityRow> rows(3, row_of(add(both)));
+    rows[0].geometry = add(large);
+    const auto ids = create(rows);
+    std::vector<Ray> rays = {ray_from({0.1f, 0.2f, -0.002f}, {0.3f, -0.7f, 0.5f})};
+    Random random(9);
+    for (int i = 0; i < 4000; ++i)
+      rays.push_back(
+          ray_from(glm::dvec3(random.uniform(-1, 1), random.uniform(-1, 1), -0.002), random.direction()));
+    std::size_t ties = 0;
+    const auto hits = trace(rays);
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      if (hits[i].status != HitStatus::hit || hits[i].triangle != 0) continue;
+      ++ties;
+      ASSERT_EQ(hits[i].entity, ids[0]) << "ray " << i << ", lanes may shuffle: " << lanes_may_shuffle;
+    }
+    EXPECT_GT(ties, 500u);
+  }
+}
+
 TEST_F(RayTies, WhereTheRayBegins) {
   create(std::vector<EntityRow>(12, row_of(add(make_box({2.0, 2.0, 2.0})))));
   const RayHit hit = trace(ray_from({-1.0f, 0.1f, 0.2f}, {-1.0f, 0.0f, 0.1f}));

@@ -169,7 +169,8 @@ TEST_F(SearchLimits, ARegionFindsAllOrSaysThatItDidNot) {
 /// and each body heaps of triangles. A ray has to remember something at each level of both trees.
 class DeepTrees : public SearchLimits {
  protected:
-  void fill(int levels, std::size_t heap) {
+  /// `turned`: at which level one triangle of one body more shows its other side; none where it is negative.
+  void fill(int levels, std::size_t heap, int turned = -1) {
     TriangleMesh mesh;
     for (int level = 0; level < levels; ++level) {
       const auto x = static_cast<float>(1.0 - std::exp2(-level));
@@ -186,6 +187,11 @@ class DeepTrees : public SearchLimits {
       EntityRow row = row_of(heaps, {1.0 - std::exp2(-level), 0.0, 0.0});
       row.scale = glm::dvec3(1.0 - 0.02 * level);
       rows.insert(rows.end(), heap, row);
+    }
+    if (turned >= 0) {
+      const auto first = static_cast<std::uint32_t>(3 * turned);
+      mesh.triangles.emplace_back(first, first + 2, first + 1);
+      rows[heap * static_cast<std::size_t>(turned + 1) - 1].geometry = add(mesh);
     }
     create(rows);
   }
@@ -219,6 +225,38 @@ TEST_F(DeepTrees, NeighboursAreAnsweredAsEachAlone) {
       EXPECT_EQ(hit.lambda, alone.lambda);
     }
   }
+}
+
+/// Rays that pass by all triangles but one, from either side, have to come back to whatever they have put aside.
+TEST_F(DeepTrees, WhatWasPutAsideIsComeBackTo) {
+  Random random(9);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 160; ++i) {
+    const glm::vec3 from_m(0.5 + 2.0 * random.normal(), 2.0 * random.normal(), random.one_in(2) ? -5.0 : 5.0);
+    rays.push_back(ray_from(from_m, {0.3 * random.normal(), 0.3 * random.normal(), -from_m.z}));
+  }
+  ASSERT_FALSE(query::run_side_by_side(rays));
+  std::vector<RayHit> hits[2];
+  for (const bool lanes_may_shuffle : {false, true}) {
+    for (const int turned : {10, 20}) {
+      open({}, {.lanes_may_shuffle = lanes_may_shuffle});
+      fill(21, 9, turned);
+      for (const RayMode mode : {RayMode::closest, RayMode::any}) {
+        for (const Faces faces : {Faces::front, Faces::back}) {
+          auto query = database().prepare(
+              RayQueryOptions{.name = "one side", .capacity = 160, .mode = mode, .faces = faces});
+          ASSERT_TRUE(query.ok());
+          const auto some = trace(*query.value(), rays);
+          auto& all = hits[lanes_may_shuffle ? 1 : 0];
+          all.insert(all.end(), some.begin(), some.end());
+        }
+      }
+    }
+  }
+  for (std::size_t i = 0; i < hits[0].size(); ++i)
+    ASSERT_TRUE(same_bits(hits[0][i], hits[1][i])) << "answer " << i;
+  EXPECT_GT(std::ranges::count(hits[0], HitStatus::hit, &RayHit::status), 300);
+  EXPECT_GT(std::ranges::count(hits[0], HitStatus::miss, &RayHit::status), 100);
 }
 
 }  // namespace
