@@ -14,6 +14,9 @@
 namespace rtstdb::query {
 namespace {
 
+/// As far as this before a batch is looked at it is called for: it seldom lies in a cache that is near.
+constexpr std::uint32_t rays_ahead = 64;
+
 /// Between these no product of the search leaves single precision.
 constexpr float smallest_direction = 1e-15f;
 constexpr float largest_direction = 1e15f;
@@ -181,6 +184,7 @@ std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource&
   carried_ = false;
   for (std::uint32_t i = 0; i < count; ++i) {
     const Ray& ray = rays[i];
+    __builtin_prefetch(&rays[std::min(i + rays_ahead, count - 1)]);
     span.first = std::min(span.first, ray.t);
     span.last = std::max(span.last, ray.t);
     const bool known = ray.carrier == known_carrier;
