@@ -12,6 +12,7 @@ void for_each_required(FeatureChain& chain, Visit visit) {
   visit(core.shaderInt64, "shaderInt64");
   visit(core.shaderFloat64, "shaderFloat64");  // nanoseconds to seconds without losing any
   visit(v12.timelineSemaphore, "timelineSemaphore");
+  visit(v12.shaderSubgroupExtendedTypes, "shaderSubgroupExtendedTypes");
   visit(v12.scalarBlockLayout, "scalarBlockLayout");
   visit(v12.hostQueryReset, "hostQueryReset");
   visit(v12.bufferDeviceAddress,

@@ -38,13 +38,13 @@ void write_wide_node(uint index, WideNode node) {
     }
     used |= slot < 8u ? 1u << slot : 0u;
   }
-  const uvec2 address = address_of(args.target, index, 16u * node_texels);
-  store_texel(address, 0u, uvec4(floatBitsToUint(quanta.origin), quanta.exponents | used << 24));
-  store_texel(address, 1u, uvec4(low_edges[0].x, low_edges[1].x, high_edges[0].x, high_edges[1].x));
-  store_texel(address, 2u, uvec4(low_edges[0].y, low_edges[1].y, high_edges[0].y, high_edges[1].y));
-  store_texel(address, 3u, uvec4(low_edges[0].z, low_edges[1].z, high_edges[0].z, high_edges[1].z));
-  store_texel(address, 4u, uvec4(references[0], references[1], references[2], references[3]));
-  store_texel(address, 5u, uvec4(references[4], references[5], references[6], references[7]));
+  const Destination to = destination_of(args.target, index, 16u * node_texels);
+  store_texel(to, 0u, uvec4(floatBitsToUint(quanta.origin), quanta.exponents | used << 24));
+  store_texel(to, 1u, uvec4(low_edges[0].x, low_edges[1].x, high_edges[0].x, high_edges[1].x));
+  store_texel(to, 2u, uvec4(low_edges[0].y, low_edges[1].y, high_edges[0].y, high_edges[1].y));
+  store_texel(to, 3u, uvec4(low_edges[0].z, low_edges[1].z, high_edges[0].z, high_edges[1].z));
+  store_texel(to, 4u, uvec4(references[0], references[1], references[2], references[3]));
+  store_texel(to, 5u, uvec4(references[4], references[5], references[6], references[7]));
 }
 
 #endif

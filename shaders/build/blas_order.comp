@@ -9,5 +9,5 @@ layout(local_size_x = 64) in;
 void main() {
   const uint end = tile_end();
   for (uint i = tile_begin(); i < end; i += 64u)
-    store_texel(address_of(args.target, i, 16u), 0u, texelFetch(corners, int(words[i])));
+    store_texel(destination_of(args.target, i, 16u), 0u, texelFetch(corners, int(words[i])));
 }

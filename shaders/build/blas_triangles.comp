@@ -12,9 +12,9 @@ void main() {
     const uint number = primitive_in_leaf(words[i]);
     words[i] = number;
     const uvec4 triangle = texelFetch(corners, int(number));
-    const uvec2 address = address_of(args.target, i, 16u * triangle_texels);
-    store_texel(address, 0u, uvec4(floatBitsToUint(position(triangle.x)), triangle.w));
-    store_texel(address, 1u, uvec4(floatBitsToUint(position(triangle.y)), 0u));
-    store_texel(address, 2u, uvec4(floatBitsToUint(position(triangle.z)), 0u));
+    const Destination to = destination_of(args.target, i, 16u * triangle_texels);
+    store_texel(to, 0u, uvec4(floatBitsToUint(position(triangle.x)), triangle.w));
+    store_texel(to, 1u, uvec4(floatBitsToUint(position(triangle.y)), 0u));
+    store_texel(to, 2u, uvec4(floatBitsToUint(position(triangle.z)), 0u));
   }
 }

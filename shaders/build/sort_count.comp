@@ -18,8 +18,8 @@ void main() {
     ++count[digit_of(two.x)];
     if (i + 1u < end) ++count[digit_of(two.z)];
   }
-  const uvec2 address = address_of(args.counts, run, 16u * row_fours);
+  const Destination to = destination_of(args.counts, run, 16u * row_fours);
   for (uint k = 0u; k < row_fours; ++k) {
-    store_texel(address, k, uvec4(count[4u * k], count[4u * k + 1u], count[4u * k + 2u], count[4u * k + 3u]));
+    store_texel(to, k, uvec4(count[4u * k], count[4u * k + 1u], count[4u * k + 2u], count[4u * k + 3u]));
   }
 }

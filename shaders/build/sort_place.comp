@@ -20,10 +20,11 @@ void main() {
     place[4u * k + 2u] = begin.z;
     place[4u * k + 3u] = begin.w;
   }
+  const Destination to = destination_of(args.sorted, 0u, 8u);
   const uint end = min((run + 1u) * args.run, args.count);
   for (uint i = run * args.run; i < end; i += 2u) {
     const uvec4 two = two_at(i);
-    store_pair(args.sorted, place[digit_of(two.x)]++, two.xy);
-    if (i + 1u < end) store_pair(args.sorted, place[digit_of(two.z)]++, two.zw);
+    store_pair(to, place[digit_of(two.x)]++, two.xy);
+    if (i + 1u < end) store_pair(to, place[digit_of(two.z)]++, two.zw);
   }
 }

@@ -37,13 +37,13 @@ Subtree load_subtree(uint node) {
 }
 
 void store_subtree(Subtree subtree, uint left, uint right) {
-  const uvec2 address = address_of(args.target, uint(texel_of(subtree.node)), 16u);
+  const Destination to = destination_of(args.target, uint(texel_of(subtree.node)), 16u);
   uint cost[7];
   [[unroll]] for (uint i = 0u; i < 7u; ++i) cost[i] = floatBitsToUint(subtree.cost[i]);
-  store_texel(address, 0u, uvec4(floatBitsToUint(subtree.box.lo), cost[0]));
-  store_texel(address, 1u, uvec4(floatBitsToUint(subtree.box.hi), cost[1]));
-  store_texel(address, 2u, uvec4(cost[2], cost[3], cost[4], cost[5]));
-  store_texel(address, 3u, uvec4(cost[6], subtree.primitives, subtree.how, 0u));
+  store_texel(to, 0u, uvec4(floatBitsToUint(subtree.box.lo), cost[0]));
+  store_texel(to, 1u, uvec4(floatBitsToUint(subtree.box.hi), cost[1]));
+  store_texel(to, 2u, uvec4(cost[2], cost[3], cost[4], cost[5]));
+  store_texel(to, 3u, uvec4(cost[6], subtree.primitives, subtree.how, 0u));
   binary[subtree.node] = uvec2(left, right);
 }
 

@@ -10,9 +10,9 @@ void main() {
   for (uint i = tile_begin(); i < end; i += 64u) {
     const uvec2 here = sorted[i];
     const Box box = box_of_primitive(here.y);
-    const uvec2 address = address_of(args.target, uint(texel_of(args.count + i)), 16u);
-    store_texel(address, 0u, uvec4(floatBitsToUint(box.lo), 0u));
-    store_texel(address, 1u, uvec4(floatBitsToUint(box.hi), 0u));
+    const Destination to = destination_of(args.target, uint(texel_of(args.count + i)), 16u);
+    store_texel(to, 0u, uvec4(floatBitsToUint(box.lo), 0u));
+    store_texel(to, 1u, uvec4(floatBitsToUint(box.hi), 0u));
     arrivals[i] = nobody;
     const uint next = min(i + 1u, args.count - 1u);
     const uvec2 there = sorted[next];

@@ -294,15 +294,15 @@ NeighborRecord described(uint place, uint slot, float distance, NearestRecord re
 }
 
 void store_neighbor(uint place, NeighborRecord neighbor) {
-  const uvec2 address = address_of(args.neighbors, place, 8u * neighbor_pairs);
-  store_pair(address, 0u, neighbor.entity);
-  store_pair(address, 1u, uvec2(neighbor.mask, neighbor.material));
-  store_pair(address, 2u, uvec2(neighbor.triangle, floatBitsToUint(neighbor.distance_m)));
-  store_pair(address, 3u, floatBitsToUint(vec2(neighbor.u, neighbor.v)));
-  store_pair(address, 4u, uvec2(neighbor.has_sign, floatBitsToUint(neighbor.p_world_m.x)));
-  store_pair(address, 5u, floatBitsToUint(neighbor.p_world_m.yz));
-  store_pair(address, 6u, floatBitsToUint(neighbor.v_relative_mps.xy));
-  store_pair(address, 7u, uvec2(floatBitsToUint(neighbor.v_relative_mps.z), 0u));
+  const Destination to = destination_of(args.neighbors, place, 8u * neighbor_pairs);
+  store_pair(to, 0u, neighbor.entity);
+  store_pair(to, 1u, uvec2(neighbor.mask, neighbor.material));
+  store_pair(to, 2u, uvec2(neighbor.triangle, floatBitsToUint(neighbor.distance_m)));
+  store_pair(to, 3u, floatBitsToUint(vec2(neighbor.u, neighbor.v)));
+  store_pair(to, 4u, uvec2(neighbor.has_sign, floatBitsToUint(neighbor.p_world_m.x)));
+  store_pair(to, 5u, floatBitsToUint(neighbor.p_world_m.yz));
+  store_pair(to, 6u, floatBitsToUint(neighbor.v_relative_mps.xy));
+  store_pair(to, 7u, uvec2(floatBitsToUint(neighbor.v_relative_mps.z), 0u));
 }
 
 #ifdef NEAREST_ENTITY

@@ -23,7 +23,7 @@ layout(set = 0, binding = 7, scalar) writeonly buffer IncompleteBuffer { uint so
 layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint places[]; };
 #endif
 
-uvec2 address_of_hit(uint place) { return address_of(args.hits, place, 8u * hit_pairs); }
+Destination destination_of_hit(uint place) { return destination_of(args.hits, place, 8u * hit_pairs); }
 
 float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 
@@ -92,15 +92,15 @@ void write_hit(uint place, Found found, Asked ray) {
   const vec3 v_relative_mps = velocity_at(i, ray.t_ns, ray.origin + found.lambda * ray.direction) - ray.v_origin;
   const uvec4 identity = texelFetch(identities, int(hit ? found.entity : 0u));
   const uvec2 nothing = uvec2(0u);
-  const uvec2 address = address_of_hit(place);
-  store_pair(address, 0u, uvec2(found.status, hit ? floatBitsToUint(found.lambda * ray.unit) : 0u));
-  store_pair(address, 1u, hit ? floatBitsToUint(vec2(found.u, found.v)) : nothing);
-  store_pair(address, 2u, hit ? identity.xy : uvec2(no_entity, 0u));
-  store_pair(address, 3u, hit ? identity.zw : nothing);
-  store_pair(address, 4u, hit ? uvec2(found.triangle, found.front ? 1u : 0u) : nothing);
-  store_pair(address, 5u, hit ? floatBitsToUint(n_world.xy) : nothing);
-  store_pair(address, 6u, hit ? floatBitsToUint(vec2(n_world.z, v_relative_mps.x)) : nothing);
-  store_pair(address, 7u, hit ? floatBitsToUint(v_relative_mps.yz) : nothing);
+  const Destination to = destination_of_hit(place);
+  store_pair(to, 0u, uvec2(found.status, hit ? floatBitsToUint(found.lambda * ray.unit) : 0u));
+  store_pair(to, 1u, hit ? floatBitsToUint(vec2(found.u, found.v)) : nothing);
+  store_pair(to, 2u, hit ? identity.xy : uvec2(no_entity, 0u));
+  store_pair(to, 3u, hit ? identity.zw : nothing);
+  store_pair(to, 4u, hit ? uvec2(found.triangle, found.front ? 1u : 0u) : nothing);
+  store_pair(to, 5u, hit ? floatBitsToUint(n_world.xy) : nothing);
+  store_pair(to, 6u, hit ? floatBitsToUint(vec2(n_world.z, v_relative_mps.x)) : nothing);
+  store_pair(to, 7u, hit ? floatBitsToUint(v_relative_mps.yz) : nothing);
 }
 
 #ifdef RAY_PACKET
@@ -166,7 +166,7 @@ void main() {
   if (!asks) return;
 #ifdef RAY_ANY
   // The rest of the hit stays as it was made.
-  store_pair(address_of_hit(index), 0u, uvec2(found.status, 0u));
+  store_pair(destination_of_hit(index), 0u, uvec2(found.status, 0u));
 #else
   write_hit(index, found, ray);
 #endif
@@ -195,7 +195,7 @@ void main() {
   }
 #elif defined(RAY_ANY)
   // The rest of the hit stays as it was made.
-  store_pair(address_of_hit(index), 0u, uvec2(found.status, 0u));
+  store_pair(destination_of_hit(index), 0u, uvec2(found.status, 0u));
 #else
   write_hit(index, found, ray);
 #endif
