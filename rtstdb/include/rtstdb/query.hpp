@@ -75,6 +75,8 @@ enum class RayMode : std::uint8_t {
 /// Points on the ray: origin + lambda * direction, lambda in [lambda_min, lambda_max], where 0 <= lambda_min <=
 /// lambda_max. The direction need not be unit; its largest component is between 1e-15 and 1e15. With a carrier, origin and direction are given in the carrier's frame (unscaled) and move with
 /// it: the ray starts where the carrier is at `t`, and its origin's velocity takes part in `v_relative`.
+/// A triangle that a ray meets at an edge or a corner alone, or in whose plane it runs, is hit or not as rounding has it; between triangles
+/// that share an edge none slips through. Ties are those of lambdas as single precision has them.
 struct alignas(16) Ray {
   glm::vec3 origin_m{0.0f};
   glm::vec3 direction{1.0f, 0.0f, 0.0f};
