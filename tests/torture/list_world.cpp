@@ -1,5 +1,7 @@
 #include "tests/torture/list_world.hpp"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <chrono>
 #include <iterator>
@@ -120,12 +122,14 @@ class ListClient {
     for (Key key = 0; key < ListWorld::lists; ++key)
       query_.lists.push_back({key, {}});
     Recorded last;
-    do {  // the device may be lost
+    Status status = Status::device_lost;
+    while (status == Status::device_lost) {
       last = Recorded{};
       transaction_->begin({});
       transaction_->ask(query_, 1);
-      execute(last);
-    } while (last.ending != Ending::committed);
+      status = execute(last);
+    }
+    ASSERT_EQ(status, Status::committed) << describe(transaction_->outcome().bad_input);
     last.reads = query_.lists;
     recorded_.push_back(std::move(last));
   }
