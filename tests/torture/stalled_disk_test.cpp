@@ -1,10 +1,11 @@
 // A disk that stands still for seconds while a loop commits each millisecond in async mode: the loop misses nothing but for what the
-// machine itself took (MachineTime), and the log says how full its ring was.
+// machine itself took (MachineTime), or what it misses as often beside a disk that is well, and the log says how full its ring was.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <iostream>
 #include <thread>
 #include <vector>
@@ -38,9 +39,10 @@ class NoQueries final : public query::Executor {
   }
 };
 
-/// A miss that the machine's account, which is kept in coarse steps, does not explain is looked for again; one that comes of the disk
-/// comes each time. On a machine that others share two rounds of five have such a one.
-constexpr int rounds = 8;
+/// A miss that the machine's account, which is kept in coarse steps and does not know all that a host takes, does not explain is looked
+/// for again; one that comes of the disk comes each time. On a machine that others share two rounds of five have such a one, on some
+/// every round, with the disk and without.
+constexpr int rounds = 4;
 /// What a commit of one row takes in the ring where it changes nothing, not even the time.
 constexpr std::size_t least_record_bytes = 24;
 
@@ -74,6 +76,12 @@ Loop run_loop(const MachineTime& machine, std::chrono::nanoseconds length, const
   loop.longest = took.back();
   loop.median = took[took.size() / 2];
   return loop;
+}
+
+/// Whether so many more unexcused misses of one loop than of another, as long a one, are more than chance has.
+bool is_more_than_chance(std::size_t more, std::size_t fewer) {
+  const auto difference = static_cast<double>(more) - static_cast<double>(fewer);
+  return difference > 3.0 * std::sqrt(static_cast<double>(more + fewer));
 }
 
 double in_us(std::chrono::nanoseconds time) {
@@ -138,12 +146,12 @@ TEST(StalledDisk, TheLoopMissesNothingForIt) {
   std::size_t done = 0;
   const auto commit = [&] { done += stalled_disk.commit(); };
 
-  const Loop healthy = run_loop(machine, stall / 5, commit);
-  Loop stalled;
+  std::size_t unexcused_healthy = 0, unexcused_stalled = 0;
   for (int round = 0; round < rounds; ++round) {
+    const Loop healthy = run_loop(machine, stall, commit);
     stalled_disk.set_stalls(true);
     done = 0;
-    stalled = run_loop(machine, stall, commit);
+    const Loop stalled = run_loop(machine, stall, commit);
     const Durability during = engine.log()->state();
     stalled_disk.set_stalls(false);
 
@@ -157,13 +165,17 @@ TEST(StalledDisk, TheLoopMissesNothingForIt) {
     EXPECT_LT(during.durable, engine.latest().version);
     EXPECT_TRUE(engine.log()->wait_until_durable(engine.latest().version, 60s)) << "whole again";
     std::cout << "stalled for " << stall.count() << " ms: " << stalled.ticks << " ticks, " << stalled.misses
-              << " missed, " << stalled.unexcused << " of them not for what the machine took; median "
-              << in_us(stalled.median) << " us, before " << in_us(healthy.median) << " us; longest "
-              << in_us(stalled.longest) << " us, before " << in_us(healthy.longest) << " us; ring "
-              << during.ring_high_water << " of " << during.ring_bytes << " bytes\n";
-    if (stalled.unexcused == 0) break;
+              << " missed, " << stalled.unexcused << " of them not for what the machine took, before "
+              << healthy.unexcused << "; median " << in_us(stalled.median) << " us, before "
+              << in_us(healthy.median) << " us; longest " << in_us(stalled.longest) << " us, before "
+              << in_us(healthy.longest) << " us; ring " << during.ring_high_water << " of "
+              << during.ring_bytes << " bytes\n";
+    if (stalled.unexcused == 0) return;
+    unexcused_healthy += healthy.unexcused;
+    unexcused_stalled += stalled.unexcused;
   }
-  EXPECT_EQ(stalled.unexcused, 0u) << "ticks were late for the disk";
+  EXPECT_FALSE(is_more_than_chance(unexcused_stalled, unexcused_healthy))
+      << "ticks were late for the disk: " << unexcused_stalled << ", without it " << unexcused_healthy;
 }
 
 }  // namespace
