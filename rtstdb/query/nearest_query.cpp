@@ -238,8 +238,10 @@ void GpuNearestQuery::pack(std::uint32_t at, std::uint32_t place, const accel::T
 
 void GpuNearestQuery::record(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,
                              const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
-  for (std::uint32_t place = range.first; place < range.end; ++place)
+  for (std::uint32_t place = range.first; place < range.end; ++place) {
+    call_ahead(std::span<const Nearest>(points_), order_.last(), place);
     pack(place, place, tlas, view);
+  }
   dispatch(range, false, view, recorder);
 }
 
@@ -277,6 +279,7 @@ void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/,
   neighbors_[places_.written()].pull(range.first * bytes_per_point,
                                      (range.end - range.first) * bytes_per_point);
   for (std::uint32_t place = range.first; place < range.end; ++place) {
+    call_ahead(std::span(answers_[places_.written()]), order_.last(), place);
     if (!take_answer(place)) incomplete_.push_back(place);
   }
 }
@@ -297,8 +300,9 @@ void GpuNearestQuery::unpack_again(PlaceRange range, const accel::TlasView& /*vi
 }
 
 bool GpuNearestQuery::truncated() const noexcept {
-  return std::ranges::any_of(std::span(answers_[places_.written()]).first(answered_),
-                             &NearestAnswer::incomplete);
+  return std::ranges::any_of(incomplete_, [&](std::uint32_t place) {
+    return answers_[places_.written()][order_.last()[place]].incomplete;
+  });
 }
 
 void GpuNearestQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {

@@ -3,7 +3,10 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 
 #include "rtstdb/query/element_check.hpp"
 
@@ -66,14 +69,22 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
 }
 
 void GpuRegionQuery::arrange(std::uint32_t count) noexcept {
-  const auto beside = point_order_.of(std::span(regions_).first(count));
-  RegionKindEnds ends{};
-  std::uint32_t next = 0;
-  for (std::size_t kind = 0; kind < region_kinds; ++kind) {
-    for (const std::uint32_t i : beside) {
-      if (region_kind(level_, regions_[i].shape) == kind) order_[next++] = i;
-    }
-    ends[kind] = next;
+  const auto asked = std::span<const Region>(regions_).first(count);
+  const auto kind_of = [&](const Region& region) { return region_kind(level_, region.shape); };
+  RegionKindEnds of_kind{};
+  for (const Region& region : asked)
+    ++of_kind[kind_of(region)];
+  RegionKindEnds ends;
+  std::partial_sum(of_kind.begin(), of_kind.end(), ends.begin());
+
+  const auto beside = point_order_.of(asked);
+  if (std::ranges::find(of_kind, count) != of_kind.end()) {
+    std::ranges::copy(beside, order_.begin());
+  } else {
+    RegionKindEnds next;
+    std::ranges::transform(ends, of_kind, next.begin(), std::minus());
+    for (const std::uint32_t i : beside)
+      order_[next[kind_of(asked[i])]++] = i;
   }
   runner_.arrange(std::span(order_).first(count), ends);
 }
@@ -100,8 +111,11 @@ shared::RegionRecord GpuRegionQuery::packed(const Region& region, const accel::T
 void GpuRegionQuery::record(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto records = runner_.records();
-  for (std::uint32_t i = range.first; i < range.end; ++i)
-    records[i] = packed(regions_[order_[i]], tlas, view);
+  const auto order = std::span<const std::uint32_t>(order_).first(range.end);
+  for (std::uint32_t i = range.first; i < range.end; ++i) {
+    call_ahead(std::span<const Region>(regions_), order, i);
+    records[i] = packed(regions_[order[i]], tlas, view);
+  }
   runner_.record(range, view, recorder);
 }
 

@@ -7,6 +7,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/query/late_policy.hpp"
+#include "rtstdb/query/point_order.hpp"
 
 namespace rtstdb::query {
 namespace {
@@ -204,6 +205,7 @@ void RegionRunner::arrange(std::span<const std::uint32_t> order, const RegionKin
   incomplete_.clear();
   begins_[0] = 0;
   answered_ = 0;
+  some_overflow_ = false;
 }
 
 void RegionRunner::record(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
@@ -241,8 +243,10 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
 void RegionRunner::unpack(PlaceRange range, const accel::TlasView& view,
                           threads::ForkJoin& fork_join) noexcept {
   const auto unpack_block = [&](std::uint32_t first, std::uint32_t end, std::uint32_t hand) {
-    for (std::uint32_t place = first; place < end; ++place)
+    for (std::uint32_t place = first; place < end; ++place) {
+      call_ahead(std::span(answers_[places_.written()].of_regions), order_, place);
       unpack_answer(place, place, view, sorters_[hand]);
+    }
   };
   answered_ = range.end;
   if (lay_out(range) < ids_worth_sharing) return unpack_block(range.first, range.end, 0);
@@ -260,6 +264,7 @@ std::size_t RegionRunner::lay_out(PlaceRange range) noexcept {
     begins_[place] = next;
     const bool incomplete = counts[place].incomplete != 0;
     if (incomplete) incomplete_.push_back(place);
+    some_overflow_ = some_overflow_ || (!incomplete && overflows(counts[place]));
     // One that is asked again may find more then.
     next += incomplete ? options_.ids_per_region : kept(counts[place]);
   }
@@ -283,10 +288,10 @@ void RegionRunner::unpack_again(PlaceRange range, const accel::TlasView& view) n
 }
 
 bool RegionRunner::truncated() const noexcept {
-  return std::ranges::any_of(order_.first(answered_), [&](std::uint32_t region) {
-    const RegionAnswer& answer = answers_[places_.written()].of_regions[region];
-    return answer.overflow || answer.incomplete;
-  });
+  return some_overflow_ || std::ranges::any_of(incomplete_, [&](std::uint32_t place) {
+           const RegionAnswer& answer = answers_[places_.written()].of_regions[order_[place]];
+           return answer.overflow || answer.incomplete;
+         });
 }
 
 void RegionRunner::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
@@ -303,7 +308,7 @@ void RegionRunner::unpack_answer(std::uint32_t place, std::uint32_t from, const 
   answer = {.entities = {},
             .triangles = {},
             .found = count.found,
-            .overflow = options_.ids_per_region > 0 && count.found > options_.ids_per_region,
+            .overflow = overflows(count),
             .incomplete = count.incomplete != 0};
   if (kept(count) == 0) return;
   if (lists_triangles())

@@ -97,6 +97,9 @@ class RegionRunner {
   std::uint32_t kept(const shared::RegionCount& count) const noexcept {
     return std::min(count.found, options_.ids_per_region);
   }
+  bool overflows(const shared::RegionCount& count) const noexcept {
+    return options_.ids_per_region > 0 && count.found > options_.ids_per_region;
+  }
   /// Where the answers to these places begin, and which of them are incomplete. Returns how many ids there are.
   std::size_t lay_out(PlaceRange range) noexcept;
   /// The answer to `order_[place]` from what the device left at `from`.
@@ -119,6 +122,7 @@ class RegionRunner {
   std::vector<std::size_t> begins_;        // of the answers to each place of a batch, and to the one behind
   std::vector<Sorter> sorters_;            // one a thread
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
+  bool some_overflow_ = false;             // of those answered at once
 };
 
 }  // namespace rtstdb::query

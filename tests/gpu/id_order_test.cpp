@@ -16,7 +16,7 @@ TEST(IdOrder, SortsAsComparingDoes) {
     std::vector<std::uint32_t> all(limit);
     for (std::uint32_t i = 0; i < limit; ++i)
       all[i] = i;
-    for (const std::uint32_t count : {0u, 1u, 2u, 50u, 4'000u, max_entities}) {
+    for (const std::uint32_t count : {0u, 1u, 2u, 7u, 8u, 9u, 50u, 63u, 64u, 65u, 4'000u, max_entities}) {
       std::ranges::shuffle(all, random);
       const std::vector<std::uint32_t> ids(all.begin(), all.begin() + std::min(count, limit));
       std::vector<std::uint32_t> wanted = ids;
@@ -25,6 +25,23 @@ TEST(IdOrder, SortsAsComparingDoes) {
       order.ascending(ids, [&](std::uint32_t id) { sorted.push_back(id); });
       EXPECT_EQ(sorted, wanted) << count << " below " << limit;
     }
+  }
+}
+
+TEST(IdOrder, WhatStandsTwiceComesOnce) {
+  std::mt19937_64 random(52);
+  IdOrder order;
+  for (const std::uint32_t count : {2u, 9u, 64u, 65u, 1'000u}) {
+    std::vector<std::uint32_t> ids(count);
+    for (std::uint32_t& id : ids)
+      id = static_cast<std::uint32_t>(random() % (count / 2));
+    std::vector<std::uint32_t> wanted = ids;
+    std::ranges::sort(wanted);
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    ASSERT_LT(wanted.size(), ids.size());
+    std::vector<std::uint32_t> sorted;
+    order.ascending(ids, [&](std::uint32_t id) { sorted.push_back(id); });
+    EXPECT_EQ(sorted, wanted) << count;
   }
 }
 
