@@ -86,7 +86,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   instances.texel_float4 = true;
   instances.texel_uint4 = true;
   instances.texel_image = true;
-  gpu::BufferOptions centers{.name = name + " centers", .size_bytes = 16 * n};
+  gpu::BufferOptions centers{.name = name + " centers", .size_bytes = 16 * shared::still_center_texels * n};
   centers.texel_float4 = true;
   gpu::BufferOptions still_bounds{.name = name + " still bounds",
                                   .size_bytes = 16 * shared::still_bounds_texels * n};

@@ -15,7 +15,7 @@ layout(set = 0, binding = 3, scalar) writeonly buffer InstancesBuffer { vec4 ins
 layout(set = 0, binding = 4, scalar) writeonly buffer LateInstancesBuffer { vec4 late_instances[]; };
 layout(set = 0, binding = 5, scalar) writeonly buffer BoundsBuffer { Box bounds[]; };
 layout(set = 0, binding = 6, scalar) writeonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
-// For queries that ask at one instant, of windows that are one: of the bounds, with the mask.
+// For queries that ask at one instant, of windows that are one: of the bounds (still_center_texels each).
 layout(set = 0, binding = 7, scalar) writeonly buffer CentersBuffer { vec4 centers[]; };
 layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint listed_places[]; };
 layout(set = 0, binding = 9, scalar) writeonly buffer StillBoundsBuffer { vec4 still_bounds[]; };
@@ -92,7 +92,9 @@ void main() {
   // From the epoch's instance, as queries that ask at several instants do it.
   const OrientedBox still = bounds_at(early, int(args.window_begin.x - args.epoch.x));
   if (args.window_s == 0.0) {
-    centers[place] = vec4(still.center, uintBitsToFloat(early.mask));
+    centers[place * still_center_texels] = vec4(still.center, uintBitsToFloat(early.mask));
+    centers[place * still_center_texels + 1u] =
+        vec4(center_velocity_at(early, int(args.window_begin.x - args.epoch.x)), uintBitsToFloat(early.entity));
     still_bounds[place * still_bounds_texels] = vec4(still.center, uintBitsToFloat(early.mask));
     still_bounds[place * still_bounds_texels + 1u] = vec4(still.half_extent, uintBitsToFloat(early.entity));
     still_bounds[place * still_bounds_texels + 2u] = still.q;

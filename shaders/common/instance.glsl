@@ -105,6 +105,12 @@ OrientedBox bounds_at(Instance i, int t_ns) {
   return OrientedBox(position_of(i, t_ns) + rotate(q, i.box_center * i.scale), q, i.box_half * i.scale);
 }
 
+// Of the centre of the instance's bounds.
+vec3 center_velocity_at(Instance i, int t_ns) {
+  precise vec3 velocity = i.v + cross(i.w, rotate(orientation_of(i, t_ns), i.box_center * i.scale));
+  return velocity;
+}
+
 // What a query needs first of an instance, its first five texels; the box is read only where it is used.
 Instance instance_from(vec4 t0, vec4 t1, vec4 t2, vec4 t3, vec4 t4) {
   Instance instance;

@@ -190,7 +190,7 @@ bool is_inner(uint reference) { return (reference & ref_leaf_bit) == 0u; }
 #ifdef NEAREST_STILL
 // From the point to where the entity's centre is. At one instant there are no late instances, and `place` is the entity's own.
 vec3 offset_to_center(uint place, vec3 point) {
-  precise vec3 offset = texelFetch(centers, int(place)).xyz - point;
+  precise vec3 offset = texelFetch(centers, int(place * still_center_texels)).xyz - point;
   return offset;
 }
 #elif defined(NEAREST_ENTITY)
@@ -263,9 +263,15 @@ void search_triangles(Instance i, uint root, uint place, vec3 point) {
 #endif
 
 NeighborRecord described(uint place, uint slot, float distance, NearestRecord record, Asked asked) {
-  Instance i = fetch_instance(instances, place);
-  const uvec4 identity = texelFetch(identities, int(i.entity));
   NeighborRecord neighbor;
+#ifdef NEAREST_STILL
+  const vec4 velocity_and_entity = texelFetch(centers, int(place * still_center_texels) + 1);
+  const uint entity = floatBitsToUint(velocity_and_entity.w);
+#else
+  Instance i = fetch_instance(instances, place);
+  const uint entity = i.entity;
+#endif
+  const uvec4 identity = texelFetch(identities, int(entity));
   neighbor.entity = identity.xy;
   neighbor.mask = identity.z;
   neighbor.material = identity.w;
@@ -289,7 +295,14 @@ NeighborRecord described(uint place, uint slot, float distance, NearestRecord re
   neighbor.v = nearest.v;
 #endif
   neighbor.p_world_m = asked.point + offset;
-  neighbor.v_relative_mps = velocity_at(i, record.t_ns, neighbor.p_world_m) - asked.v;
+#ifdef NEAREST_STILL
+  const vec3 velocity = velocity_and_entity.xyz;
+#elif defined(NEAREST_CENTER)
+  const vec3 velocity = center_velocity_at(i, record.t_ns);
+#else
+  const vec3 velocity = velocity_at(i, record.t_ns, neighbor.p_world_m);
+#endif
+  neighbor.v_relative_mps = velocity - asked.v;
   return neighbor;
 }
 

@@ -48,7 +48,7 @@ void look_at_entities(MotionNode wide, uint leaves, NearestRecord record, vec3 p
       const uint visible = reference_in(wide, place_of_bit(bit)) & ref_instance_mask;
       const uint place = visible + record.instance_base;
 #ifdef NEAREST_STILL
-      const vec4 center = texelFetch(centers, int(visible));
+      const vec4 center = texelFetch(centers, int(visible * still_center_texels));
       const uint mask = floatBitsToUint(center.w);
       precise vec3 offset = center.xyz - point;
 #else

@@ -43,6 +43,9 @@ RTSTDB_CONSTANT(instance_closed_bit, 0x80000000u)
 // The bounds of an entity at the one instant of a window, 3 texels of vec4:
 //   0 centre, mask          1 half extent, entity index                      2 orientation (xyzw)
 RTSTDB_CONSTANT(still_bounds_texels, 3)
+// Their centre at that instant, 2 texels of vec4:
+//   0 centre, mask          1 its velocity, entity index
+RTSTDB_CONSTANT(still_center_texels, 2)
 // Epochs lie this far apart.
 RTSTDB_CONSTANT(epoch_length_ns, 1000000000)
 

@@ -177,6 +177,21 @@ TEST_P(SameNearest, WhateverTheSplit) {
     EXPECT_EQ(differences(answers, ask(points_, capacity)), 0u) << "batches of " << capacity;
 }
 
+TEST_P(SameNearest, AtOneInstantOrAmongOthers) {
+  for (const std::uint32_t entities : {200u, 2500u}) {
+    run(entities);
+    for (Nearest& point : points_)
+      point.t = at_s(5.4);
+    const Answers alone = ask(points_, 1500);
+    std::vector<Nearest> points = points_;
+    points.push_back(points_[0]);
+    points.back().t = at_s(5.45);
+    Answers among_others = ask(points, 1501);
+    among_others.pop_back();
+    EXPECT_EQ(differences(alone, among_others), 0u) << entities << " entities";
+  }
+}
+
 std::string name_of(const testing::TestParamInfo<NearestTarget>& target) {
   constexpr const char* names[] = {"center", "bounds", "surface", "triangle"};
   return names[static_cast<std::size_t>(target.param)];
