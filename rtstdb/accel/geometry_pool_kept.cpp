@@ -8,6 +8,7 @@
 
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/transfer.hpp"
+#include "rtstdb/geometry/has_area.hpp"
 #include "shaders/shared/node.h"
 
 namespace rtstdb::accel {
@@ -40,10 +41,13 @@ bool put_triangles(const TriangleMesh& mesh, std::span<const std::uint32_t> leaf
     const std::size_t count = std::min(leaf_order.size(), most_at_once);
     auto texel = texels.begin();
     for (const std::uint32_t number : leaf_order.first(count)) {
-      for (int corner = 0; corner < 3; ++corner) {
-        const glm::vec3& p = mesh.positions_m[mesh.triangles[number][corner]];
-        *texel++ = {glm::floatBitsToUint(p), corner == 0 ? number : 0u};
-      }
+      const glm::uvec3& corners = mesh.triangles[number];
+      const glm::vec3& a = mesh.positions_m[corners.x];
+      const glm::vec3& b = mesh.positions_m[corners.y];
+      const glm::vec3& c = mesh.positions_m[corners.z];
+      *texel++ = {glm::floatBitsToUint(a), number};
+      *texel++ = {glm::floatBitsToUint(b), has_area(a, b, c) ? 0u : shared::triangle_without_area};
+      *texel++ = {glm::floatBitsToUint(c), 0u};
     }
     const auto bytes = std::as_bytes(std::span(texels).first(shared::triangle_texels * count));
     if (!upload.put(pool, offset_bytes, bytes)) return false;

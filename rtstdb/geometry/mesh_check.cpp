@@ -10,6 +10,8 @@
 #include <rtstdb/geometry.hpp>
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/has_area.hpp"
+
 namespace rtstdb {
 namespace {
 
@@ -80,10 +82,8 @@ Result<void> check_each(const TriangleMesh& mesh) {
 }
 
 bool has_area(const TriangleMesh& mesh, const glm::uvec3& triangle) {
-  const glm::dvec3 a(mesh.positions_m[triangle.x]);
-  const glm::dvec3 b(mesh.positions_m[triangle.y]);
-  const glm::dvec3 c(mesh.positions_m[triangle.z]);
-  return glm::cross(b - a, c - a) != glm::dvec3(0.0);
+  return rtstdb::has_area(mesh.positions_m[triangle.x], mesh.positions_m[triangle.y],
+                          mesh.positions_m[triangle.z]);
 }
 
 }  // namespace

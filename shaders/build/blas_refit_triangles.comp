@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // Refit of a geometry that deforms, 1: its triangles in the pool, each where it stands, with corners in their new places.
+#include "common/has_area.glsl"
 #include "shared/blas.h"
 #include "shared/node.h"
 
@@ -17,8 +18,11 @@ void main() {
   for (uint i = begin + gl_LocalInvocationID.x; i < end; i += 64u) {
     const uvec4 triangle = texelFetch(corners, int(i));
     const uint base = i * triangle_texels;
-    triangles[base] = vec4(texelFetch(positions, int(triangle.x)).xyz, uintBitsToFloat(triangle.w));
-    triangles[base + 1u] = vec4(texelFetch(positions, int(triangle.y)).xyz, 0.0);
-    triangles[base + 2u] = vec4(texelFetch(positions, int(triangle.z)).xyz, 0.0);
+    const vec3 a = texelFetch(positions, int(triangle.x)).xyz;
+    const vec3 b = texelFetch(positions, int(triangle.y)).xyz;
+    const vec3 c = texelFetch(positions, int(triangle.z)).xyz;
+    triangles[base] = vec4(a, uintBitsToFloat(triangle.w));
+    triangles[base + 1u] = vec4(b, uintBitsToFloat(has_area(a, b, c) ? 0u : triangle_without_area));
+    triangles[base + 2u] = vec4(c, 0.0);
   }
 }

@@ -3,6 +3,7 @@
 #include "common/prelude.glsl"
 // Geometry builder, last: triangles in the order of the leaves, three corners each, with their own number; and that order.
 #include "build/leaf_order.glsl"
+#include "common/has_area.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -13,8 +14,11 @@ void main() {
     words[i] = number;
     const uvec4 triangle = texelFetch(corners, int(number));
     const Destination to = destination_of(args.target, i, 16u * triangle_texels);
-    store_texel(to, 0u, uvec4(floatBitsToUint(position(triangle.x)), triangle.w));
-    store_texel(to, 1u, uvec4(floatBitsToUint(position(triangle.y)), 0u));
-    store_texel(to, 2u, uvec4(floatBitsToUint(position(triangle.z)), 0u));
+    const vec3 a = position(triangle.x);
+    const vec3 b = position(triangle.y);
+    const vec3 c = position(triangle.z);
+    store_texel(to, 0u, uvec4(floatBitsToUint(a), triangle.w));
+    store_texel(to, 1u, uvec4(floatBitsToUint(b), has_area(a, b, c) ? 0u : triangle_without_area));
+    store_texel(to, 2u, uvec4(floatBitsToUint(c), 0u));
   }
 }

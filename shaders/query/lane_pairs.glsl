@@ -195,7 +195,7 @@ void test_run(uint run, inout Search search, Segment ray, float lambda_min, floa
     const uint slot = first + half_of_pair();
     if (slot < end) {
       const int base = int(slot * triangle_texels);
-      test_corners(ray, triangle_texel(base), triangle_texel(base + 1).xyz, triangle_texel(base + 2).xyz, slot, lambda_min, faces,
+      test_corners(ray, triangle_texel(base), triangle_texel(base + 1), triangle_texel(base + 2).xyz, slot, lambda_min, faces,
                    instance, entity, best);
     }
     first += 2u;

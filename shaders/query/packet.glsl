@@ -120,7 +120,7 @@ void test_run(uint run, inout Search search, Segment ray, float lambda_min, floa
     if (slot < end) {
       const vec4 texel = triangle_texel(int(slot * triangle_texels + min(gl_SubgroupInvocationID, 2u)));
       const float number = of_lane(texel.w, 0u);
-      test_corners(ray, vec4(of_lane(texel.xyz, 0u), number), of_lane(texel.xyz, 1u), of_lane(texel.xyz, 2u), slot, lambda_min,
+      test_corners(ray, vec4(of_lane(texel.xyz, 0u), number), vec4(of_lane(texel.xyz, 1u), of_lane(texel.w, 1u)), of_lane(texel.xyz, 2u), slot, lambda_min,
                    faces, instance, entity, best);
       ++slot;
     }

@@ -3,6 +3,7 @@
 // Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants or
 // some of them move with an entity, RAY_LIST as the largest number of hits of each, where that is more than one, RAY_PACKET
 // where eight neighbours run side by side, RAY_LANE_PAIRS where two lanes have a ray.
+#include "common/exact_cross.glsl"
 #include "common/pairs.glsl"
 #include "common/places.glsl"
 #ifdef RAY_PACKET
@@ -83,11 +84,10 @@ void write_hit(uint place, Found found, Asked ray) {
   const bool hit = found.status == status_hit;
   const Instance i = instance_at(hit ? found.instance : 0u);
   const int corners = int(found.slot * triangle_texels);
-  const vec3 a = triangle_texel(corners).xyz;
-  const vec3 ab = triangle_texel(corners + 1).xyz - a;
-  const vec3 ac = triangle_texel(corners + 2).xyz - a;
+  const vec3 across =
+      direction_across(triangle_texel(corners).xyz, triangle_texel(corners + 1).xyz, triangle_texel(corners + 2).xyz);
   // Normals turn with the body and scale with the inverse. Lengths near one, so that no square vanishes.
-  const vec3 n = cross(ab / largest(ab), ac / largest(ac)) / i.scale;
+  const vec3 n = across / largest(across) / i.scale;
   const vec3 n_world = normalize(rotate(orientation_of(i, ray.t_ns), n / largest(n)));
   const vec3 v_relative_mps = velocity_at(i, ray.t_ns, ray.origin + found.lambda * ray.direction) - ray.v_origin;
   const uvec4 identity = texelFetch(identities, int(hit ? found.entity : 0u));

@@ -102,11 +102,11 @@ float edge_function(vec2 p, vec2 q) {
 //
 // Of a triangle far beside the ray nothing is left of the edges' products but rounding, whatever its sign; so it is told by its
 // corners. A triangle that the ray meets has it between them, by the same numbers.
-void test_corners(Segment ray, vec4 t0, vec3 t1, vec3 t2, uint slot, float lambda_min, float faces, uint instance, uint entity,
+void test_corners(Segment ray, vec4 t0, vec4 t1, vec3 t2, uint slot, float lambda_min, float faces, uint instance, uint entity,
                   inout Found best) {
   const uint triangle = floatBitsToUint(t0.w);
   const vec3 a = axis_last(t0.xyz + ray.minus_o, ray.axis);
-  const vec3 b = axis_last(t1 + ray.minus_o, ray.axis);
+  const vec3 b = axis_last(t1.xyz + ray.minus_o, ray.axis);
   const vec3 c = axis_last(t2 + ray.minus_o, ray.axis);
   precise vec2 a2 = a.xy - ray.shear.xy * a.z;
   precise vec2 b2 = b.xy - ray.shear.xy * b.z;
@@ -118,7 +118,7 @@ void test_corners(Segment ray, vec4 t0, vec3 t1, vec3 t2, uint slot, float lambd
   const float sum = wa + wb + wc;
   const float lambda = (wa * a.z + wb * b.z + wc * c.z) / sum * ray.shear.z;
   const float facing = sum * ray.shear.z;
-  const bool in_range = inside && sum != 0.0 && facing * faces >= 0.0 && lambda >= lambda_min && lambda <= best.lambda;
+  const bool in_range = inside && sum != 0.0 && floatBitsToUint(t1.w) != triangle_without_area && facing * faces >= 0.0 && lambda >= lambda_min && lambda <= best.lambda;
   const bool nearer = lambda < best.lambda || best.status == status_miss || entity < best.entity ||
                       (entity == best.entity && triangle < best.triangle);
   if (in_range && nearer) {

@@ -21,7 +21,7 @@ vec4 triangle_texel(int place) { return texelFetch(triangles, place); }
 
 void test_triangle(Segment ray, uint slot, float lambda_min, float faces, uint instance, uint entity, inout Found best) {
   const int base = int(slot * triangle_texels);
-  test_corners(ray, triangle_texel(base), triangle_texel(base + 1).xyz, triangle_texel(base + 2).xyz, slot, lambda_min, faces,
+  test_corners(ray, triangle_texel(base), triangle_texel(base + 1), triangle_texel(base + 2).xyz, slot, lambda_min, faces,
                instance, entity, best);
 }
 

@@ -29,8 +29,10 @@ RTSTDB_CONSTANT(ref_triangle_first_mask, 0x03FFFFFFu)
 RTSTDB_CONSTANT(ref_instance_mask, 0x00FFFFFFu)
 RTSTDB_CONSTANT(ref_none, 0xFFFFFFFFu)
 
-// Triangles: 3 texels of vec4: corner 0 and the triangle's own index (as bits), corner 1, corner 2.
+// Triangles: 3 texels of vec4: corner 0 and the triangle's own index (as bits), corner 1 and whether it has no area (as bits),
+// corner 2.
 RTSTDB_CONSTANT(triangle_texels, 3)
+RTSTDB_CONSTANT(triangle_without_area, 1u)
 RTSTDB_CONSTANT(max_triangles_per_leaf, 4)
 
 #endif

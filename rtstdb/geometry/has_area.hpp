@@ -1,0 +1,13 @@
+#pragma once
+// Whether a triangle has an area in double precision (shaders/common/has_area.glsl says the same).
+
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+namespace rtstdb {
+
+inline bool has_area(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+  return glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a)) != glm::dvec3(0.0);
+}
+
+}  // namespace rtstdb
