@@ -56,8 +56,8 @@ Beam beam_of(bool asks, Segment ray) {
   const vec3 least = least_of_lanes(asks ? d : none);
   const vec3 most = -least_of_lanes(asks ? -d : none);
   Beam beam;
-  beam.minus_o_low = least_of_lanes(asks ? ray.minus_o : none);
-  beam.minus_o_high = -least_of_lanes(asks ? -ray.minus_o : none);
+  beam.minus_o_low = least_of_lanes(asks ? ray.minus_o - ray.blur_m : none);
+  beam.minus_o_high = -least_of_lanes(asks ? -ray.minus_o - ray.blur_m : none);
   const bvec3 backwards = lessThan(most, vec3(0.0));
   const bvec3 not_forwards = lessThan(least, vec3(0.0));
   // A relative 1e-6 where lambda ends covers the rounding of slope, offset and their sum.
@@ -85,12 +85,18 @@ struct Slabs {
   vec3 offset_high;
 };
 
-Slabs slabs_of(uvec4 head, Beam beam) {
-  const vec3 quantum = vec3(uintBitsToFloat((head.w & 0xFFu) << 23), uintBitsToFloat((head.w >> 8 & 0xFFu) << 23),
-                            uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
+Slabs slabs_of(uvec4 head, Beam beam, float blur_m) {
+  const vec3 quantum = quantum_of(head);
   const vec3 origin = uintBitsToFloat(head.xyz);
-  return Slabs(quantum * beam.inverse_low, quantum * beam.inverse_high, (origin + beam.minus_o_low) * beam.inverse_low,
-               (origin + beam.minus_o_high) * beam.inverse_high);
+  return Slabs(quantum * beam.inverse_low, quantum * beam.inverse_high, (origin + beam.minus_o_low - blur_m) * beam.inverse_low,
+               (origin + beam.minus_o_high + blur_m) * beam.inverse_high);
+}
+
+// Of a node of the entities' tree.
+float blur_of(uvec4 head, Beam world) {
+  const vec3 low = uintBitsToFloat(head.xyz) + world.minus_o_low;
+  const vec3 high = uintBitsToFloat(head.xyz) + world.minus_o_high;
+  return blur_of(max(abs(low), abs(high)), quantum_of(head));
 }
 
 // Whether a ray of the beam may enter a box. Floats that are not negative are ordered as their bits; negative ones come below all,
@@ -105,11 +111,11 @@ bool enters(Slabs slabs, bvec3 both_ways, vec3 low, vec3 high, Range range) {
   return max(max(begin.x, begin.y), max(begin.z, range.first)) <= min(min(end.x, end.y), min(end.z, range.last));
 }
 
-// The children that the beam enters, one bit a lane.
-uint children_entered(uvec4 texels, Seat seat, Beam beam, Range range) {
+// The children that the beam enters, one bit a lane. `blur_m`: beside what is in the beam already.
+uint children_entered(uvec4 texels, Seat seat, Beam beam, float blur_m, Range range) {
   const uvec4 head = of_lane(texels, 0u);
   const Child child = child_of(texels, seat);
-  const bool enters_it = enters(slabs_of(head, beam), beam.both_ways, child.low, child.high, range);
+  const bool enters_it = enters(slabs_of(head, beam, blur_m), beam.both_ways, child.low, child.high, range);
   return in_any(enters_it && (head.w & seat.used_bit) != 0u ? 1u << gl_SubgroupInvocationID : 0u);
 }
 
@@ -123,7 +129,7 @@ uint entities_entered(uvec4 texels, uvec4 ends, Seat seat, vec2 shares, Beam bea
   const vec3 high_change = end.high - child.high;
   const vec3 low = min(child.low + shares.x * low_change, child.low + shares.y * low_change);
   const vec3 high = max(child.high + shares.x * high_change, child.high + shares.y * high_change);
-  const bool enters_it = enters(slabs_of(head, beam), beam.both_ways, low, high, range);
+  const bool enters_it = enters(slabs_of(head, beam, blur_of(head, beam)), beam.both_ways, low, high, range);
   return in_any(enters_it && (head.w & seat.used_bit) != 0u ? 1u << gl_SubgroupInvocationID : 0u);
 }
 #endif

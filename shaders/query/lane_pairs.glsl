@@ -102,9 +102,9 @@ uint bit_of(bool enters_it, uint used, uint k, uint octant) {
 
 // The children of a node that the ray enters, as bits of a group. The lanes of a pair have the head and the edges along x in
 // `head_and_x`, those along y and z in `y_and_z`.
-uint children_entered(uvec4 head_and_x, uvec4 y_and_z, Segment ray, float lambda_min, float limit) {
+uint children_entered(uvec4 head_and_x, uvec4 y_and_z, Segment ray, bool of_entities, float lambda_min, float limit) {
   const uvec4 head = of_half(head_and_x, 0u);
-  const Slabs slabs = slabs_of(head, ray, lambda_min, limit);
+  const Slabs slabs = slabs_of(head, ray, of_entities ? blur_of(head, ray) : ray.blur_m, lambda_min, limit);
   const uvec2 x = edges_along(of_half(head_and_x, 1u), slabs.backwards.x);
   const uvec2 y = edges_along(of_half(y_and_z, 0u), slabs.backwards.y);
   const uvec2 z = edges_along(of_half(y_and_z, 1u), slabs.backwards.z);
@@ -123,7 +123,7 @@ uint children_entered(uvec4 head_and_x, uvec4 y_and_z, Segment ray, float lambda
 uint entities_entered(uvec4 head_and_x, uvec4 y_and_z, uvec4 end_x_and_y, uvec4 end_z, float share, Segment ray, float lambda_min,
                       float limit) {
   const uvec4 head = of_half(head_and_x, 0u);
-  const Slabs slabs = slabs_of(head, ray, lambda_min, limit);
+  const Slabs slabs = slabs_of(head, ray, blur_of(head, ray), lambda_min, limit);
   const uvec2 begin[3] = uvec2[](edges_along(of_half(head_and_x, 1u), slabs.backwards.x),
                                  edges_along(of_half(y_and_z, 0u), slabs.backwards.y),
                                  edges_along(of_half(y_and_z, 1u), slabs.backwards.z));
@@ -159,7 +159,7 @@ uint descend_entities(uint node, inout Search search, float share, Segment world
           entities_entered(head_and_x, y_and_z, imageLoad(tlas, base + 6), end_z, share, world, lambda_min, limit);
 #else
       // All of them are where they are at the window's begin, which is its end.
-      const uint entered = children_entered(head_and_x, y_and_z, world, lambda_min, limit);
+      const uint entered = children_entered(head_and_x, y_and_z, world, true, lambda_min, limit);
 #endif
       current = take_next(search, current << 8 | entered, imageLoad(tlas, references_texel(current, tlas_node_texels)), waiting,
                           imageLoad(tlas, references_texel(waiting >> 8, tlas_node_texels)), 0u, world.octant);
@@ -176,7 +176,7 @@ uint descend_geometry(uint node, inout Search search, uint bottom, Segment ray, 
     if ((current & ref_leaf_bit) == 0u) {
       const uint waiting = top_of(search, bottom);
       const int base = int(current * node_texels + half_of_pair());
-      const uint entered = children_entered(imageLoad(nodes, base), imageLoad(nodes, base + 2), ray, lambda_min, limit);
+      const uint entered = children_entered(imageLoad(nodes, base), imageLoad(nodes, base + 2), ray, false, lambda_min, limit);
       current = take_next(search, current << 8 | entered, imageLoad(nodes, references_texel(current, node_texels)), waiting,
                           imageLoad(nodes, references_texel(waiting >> 8, node_texels)), bottom, ray.octant);
     }
@@ -202,13 +202,10 @@ void test_run(uint run, inout Search search, Segment ray, float lambda_min, floa
   } while (first < end);
 }
 
-// That of the nearer hit, and not the lesser: what rounding may have taken from it is its own. Where both are as near, the greater.
+// That of the nearer hit; neither is negative.
 float reach(Found best) {
-  const float own = reach_of(best);
-  const float other = of_lane(own, gl_SubgroupInvocationID ^ 1u);
-  const float other_lambda = of_lane(best.lambda, gl_SubgroupInvocationID ^ 1u);
-  const bool takes_other = other_lambda < best.lambda || (other_lambda == best.lambda && other > own);
-  return takes_other ? other : own;
+  const int own = floatBitsToInt(reach_of(best));
+  return intBitsToFloat(min(own, of_lane(own, gl_SubgroupInvocationID ^ 1u)));
 }
 
 uint unless_found(uint current, Found best) {
@@ -221,11 +218,10 @@ uint unless_found(uint current, Found best) {
 
 #include "query/trace.glsl"
 
-// But for the slack, which nobody asks for any more.
 Found of_lane(Found found, uint lane) {
   return Found(of_lane(found.status, lane), of_lane(found.lambda, lane), of_lane(found.u, lane), of_lane(found.v, lane),
                of_lane(found.instance, lane), of_lane(found.entity, lane), of_lane(found.triangle, lane), of_lane(found.slot, lane),
-               of_lane(found.front ? 1u : 0u, lane) != 0u, 0.0);
+               of_lane(found.front ? 1u : 0u, lane) != 0u);
 }
 
 // What a pair has found, in both its lanes: the nearest; where the search was cut short, it was for both.

@@ -88,7 +88,7 @@ uint descend_entities(uint node, inout Search search, vec2 shares, Seat seat, Be
       const uvec4 ends = imageLoad(tlas, int(current * tlas_node_texels + 5u + clamp(gl_SubgroupInvocationID, 1u, 3u)));
       const uint entered = entities_entered(texels, ends, seat, shares, beam, range);
 #else
-      const uint entered = children_entered(texels, seat, beam, range);
+      const uint entered = children_entered(texels, seat, beam, blur_of(of_lane(texels, 0u), beam), range);
 #endif
       current = take_next(search, texels, current, entered, waiting, 0u, seat.octant);
     }
@@ -104,7 +104,7 @@ uint descend_geometry(uint node, inout Search search, uint bottom, Seat seat, Be
     if ((current & ref_leaf_bit) == 0u) {
       const uint waiting = top_of(search, bottom);
       const uvec4 texels = imageLoad(nodes, lane_texel(current, waiting >> 8, node_texels));
-      const uint entered = children_entered(texels, seat, beam, range);
+      const uint entered = children_entered(texels, seat, beam, 0.0, range);
       current = take_next(search, texels, current, entered, waiting, bottom, seat.octant);
     }
   } while ((current & ref_leaf_bit) == 0u);
@@ -170,7 +170,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
       if ((current & ref_leaf_bit) != 0u) {
         const uint instance = (current & ref_instance_mask) + instance_base;
         const Instance candidate = instance_at(instance);
-        const Segment ray = enter_instance(world, candidate, t_ns);
+        const Segment ray = enter_instance(world, candidate, t_ns, head_of(candidate.blas_root));
         const Seat seat = take_seat(of_lane(ray.octant, first_lane));
         const Beam beam = beam_of(asks, ray);
         const uint bottom = search.depth;

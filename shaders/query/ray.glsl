@@ -188,7 +188,9 @@ void main() {
     Found one = nothing_within(ray.lambda_max);
     if (found.status == status_incomplete) one.status = status_incomplete;
     if (found.status != status_incomplete && list_entity[k] != no_entity) {
-      const Segment segment = enter_instance(make_segment(-ray.origin, ray.direction), instance_at(list_instance[k]), ray.t_ns);
+      const Instance candidate = instance_at(list_instance[k]);
+      const Segment segment =
+          enter_instance(make_segment(-ray.origin, ray.direction), candidate, ray.t_ns, head_of(candidate.blas_root));
       test_triangle(segment, list_slot[k], ray.lambda_min, args.faces, list_instance[k], list_entity[k], one);
     }
     write_hit(index * args.hits_per_ray + k, one, ray);

@@ -17,6 +17,8 @@ Instance instance_at(uint index) {
                        uintBitsToFloat(imageLoad(instances, base + 4)));
 }
 
+uvec4 head_of(uint node) { return imageLoad(nodes, int(node * node_texels)); }
+
 vec4 triangle_texel(int place) { return uintBitsToFloat(imageLoad(triangles, place)); }
 
 #endif

@@ -14,20 +14,23 @@ struct Slabs {
   int last;
 };
 
-Slabs slabs_of(uvec4 head, Segment ray, float lambda_min, float limit) {
-  const vec3 quantum = vec3(uintBitsToFloat((head.w & 0xFFu) << 23), uintBitsToFloat((head.w >> 8 & 0xFFu) << 23),
-                            uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
+Slabs slabs_of(uvec4 head, Segment ray, float blur_m, float lambda_min, float limit) {
   Slabs slabs;
-  slabs.slope = quantum * ray.inverse_d;
-  slabs.offset = (uintBitsToFloat(head.xyz) + ray.minus_o) * ray.inverse_d;
+  slabs.slope = quantum_of(head) * ray.inverse_d;
+  const vec3 offset = (uintBitsToFloat(head.xyz) + ray.minus_o) * ray.inverse_d;
+  const vec3 blur = blur_m * abs(ray.inverse_d);
+  slabs.offset = offset - blur;
   // A relative 1e-6 covers the rounding of slope, offset and their sum.
   slabs.far_slope = slabs.slope * 1.000001;
-  slabs.far_offset = slabs.offset * 1.000001;
+  slabs.far_offset = offset * 1.000001 + blur;
   slabs.backwards = lessThan(ray.inverse_d, vec3(0.0));
   slabs.first = floatBitsToInt(lambda_min);
   slabs.last = floatBitsToInt(limit);
   return slabs;
 }
+
+// Of a node of the entities' tree.
+float blur_of(uvec4 head, Segment world) { return blur_of(uintBitsToFloat(head.xyz) + world.minus_o, quantum_of(head)); }
 
 // Whether the ray enters the box between two corners, in quanta. Floats that are not negative are ordered as their bits;
 // negative ones come below all, which is all that is asked of them.

@@ -27,7 +27,7 @@ Found trace(Segment world, float lambda_min, float lambda_max, int t_ns, float s
       if ((current & ref_leaf_bit) != 0u) {
         const uint instance = (current & ref_instance_mask) + instance_base;
         const Instance candidate = instance_at(instance);
-        const Segment ray = enter_instance(world, candidate, t_ns);
+        const Segment ray = enter_instance(world, candidate, t_ns, head_of(candidate.blas_root));
         const uint bottom = search.depth;
         current = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
         if (current != ref_none) do {

@@ -19,6 +19,8 @@ Instance instance_at(uint index) { return fetch_instance(instances, index); }
 
 vec4 triangle_texel(int place) { return texelFetch(triangles, place); }
 
+uvec4 head_of(uint node) { return texelFetch(nodes, int(node * node_texels)); }
+
 void test_triangle(Segment ray, uint slot, float lambda_min, float faces, uint instance, uint entity, inout Found best) {
   const int base = int(slot * triangle_texels);
   test_corners(ray, triangle_texel(base), triangle_texel(base + 1), triangle_texel(base + 2).xyz, slot, lambda_min, faces,
@@ -98,9 +100,9 @@ uint as_group(uint node, uint entered[8], uint used, uint octant) {
 }
 
 // The children of a node that the ray enters, as a group. `base`: the node's first texel.
-uint enter_children(usamplerBuffer of, int base, uint node, Segment ray, float lambda_min, float limit) {
+uint enter_children(usamplerBuffer of, int base, uint node, Segment ray, bool of_entities, float lambda_min, float limit) {
   const uvec4 head = texelFetch(of, base);
-  const Slabs slabs = slabs_of(head, ray, lambda_min, limit);
+  const Slabs slabs = slabs_of(head, ray, of_entities ? blur_of(head, ray) : ray.blur_m, lambda_min, limit);
   const Edges x = edges_along(texelFetch(of, base + 1), slabs.backwards.x);
   const Edges y = edges_along(texelFetch(of, base + 2), slabs.backwards.y);
   const Edges z = edges_along(texelFetch(of, base + 3), slabs.backwards.z);
@@ -114,7 +116,7 @@ uint enter_children(usamplerBuffer of, int base, uint node, Segment ray, float l
 }
 
 uint enter_geometry(uint node, Segment ray, float lambda_min, float limit) {
-  return enter_children(nodes, int(node * node_texels), node, ray, lambda_min, limit);
+  return enter_children(nodes, int(node * node_texels), node, ray, false, lambda_min, limit);
 }
 
 #ifdef RAY_MOVING
@@ -124,7 +126,7 @@ float quanta_at(uvec2 begin, uvec2 end, uint k, float share) { return quanta_at(
 uint enter_entities(uint node, float share, Segment ray, float lambda_min, float limit) {
   const int base = int(node * tlas_node_texels);
   const uvec4 head = texelFetch(tlas, base);
-  const Slabs slabs = slabs_of(head, ray, lambda_min, limit);
+  const Slabs slabs = slabs_of(head, ray, blur_of(head, ray), lambda_min, limit);
   Edges begin[3];
   Edges end[3];
   [[unroll]] for (int axis = 0; axis < 3; ++axis) {
@@ -146,7 +148,7 @@ uint enter_entities(uint node, float share, Segment ray, float lambda_min, float
 #else
 // The same for entities, all of them where they are at the window's begin, which is its end.
 uint enter_entities(uint node, float share, Segment ray, float lambda_min, float limit) {
-  return enter_children(tlas, int(node * tlas_node_texels), node, ray, lambda_min, limit);
+  return enter_children(tlas, int(node * tlas_node_texels), node, ray, true, lambda_min, limit);
 }
 #endif
 
@@ -223,7 +225,6 @@ void test_run(uint run, inout Search search, Segment ray, float lambda_min, floa
       test_triangle(ray, slot, lambda_min, faces, instance, entity, one);
       keep(one);
       best.lambda = min(best.lambda, list_lambda[last_kept]);
-      best.slack = max(best.slack, one.slack);
 #else
       test_triangle(ray, slot, lambda_min, faces, instance, entity, best);
 #endif

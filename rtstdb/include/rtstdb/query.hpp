@@ -76,7 +76,8 @@ enum class RayMode : std::uint8_t {
 /// lambda_max. The direction need not be unit; its largest component is between 1e-15 and 1e15. With a carrier, origin and direction are given in the carrier's frame (unscaled) and move with
 /// it: the ray starts where the carrier is at `t`, and its origin's velocity takes part in `v_relative`.
 /// A triangle that a ray meets at an edge or a corner alone, or in whose plane it runs, is hit or not as rounding has it; between triangles
-/// that share an edge none slips through. Ties are those of lambdas as single precision has them.
+/// that share an edge none slips through. One without area is hit by nobody. Ties are those of lambdas as single precision has them; a
+/// range that begins or ends at the lambda of a hit holds that hit.
 struct alignas(16) Ray {
   glm::vec3 origin_m{0.0f};
   glm::vec3 direction{1.0f, 0.0f, 0.0f};
