@@ -164,8 +164,11 @@ std::size_t our_version_bytes(std::uint32_t entities) {
   const auto device = must(gpu::Device::open({}));
   const accel::TlasOptions options{.max_entities = entities, .slots = 1};
   const accel::Tlas tlas = must(accel::Tlas::create(*device, options));
-  return sizeof(shared::EntityRecord) * entities + tlas.instances(0).size_bytes() +
-         tlas.nodes(0).size_bytes();
+  std::size_t bytes = sizeof(shared::EntityRecord) * entities;
+  for (const gpu::Buffer* buffer : {&tlas.instances(0), &tlas.nodes(0), &tlas.centers(0),
+                                    &tlas.still_bounds(0), &tlas.identity_texels(0), &tlas.places(0)})
+    bytes += buffer->size_bytes();
+  return bytes;
 }
 
 }  // namespace hil::bench

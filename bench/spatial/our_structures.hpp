@@ -53,7 +53,7 @@ class OurDeforming {
 
 /// Nodes and triangles on the device.
 std::size_t our_mesh_bytes(const rtstdb::TriangleMesh& mesh);
-/// Rows, instances and nodes on the device, of one version with so many entities.
+/// All that searches read on the device, of one version with so many entities.
 std::size_t our_version_bytes(std::uint32_t entities);
 
 }  // namespace hil::bench
