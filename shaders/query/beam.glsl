@@ -49,22 +49,21 @@ struct Beam {
   bvec3 both_ways;
 };
 
+// Between the least and the most along each axis, of directions that are nowhere zero and of origins, negated.
+Beam beam_between(vec3 least_d, vec3 most_d, vec3 minus_o_low, vec3 minus_o_high) {
+  const bvec3 backwards = lessThan(most_d, vec3(0.0));
+  const bvec3 not_forwards = lessThan(least_d, vec3(0.0));
+  // A relative 1e-6 where lambda ends covers the rounding of slope, offset and their sum.
+  return Beam(minus_o_low, minus_o_high, mix(vec3(1.0), vec3(1.000001), backwards) / most_d,
+              mix(vec3(1.000001), vec3(1.0), not_forwards) / least_d, notEqual(not_forwards, backwards));
+}
+
 // Of the lanes that ask.
 Beam beam_of(bool asks, Segment ray) {
   const vec3 none = vec3(3.4e38);
   const vec3 d = 1.0 / ray.inverse_d;
-  const vec3 least = least_of_lanes(asks ? d : none);
-  const vec3 most = -least_of_lanes(asks ? -d : none);
-  Beam beam;
-  beam.minus_o_low = least_of_lanes(asks ? ray.minus_o - ray.blur_m : none);
-  beam.minus_o_high = -least_of_lanes(asks ? -ray.minus_o - ray.blur_m : none);
-  const bvec3 backwards = lessThan(most, vec3(0.0));
-  const bvec3 not_forwards = lessThan(least, vec3(0.0));
-  // A relative 1e-6 where lambda ends covers the rounding of slope, offset and their sum.
-  beam.inverse_low = mix(vec3(1.0), vec3(1.000001), backwards) / most;
-  beam.inverse_high = mix(vec3(1.000001), vec3(1.0), not_forwards) / least;
-  beam.both_ways = notEqual(not_forwards, backwards);
-  return beam;
+  return beam_between(least_of_lanes(asks ? d : none), -least_of_lanes(asks ? -d : none),
+                      least_of_lanes(asks ? ray.minus_o - ray.blur_m : none), -least_of_lanes(asks ? -ray.minus_o - ray.blur_m : none));
 }
 
 // Where lambda begins and ends, of rays that still ask.
@@ -99,16 +98,20 @@ float blur_of(uvec4 head, Beam world) {
   return blur_of(max(abs(low), abs(high)), quantum_of(head));
 }
 
-// Whether a ray of the beam may enter a box. Floats that are not negative are ordered as their bits; negative ones come below all,
-// which is all that is asked of them.
-bool enters(Slabs slabs, bvec3 both_ways, vec3 low, vec3 high, Range range) {
-  const ivec3 at_low = floatBitsToInt(low * slabs.slope_low + slabs.offset_low);
-  const ivec3 at_high = floatBitsToInt(high * slabs.slope_high + slabs.offset_high);
+// Whether a ray of the beam may enter a box, by lambda of its planes. Floats that are not negative are ordered as their bits; negative
+// ones come below all, which is all that is asked of them.
+bool enters(vec3 lambda_low, vec3 lambda_high, bvec3 both_ways, Range range) {
+  const ivec3 at_low = floatBitsToInt(lambda_low);
+  const ivec3 at_high = floatBitsToInt(lambda_high);
   const ivec3 earlier = min(at_low, at_high);
   const ivec3 later = max(at_low, at_high);
   const ivec3 begin = mix(earlier, later, both_ways);
   const ivec3 end = mix(later, ivec3(0x7F7FFFFF), both_ways);
   return max(max(begin.x, begin.y), max(begin.z, range.first)) <= min(min(end.x, end.y), min(end.z, range.last));
+}
+
+bool enters(Slabs slabs, bvec3 both_ways, vec3 low, vec3 high, Range range) {
+  return enters(low * slabs.slope_low + slabs.offset_low, high * slabs.slope_high + slabs.offset_high, both_ways, range);
 }
 
 // The children that the beam enters, one bit a lane. `blur_m`: beside what is in the beam already.

@@ -23,9 +23,19 @@ const uint stack_size = 8u * stack_words;
 // of the stack is in lane k & 7 of word k >> 3.
 struct Search {
   uint depth;
-  uint rounds;
+  uint rounds;   // of all that the subgroup has made
+  uint allowed;  // so many; then the search is cut short
   uint stack[stack_words];
 };
+
+Search nothing_begun(uint rounds, uint allowed) {
+  Search search;
+  search.depth = 0u;
+  search.rounds = rounds;
+  search.allowed = allowed;
+  [[unroll]] for (uint word = 0u; word < stack_words; ++word) search.stack[word] = 0u;
+  return search;
+}
 
 // The group on top of the stack; where none is left above `bottom`, one of a node that there is.
 uint top_of(Search search, uint bottom) {
@@ -47,7 +57,7 @@ int lane_texel(uint node, uint waiting, uint texels) {
 uint take_next(inout Search search, uvec4 texels, uint node, uint entered, uint waiting, uint bottom, uint octant) {
   const bool pop = entered == 0u;
   const bool done = pop && search.depth == bottom;
-  const bool spent = search.rounds >= max_rounds;
+  const bool spent = search.rounds >= search.allowed;
   search.depth -= pop && !done ? 1u : 0u;
   const uint group = pop ? waiting : node << 8 | entered;
   const uint rest = group & (group - 1u);
@@ -57,7 +67,7 @@ uint take_next(inout Search search, uvec4 texels, uint node, uint entered, uint 
     search.stack[word] = gl_SubgroupInvocationID + 8u * word == search.depth ? rest : search.stack[word];
   }
   search.depth += (rest & 0xFFu) != 0u && !done ? 1u : 0u;
-  search.rounds += search.depth == stack_size ? max_rounds : 0u;
+  search.allowed = search.depth == stack_size ? 0u : search.allowed;
   const uvec4 refs = of_lane(texels, (pop ? 6u : 4u) + (slot >> 2));
   const uint low = (slot & 1u) != 0u ? refs.y : refs.x;
   const uint high = (slot & 1u) != 0u ? refs.w : refs.z;
@@ -146,15 +156,14 @@ uint unless_found(uint current, float lambda_min) {
 #endif
 }
 
+#include "query/shared_entries.glsl"
+
 // As trace of trace.glsl, whose loops these are. `asks`: whether the lane's ray is one of the packet;
-// `first_lane` has one.
+// `first_lane` has one. `rounds`: of the subgroup so far, of which there may be as many as `allowed`.
 Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, float lambda_max, int t_ns, float share,
-                   uint instance_base, uint mask, uint root, float faces, uint two) {
+                   uint instance_base, uint mask, uint root, float faces, uint two, Entries entries, inout uint rounds, uint allowed) {
   Found best = nothing_within(asks ? lambda_max : 0.0);
-  Search search;
-  search.depth = 0u;
-  search.rounds = 0u;
-  [[unroll]] for (uint word = 0u; word < stack_words; ++word) search.stack[word] = 0u;
+  Search search = nothing_begun(rounds + 8u, allowed);  // with the loops around this and behind it
   const Seat world_seat = take_seat(of_lane(world.octant, first_lane));
   const Beam world_beam = beam_of(asks, world);
   const vec2 shares = vec2(least_of_lanes(asks ? share : 1.0), most_of_lanes(asks ? share : 0.0));
@@ -166,7 +175,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
     current = descend_entities(current, search, shares, world_seat, world_beam, world_range);
     if (current == ref_none) break;
     do {
-      search.rounds += 4u;
+      search.rounds += 5u;
       if ((current & ref_leaf_bit) != 0u) {
         const uint instance = (current & ref_instance_mask) + instance_base;
         const Instance candidate = instance_at(instance);
@@ -177,34 +186,41 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
         // A mask shuts out the one ray or the other.
         float begin = (candidate.mask & mask) != 0u ? world_begin : beyond_all;
         Range range = range_of(begin, reach_of(best));
-        current = of_lane(candidate.blas_root, first_lane);
-        if (current != ref_none) do {
+        const Entries here = entries_into(instance, of_lane(candidate.blas_root, first_lane), entries);
+        uint left = entries_entered(here, beam, range);
+        do {
           ++search.rounds;
-          current = descend_geometry(current, search, bottom, seat, beam, range);
-          if (current == ref_none) break;
-          do {
+          current = take_entry(here, left);
+          if (current != ref_none) do {
             ++search.rounds;
-            if ((current & ref_leaf_bit) != 0u) {
-              test_run(current, search, ray, begin, faces, instance, candidate.entity, best);
-              begin = begin_of(begin, best);
-              range = range_of(begin, reach_of(best));
-              current = unless_found(pop_geometry(search, bottom, seat.octant), begin);
-            }
-          } while ((current & ref_leaf_bit) != 0u && current != ref_none);
-        } while (current != ref_none);
-        search.depth = bottom;
+            current = descend_geometry(current, search, bottom, seat, beam, range);
+            if (current == ref_none) break;
+            do {
+              ++search.rounds;
+              if ((current & ref_leaf_bit) != 0u) {
+                test_run(current, search, ray, begin, faces, instance, candidate.entity, best);
+                begin = begin_of(begin, best);
+                range = range_of(begin, reach_of(best));
+                current = unless_found(pop_geometry(search, bottom, seat.octant), begin);
+              }
+            } while ((current & ref_leaf_bit) != 0u && current != ref_none);
+          } while (current != ref_none);
+          left &= entries_entered(here, beam, range);
+          search.depth = bottom;
+        } while (left != 0u);
         world_begin = begin_of(world_begin, best);
         world_range = range_of(world_begin, reach_of(best));
         current = unless_found(pop_entities(search, world_seat.octant), world_begin);
       }
     } while ((current & ref_leaf_bit) != 0u && current != ref_none);
   } while (current != ref_none);
-  bool cut_short = search.rounds >= max_rounds;
+  bool cut_short = search.rounds >= search.allowed;
 #ifdef RAY_ANY
   // A hit is one, whatever was not looked at.
   cut_short = cut_short && best.status == status_miss;
 #endif
   if (cut_short || !loops_still_turn(two)) best.status = status_incomplete;
+  rounds = search.rounds;
   return best;
 }
 

@@ -14,7 +14,12 @@
 #include "query/traverse.glsl"
 #endif
 
+#ifdef RAY_PACKET
+// One subgroup, which goes through its group's rays eight at a time.
+layout(local_size_x = 8) in;
+#else
 layout(local_size_x = 64) in;
+#endif
 layout(push_constant, scalar) uniform Push { RayArgs args; };
 layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer rays;
@@ -112,7 +117,7 @@ bool runs_beside(vec3 apart, vec3 a, vec3 b) {
 
 // Rays that part from the first one go in a turn of their own, with those beside them. Where an image's row ends, a packet has rays of
 // the next one, too: a beam around both would be led through the whole world.
-Found trace_together(bool asks, Asked ray) {
+Found trace_together(bool asks, Asked ray, Entries entries, inout uint rounds, uint allowed) {
   Found found = nothing_within(0.0);
   found.status = status_incomplete;
   const Segment world = make_segment(-ray.origin, ray.direction);
@@ -122,7 +127,7 @@ Found trace_together(bool asks, Asked ray) {
     const vec3 apart = ray.origin - of_lane(ray.origin, first_lane);
     const bool mine = left && runs_beside(apart, ray.direction, of_lane(ray.direction, first_lane));
     const Found now = trace_packet(mine, first_lane, world, ray.lambda_min, ray.lambda_max, ray.t_ns, ray.share, ray.instance_base,
-                                   ray.mask, args.root, args.faces, args.two);
+                                   ray.mask, args.root, args.faces, args.two, entries, rounds, allowed);
     if (mine) found = now;
     left = left && !mine && gl_SubgroupInvocationID != first_lane;
   } while (in_any(left ? 1u : 0u) != 0u);
@@ -156,7 +161,52 @@ Found trace_together(bool asks, Asked ray) {
 }
 #endif
 
-#if defined(RAY_PACKET) || defined(RAY_LANE_PAIRS)
+#ifdef RAY_PACKET
+#ifdef RAY_MOVING
+Entries entries_of(uint first, uint turns, inout uint rounds) { return root_alone(no_entity, ref_none); }
+#else
+// Of the rays of all turns.
+Entries entries_of(uint first, uint turns, inout uint rounds) {
+  const Asked lead = read_ray(first);
+  Bounds bounds = Bounds(lead.direction, lead.direction, -lead.origin, -lead.origin, lead.lambda_min, lead.lambda_max);
+  uint turn = 0u;
+  do {
+    const uint index = first + 8u * turn + gl_SubgroupInvocationID;
+    const Asked ray = read_ray(index < args.end ? index : first);
+    take_in(bounds, ray.direction, -ray.origin, ray.lambda_min, ray.lambda_max);
+    ++turn;
+  } while (turn < turns);
+  rounds += turns;
+  return find_entries(of_all_lanes(bounds), lead.direction, lead.t_ns, lead.instance_base, args.root, rounds);
+}
+#endif
+
+void main() {
+  const uint first = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * args.per_group;
+  const uint turns = max(args.per_group / 8u, 1u);
+  uint rounds = turns;
+  const Entries entries = entries_of(first, turns, rounds);
+  uint turn = 0u;
+  do {
+    const uint index = first + 8u * turn + gl_SubgroupInvocationID;
+    const bool asks = index < args.end;
+    // A lane without a ray has one that there is, and asks nothing.
+    const Asked ray = read_ray(asks ? index : first);
+    ++turn;
+    // What one packet leaves of what it may have is there for those behind it.
+    const Found found = trace_together(asks, ray, entries, rounds, max_rounds / turns * turn);
+    if (asks) {
+#ifdef RAY_ANY
+      // The rest of the hit stays as it was made.
+      store_pair(destination_of_hit(index), 0u, uvec2(found.status, 0u));
+#else
+      write_hit(index, found, ray);
+#endif
+      if (found.status == status_incomplete) some_incomplete = 1u;
+    }
+  } while (turn < turns);
+}
+#elif defined(RAY_LANE_PAIRS)
 void main() {
   const uint index = place_of_invocation(args.first, args.per_group);
   const bool asks = index < args.end;

@@ -46,6 +46,8 @@ vec3 axis_last(vec3 p, uint axis) {
   return axis == 2u ? p : turned;
 }
 
+uint octant_of(vec3 d) { return (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u); }
+
 Segment make_segment(vec3 minus_o, vec3 d, float blur_m) {
   const vec3 size = abs(d);
   const uint axis = size.x > size.y ? (size.x > size.z ? 0u : 2u) : (size.y > size.z ? 1u : 2u);
@@ -56,7 +58,7 @@ Segment make_segment(vec3 minus_o, vec3 d, float blur_m) {
   ray.inverse_d = inverse_direction(d);
   ray.axis = axis;
   ray.shear = vec3(along.xy, 1.0) / along.z;
-  ray.octant = (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u);
+  ray.octant = octant_of(d);
   [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) ray.group_bit[slot] = 1u << (slot ^ ray.octant);
   ray.blur_m = blur_m;
   return ray;

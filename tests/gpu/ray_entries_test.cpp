@@ -1,0 +1,122 @@
+// Rays of a camera's image come into a geometry by entries that a group of them shares (shaders/query/shared_entries.glsl): whatever the
+// image, the world's place and what stands before it, the answers are those of lone rays.
+
+#include "rtstdb/query/ray_coherence.hpp"
+#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/random_scene.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+class SharedEntries : public DatabaseTest {
+ protected:
+  /// One finely meshed body that fills the image, turned and stretched, and small ones before, within and behind it.
+  void make(std::uint64_t seed, double far_m, const gpu::DeviceOptions& device) {
+    open({}, device);
+    Random random(seed);
+    eye_m_ = far_m * random.direction();
+    EntityRow body = row_of(add(make_sphere(1.0, 5)), eye_m_ + 6.0 * random.direction());
+    body.scale = {random.uniform(0.5, 4.0), random.uniform(0.5, 4.0), random.uniform(0.5, 4.0)};
+    body.motion.q_world = random.orientation();
+    std::vector<EntityRow> rows{body};
+    const GeometryId box = add(make_box({0.3, 0.2, 0.1}));
+    for (std::size_t i = 0; i < seed % 4; ++i) {
+      rows.push_back(row_of(box, body.motion.p_world_m + 3.0 * random.direction()));
+      rows.back().motion.q_world = random.orientation();
+      rows.back().mask = 2;
+    }
+    create(rows);
+    looks_at_m_ = body.motion.p_world_m;
+  }
+
+  /// Rows of `width`; some rays see a part of the world or of the way alone.
+  std::vector<Ray> image(std::uint64_t seed, std::uint32_t width, std::uint32_t count) const {
+    Random random(seed + 1000);
+    const glm::dvec3 ahead = glm::normalize(looks_at_m_ - eye_m_);
+    const glm::dvec3 right = glm::normalize(glm::cross(ahead, random.direction()));
+    const glm::dvec3 up = glm::cross(right, ahead);
+    const double step = random.magnitude(1e-4, 4e-3);
+    std::vector<Ray> rays;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const double x = step * (i % width - 0.5 * width);
+      const double y = 0.02 * (i / width - 0.5 * (count / width));
+      rays.push_back(ray_from(eye_m_, ahead + x * right + y * up));
+      if (random.one_in(50)) rays.back().mask = 1;
+      if (random.one_in(50))
+        rays.back().lambda_max = static_cast<float>(random.uniform(2.0, 10.0));
+      else if (random.one_in(50))
+        rays.back().lambda_min = static_cast<float>(random.uniform(2.0, 10.0));
+    }
+    return rays;
+  }
+
+  std::vector<std::vector<RayHit>> trace_all(std::span<const Ray> rays) {
+    std::vector<std::vector<RayHit>> hits;
+    for (const std::uint32_t capacity : {100u, 4096u}) {
+      for (const RayMode mode : {RayMode::closest, RayMode::any})
+        hits.push_back(trace(*prepare_rays(mode, false, capacity), rays));
+    }
+    return hits;
+  }
+
+ private:
+  glm::dvec3 eye_m_;
+  glm::dvec3 looks_at_m_;
+};
+
+TEST_F(SharedEntries, AnswerAsLoneRays) {
+  std::size_t hit = 0;
+  std::size_t missed = 0;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    const double far_m = seed % 3 == 0 ? 0.0 : seed % 3 == 1 ? 300.0 : 20'000.0;
+    make(seed, far_m, {});
+    const auto rays = image(seed, seed % 2 == 0 ? 320 : 509, 4000);
+    ASSERT_TRUE(query::run_side_by_side(rays)) << "seed " << seed;
+    const auto together = trace_all(rays);
+    make(seed, far_m, {.lanes_may_shuffle = false});
+    const auto alone = trace_all(rays);
+    for (std::size_t kind = 0; kind < together.size(); ++kind) {
+      for (std::size_t i = 0; i < rays.size(); ++i)
+        ASSERT_TRUE(same_bits(together[kind][i], alone[kind][i]))
+            << "seed " << seed << ", kind " << kind << ", ray " << i;
+    }
+    hit += static_cast<std::size_t>(std::ranges::count(together[0], HitStatus::hit, &RayHit::status));
+    missed += static_cast<std::size_t>(std::ranges::count(together[0], HitStatus::miss, &RayHit::status));
+  }
+  EXPECT_GT(hit, 5'000u);
+  EXPECT_GT(missed, 5'000u);
+}
+
+/// The mesh lies far from its own origin, where a box is as wide as what its corners are rounded by.
+TEST_F(SharedEntries, HoldAHitAtTheEndOfARange) {
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    Random random(seed);
+    TriangleMesh floor = make_sphere(1.0, 4);
+    for (glm::vec3& p : floor.positions_m)
+      p = {1000.0f + p.x, 1000.0f + p.y, 1000.3f + 1e-4f * p.z};
+    open({});
+    EntityRow row = row_of(add(floor));
+    if (seed != 0) row.motion.q_world = random.orientation();
+    row.motion.p_world_m = row.motion.q_world * glm::dvec3(-1000.0);
+    create(row);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 4000; ++i) {
+      const glm::dvec3 d(random.uniform(-0.005, 0.005), random.uniform(-0.005, 0.005), -1.0);
+      rays.push_back(ray_from(glm::vec3(row.motion.q_world * glm::dvec3(0.0, 0.0, 1.5)),
+                              glm::vec3(row.motion.q_world * d)));
+    }
+    ASSERT_TRUE(query::run_side_by_side(rays));
+    const auto query = prepare_rays();
+    const auto hits = trace(*query, rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      ASSERT_EQ(hits[i].status, HitStatus::hit) << "seed " << seed << ", ray " << i;
+      rays[i].lambda_max = hits[i].lambda;
+    }
+    const auto until = trace(*query, rays);
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      ASSERT_TRUE(same_bits(hits[i], until[i])) << "seed " << seed << ", ray " << i;
+  }
+}
+
+}  // namespace
+}  // namespace rtstdb::test
