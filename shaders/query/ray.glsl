@@ -163,7 +163,7 @@ Found trace_together(bool asks, Asked ray) {
 
 #ifdef RAY_PACKET
 #ifdef RAY_MOVING
-Entries entries_of(uint first, uint turns, inout uint rounds) { return root_alone(no_entity, ref_none); }
+Entries entries_of(uint first, uint turns, inout uint rounds) { return Entries(ref_none); }
 #else
 // Of the rays of all turns.
 Entries entries_of(uint first, uint turns, inout uint rounds) {

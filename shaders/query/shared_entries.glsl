@@ -7,6 +7,20 @@
 #ifndef RTSTDB_QUERY_SHARED_ENTRIES_GLSL
 #define RTSTDB_QUERY_SHARED_ENTRIES_GLSL
 
+#ifdef RAY_MOVING
+// At many instants at once there is no one beam: the root alone.
+struct Entries {
+  uint reference;
+};
+
+Entries entries_into(uint instance, uint root, Entries shared_ones) { return Entries(root); }
+uint entries_entered(Entries entries, Beam beam, Range range) { return 1u; }
+uint take_entry(Entries entries, inout uint left) {
+  const uint reference = left == 0u ? ref_none : entries.reference;
+  left = 0u;
+  return reference;
+}
+#else
 struct Entries {
   uint instance;  // into whose geometry they lead
   uint used;      // one bit a lane that has one; they stand in the order in which the beam comes by them
@@ -44,7 +58,6 @@ uint take_entry(Entries entries, inout uint left) {
   return none ? ref_none : reference;
 }
 
-#ifndef RAY_MOVING
 // Enough for eight entries some levels below the root.
 const uint most_entry_rounds = 48u;
 
