@@ -163,7 +163,7 @@ void ChunkedRun::record(const Chunk& chunk, Pass pass, gpu::Recorder& recorder) 
 void ChunkedRun::unpack(const Chunk& chunk, Pass pass) noexcept {
   each_part(chunk, pass, [&](GpuQuery& query, PlaceRange range) {
     if (pass == Pass::all)
-      query.unpack(range, view_, fork_join_);
+      query.unpack(range, view_);
     else
       query.unpack_again(range, view_);
   });

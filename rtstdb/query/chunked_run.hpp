@@ -26,11 +26,10 @@ using Lanes = std::array<accel::Submit, 2>;
 
 class ChunkedRun {
  public:
-  ChunkedRun(Structures& structures, Lanes& lanes, threads::ForkJoin& fork_join, const RowSource& rows,
-             std::span<const Request> requests, const TimeSpan& times, Meanwhile* meanwhile) noexcept
+  ChunkedRun(Structures& structures, Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
+             const TimeSpan& times, Meanwhile* meanwhile) noexcept
       : structures_(structures),
         lanes_(lanes),
-        fork_join_(fork_join),
         rows_(rows),
         requests_(requests),
         times_(times),
@@ -73,7 +72,6 @@ class ChunkedRun {
 
   Structures& structures_;
   Lanes& lanes_;
-  threads::ForkJoin& fork_join_;
   const RowSource& rows_;
   const std::span<const Request> requests_;
   const TimeSpan times_;

@@ -72,7 +72,7 @@ Result<void> GpuExecutor::join(GpuQuery& query) {
   const CompileNow here(epoch_->device);
   query.epoch = epoch_number_;
   if (auto connected = connect(query); !connected) return connected;
-  query.join(prepared_);
+  query.join(prepared_, fork_join_);
   return {};
 }
 
@@ -132,7 +132,7 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
     lane.while_waiting(meanwhile);
   const accel::Tlas::Counts trees = epoch.tlas.counts();
   const accel::GeometryPool::Counts shapes = epoch.pool.counts();
-  RunReport report = ChunkedRun(epoch.structures, lanes, fork_join_, rows, requests, times, meanwhile).run();
+  RunReport report = ChunkedRun(epoch.structures, lanes, rows, requests, times, meanwhile).run();
   // Together with those in its gaps, if there were any.
   report.structures = {
       .refitted = epoch.tlas.counts().refits + epoch.tlas.counts().patches > trees.refits + trees.patches,

@@ -33,9 +33,8 @@ class GpuQuery : public PreparedQuery {
   /// version.
   virtual void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                       const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
-  /// Answers to the caller's span. `fork_join`: to do it on two threads.
-  virtual void unpack(PlaceRange range, const accel::TlasView& view,
-                      threads::ForkJoin& fork_join) noexcept = 0;
+  /// Answers to the caller's span.
+  virtual void unpack(PlaceRange range, const accel::TlasView& view) noexcept = 0;
 
   // On lavapipe the elements of a group share one allowance of work, so that whether an element finishes
   // could depend on its neighbours in the batch. Those left incomplete are asked again, each in a group of
@@ -46,8 +45,9 @@ class GpuQuery : public PreparedQuery {
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
   virtual void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept = 0;
 
-  /// Setup. From then on it is one of `queries`, until leave.
-  void join(std::shared_ptr<PreparedQueries> queries) {
+  /// Setup. From then on it is one of `queries`, until leave. `fork_join`: for long loops of check and unpack.
+  void join(std::shared_ptr<PreparedQueries> queries, threads::ForkJoin& fork_join) {
+    fork_join_ = &fork_join;
     queries_ = std::move(queries);
     queries_->join(*this);
   }
@@ -62,9 +62,11 @@ class GpuQuery : public PreparedQuery {
   void leave() noexcept {
     if (queries_) queries_->leave(*this);
   }
+  threads::ForkJoin& fork_join() const noexcept { return *fork_join_; }
 
  private:
   std::shared_ptr<PreparedQueries> queries_;
+  threads::ForkJoin* fork_join_ = nullptr;
 };
 
 }  // namespace rtstdb::query

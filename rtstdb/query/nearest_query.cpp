@@ -272,8 +272,7 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
   run(sign_, sign_bindings_[view.slot], options_.k);
 }
 
-void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/,
-                             threads::ForkJoin& /*fork_join*/) noexcept {
+void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
   answered_ = range.end;
   const std::size_t bytes_per_point = options_.k * sizeof(Neighbor);
   neighbors_[places_.written()].pull(range.first * bytes_per_point,

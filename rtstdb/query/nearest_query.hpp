@@ -34,7 +34,7 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   void arrange(std::uint32_t count) noexcept override;
   void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
               gpu::Recorder& recorder) noexcept override;
-  void unpack(PlaceRange range, const accel::TlasView& view, threads::ForkJoin& fork_join) noexcept override;
+  void unpack(PlaceRange range, const accel::TlasView& view) noexcept override;
   std::uint32_t incomplete_count() const noexcept override {
     return static_cast<std::uint32_t>(incomplete_.size());
   }

@@ -29,8 +29,8 @@ class GpuOverlapQuery final : public OverlapQuery, public GpuQuery {
   void arrange(std::uint32_t count) noexcept override;
   void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
               gpu::Recorder& recorder) noexcept override;
-  void unpack(PlaceRange range, const accel::TlasView& view, threads::ForkJoin& fork_join) noexcept override {
-    runner_.unpack(range, view, fork_join);
+  void unpack(PlaceRange range, const accel::TlasView& view) noexcept override {
+    runner_.unpack(range, view, fork_join());
   }
   std::uint32_t incomplete_count() const noexcept override {
     return static_cast<std::uint32_t>(runner_.incomplete().size());

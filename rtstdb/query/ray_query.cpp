@@ -1,6 +1,7 @@
 #include "rtstdb/query/ray_query.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <memory>
@@ -16,6 +17,9 @@ namespace {
 
 /// As far as this before a batch is looked at it is called for: it seldom lies in a cache that is near.
 constexpr std::uint32_t rays_ahead = 64;
+
+/// Enough that it pays to have a second thread look at others meanwhile.
+constexpr std::uint32_t rays_per_block = 8192;
 
 /// Between these no product of the search leaves single precision.
 constexpr float smallest_direction = 1e-15f;
@@ -175,41 +179,61 @@ Result<void> GpuRayQuery::create_buffers(gpu::Device& device) {
 
 std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource& rows,
                                            TimeSpan& times) const noexcept {
-  const auto rays = ray_memory_.as<const Ray>();
+  const std::uint32_t blocks = (count + rays_per_block - 1) / rays_per_block;
+  std::array<Seen, threads::ForkJoin::hands> seen;
+  const auto look = [&](std::uint32_t block, std::uint32_t hand) {
+    const std::uint32_t first = block * rays_per_block;
+    look_at({first, std::min(first + rays_per_block, count)}, rows, seen[hand]);
+  };
+  if (blocks > 1)
+    fork_join().each(blocks, look);
+  else if (blocks == 1)
+    look(0, 0);
+  carried_ = false;
+  std::uint32_t first_fault = count;
+  for (const Seen& one : seen) {
+    carried_ = carried_ || one.carried;
+    first_fault = std::min(first_fault, one.first_fault);
+    times.first = std::min(times.first, one.times.first);
+    times.last = std::max(times.last, one.times.last);
+  }
+  if (first_fault < count) return fault_of(first_fault, rows);
+  side_by_side_ = run_side_by_side(ray_memory_.as<const Ray>().first(count));
+  return std::nullopt;
+}
+
+void GpuRayQuery::look_at(PlaceRange range, const RowSource& rows, Seen& seen) const noexcept {
+  const auto rays = ray_memory_.as<const Ray>().first(range.end);
   // Where motion is ignored every ray asks at the version's own time.
   const WorldTime earliest = options_.ignore_motion ? WorldTime::min() : rows.time();
   const WorldTime latest = options_.ignore_motion ? WorldTime::max() : world_time_ns(max_world_time_ns);
   TimeSpan span;
   EntityId known_carrier;  // most batches have one
-  carried_ = false;
-  for (std::uint32_t i = 0; i < count; ++i) {
+  for (std::uint32_t i = range.first; i < range.end && i < seen.first_fault; ++i) {
     const Ray& ray = rays[i];
-    __builtin_prefetch(&rays[std::min(i + rays_ahead, count - 1)]);
+    __builtin_prefetch(&rays[std::min(i + rays_ahead, range.end - 1)]);
     span.first = std::min(span.first, ray.t);
     span.last = std::max(span.last, ray.t);
     const bool known = ray.carrier == known_carrier;
     if (is_sound(ray) & (ray.t >= earliest) & (ray.t <= latest) & known) [[likely]]
       continue;
-    if (const auto fault = fault_of(i, rows, times)) return fault;
+    if (fault_of(i, rows)) seen.first_fault = i;
     known_carrier = ray.carrier;
-    carried_ = carried_ || ray.carrier.valid();
+    seen.carried = seen.carried || ray.carrier.valid();
   }
-  if (count == 0) return std::nullopt;
-  side_by_side_ = run_side_by_side(rays.first(count));
-  times.first = std::min(times.first, options_.ignore_motion ? rows.time() : span.first);
-  times.last = std::max(times.last, options_.ignore_motion ? rows.time() : span.last);
-  return std::nullopt;
+  seen.times.first = std::min(seen.times.first, options_.ignore_motion ? rows.time() : span.first);
+  seen.times.last = std::max(seen.times.last, options_.ignore_motion ? rows.time() : span.last);
 }
 
-std::optional<BadInput> GpuRayQuery::fault_of(std::uint32_t element, const RowSource& rows,
-                                              TimeSpan& times) const noexcept {
+std::optional<BadInput> GpuRayQuery::fault_of(std::uint32_t element, const RowSource& rows) const noexcept {
   const Ray& ray = ray_memory_.as<const Ray>()[element];
   if (const auto bad = check_point(ray.origin_m, element)) return bad;
   if (const auto bad = check_direction(ray.direction, element)) return bad;
   if (!is_range(ray.lambda_min, ray.lambda_max))
     return refused(BadInputReason::bad_lambda_range, element, {ray.lambda_min, ray.lambda_max, 0.0f, 0.0f});
   const WorldTime t = options_.ignore_motion ? rows.time() : ray.t;
-  if (const auto bad = check_time(t, element, rows, times)) return bad;
+  TimeSpan own;
+  if (const auto bad = check_time(t, element, rows, own)) return bad;
   return check_carrier(ray.carrier, element, rows);
 }
 
@@ -253,8 +277,7 @@ void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::T
   dispatch(range, false, rows, view, recorder);
 }
 
-void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/,
-                         threads::ForkJoin& /*fork_join*/) noexcept {
+void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
   answered_ = range.end;
   pull(range.first, range.end);
   // A chunk after this one may have raised it; then this one is looked at in vain.

@@ -2,6 +2,7 @@
 // The ray query on the GPU. The caller's spans are what the device reads and writes: shaders/query/ray.glsl reads
 // rays and writes hits as they lie; this checks and dispatches.
 
+#include <limits>
 #include <vector>
 
 #include "rtstdb/query/gpu_query.hpp"
@@ -44,7 +45,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void arrange(std::uint32_t count) noexcept override;
   void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
               gpu::Recorder& recorder) noexcept override;
-  void unpack(PlaceRange range, const accel::TlasView& view, threads::ForkJoin& fork_join) noexcept override;
+  void unpack(PlaceRange range, const accel::TlasView& view) noexcept override;
   std::uint32_t incomplete_count() const noexcept override {
     return static_cast<std::uint32_t>(incomplete_.size());
   }
@@ -76,8 +77,14 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   }
   Result<void> create_buffers(gpu::Device& device);
   void pull(std::uint32_t first_ray, std::uint32_t end_ray) const noexcept;
-  std::optional<BadInput> fault_of(std::uint32_t element, const RowSource& rows,
-                                   TimeSpan& times) const noexcept;
+  /// What check has seen so far, on one of its threads.
+  struct Seen {
+    TimeSpan times;
+    bool carried = false;
+    std::uint32_t first_fault = std::numeric_limits<std::uint32_t>::max();
+  };
+  void look_at(PlaceRange range, const RowSource& rows, Seen& seen) const noexcept;
+  std::optional<BadInput> fault_of(std::uint32_t element, const RowSource& rows) const noexcept;
 
   RayQueryOptions options_;
   std::uint32_t answered_ = 0;

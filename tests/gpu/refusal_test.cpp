@@ -1,5 +1,6 @@
 // Bad input: refused with its place and values, and nothing else disturbed.
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -139,6 +140,52 @@ TEST_F(Refusals, TheLatestTimesThereAreCanBeAskedAt) {
   Ray ray = good_ray();
   ray.t = world_time_ns(max_world_time_ns);
   EXPECT_EQ(trace(ray).lambda, 10.0f);
+}
+
+/// More than one thread may look at so many.
+TEST_F(Refusals, TheFirstFaultOfManyRaysIsTold) {
+  constexpr std::uint32_t count = 100'000;
+  const auto many = prepare_rays(RayMode::closest, false, count);
+  const auto ask = [&] { return execute([&](Transaction& transaction) { transaction.ask(*many, count); }); };
+  const auto rays = many->rays();
+  std::ranges::fill(rays, good_ray());
+  rays[99'999].origin_m.x = 2e5f;
+  EXPECT_EQ(ask().bad_input.element, 99'999u);
+  rays[70'001].origin_m.y = 3e5f;
+  EXPECT_EQ(ask().bad_input.element, 70'001u);
+  rays[12'346].origin_m.y = nan_f;
+  rays[12'345].t = at_s(9.5);
+  for (int time = 0; time < 20; ++time) {
+    const Outcome outcome = ask();
+    ASSERT_EQ(outcome.status, Status::bad_input);
+    EXPECT_EQ(outcome.bad_input.reason, BadInputReason::time_not_covered);
+    EXPECT_EQ(outcome.bad_input.element, 12'345u);
+  }
+  rays[0].carrier = {.index = 700, .generation = 1};
+  const Outcome outcome = ask();
+  EXPECT_EQ(outcome.bad_input.reason, BadInputReason::unknown_entity);
+  EXPECT_EQ(outcome.bad_input.element, 0u);
+}
+
+/// What is special about one of many is not lost with whoever has looked at it.
+TEST_F(Refusals, OneOfManyRaysMayBeUnlikeTheOthers) {
+  constexpr std::uint32_t count = 100'000;
+  const auto many = prepare_rays(RayMode::closest, false, count);
+  for (const std::uint32_t one : {0u, 50'000u, 99'999u}) {
+    std::vector<Ray> rays(count, good_ray());
+    rays[one].origin_m = {-11.0f, 0.0f, 0.0f};
+    rays[one].carrier = body_;
+    rays[one].direction = {-1.0f, 0.0f, 0.0f};
+    auto hits = trace(*many, rays);
+    EXPECT_EQ(hits[one].status, HitStatus::miss) << "it starts in the world's origin, and leads away";
+    EXPECT_EQ(std::ranges::count(hits, 10.0f, &RayHit::lambda), count - 1);
+    rays[one] = good_ray();
+    rays[one].t = at_s(11.5);
+    std::ranges::copy(rays, many->rays().begin());
+    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*many, count); });
+    EXPECT_EQ(outcome.bad_input.reason, BadInputReason::window_too_long);
+    EXPECT_DOUBLE_EQ(outcome.bad_input.values[1], 11.5);
+  }
 }
 
 TEST_F(Refusals, CarriersThatAreNotThere) {
