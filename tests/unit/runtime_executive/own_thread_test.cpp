@@ -2,10 +2,13 @@
 // real: each test says with a semaphore when a step may end, so that every interleaving is the one meant.
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <fstream>
+#include <iterator>
 #include <mutex>
 #include <semaphore>
 #include <string>
@@ -24,12 +27,25 @@ using testing::spec_of;
 using Ticks = std::vector<std::uint64_t>;
 constexpr std::int64_t ms = 1'000'000;
 
+/// Waits until a task's thread, whose step has ended, has told the executive so: it then sleeps. Three looks in a row, since it may
+/// fall asleep for a moment on its way there.
+void wait_until_it_sleeps(pid_t thread) {
+  for (int asleep = 0; asleep < 3; ++asleep) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::ifstream stat("/proc/self/task/" + std::to_string(thread) + "/stat");
+    const std::string text{std::istreambuf_iterator<char>(stat), {}};
+    const std::size_t name_end = text.rfind(')');  // the state stands behind the name
+    if (name_end == std::string::npos || text[name_end + 2] != 'S') asleep = -1;
+  }
+}
+
 /// A task of 4 ticks period whose steps end only when the test says so, and a note of what was published
 /// when.
 struct HeldTask {
   explicit HeldTask(FakeRun& fake_run) : fake(fake_run) {
     task.on_latch = [this](const TickInfo& info) { latched.push_back(info.tick); };
     task.on_step = [this](const TickInfo& info) {
+      thread = gettid();
       started.release();
       may_end.acquire();
       out = info.tick;
@@ -59,7 +75,7 @@ struct HeldTask {
   void end_step() {
     may_end.release();
     ended.acquire();
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    wait_until_it_sleeps(thread);
   }
 
   struct Published {
@@ -70,6 +86,7 @@ struct HeldTask {
   ScriptedTask task;
   std::function<void(std::uint64_t)> at_tick;
   std::counting_semaphore<> started{0}, may_end{0}, ended{0};
+  pid_t thread = 0;  // written before `started`
   std::uint64_t now_tick = 0, out = 0;
   int aborts = 0;
   Ticks latched;
@@ -143,7 +160,7 @@ TEST(OwnThread, AbortAsksTheStepToStopAndDropsItsOutputs) {
     if (tick == 1) held.started.acquire();  // only a step that runs can be asked to stop
     if (tick == 5) {
       held.ended.acquire();  // ended by abort() in tick 4
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      wait_until_it_sleeps(held.thread);
     }
     if (tick == 9 || tick == 13 || tick == 17) held.end_step();
   };
@@ -168,8 +185,10 @@ TEST(OwnThread, TasksThatShareAThreadRunByPeriodAndNameEachOther) {
     order.emplace_back(name);
   };
   std::binary_semaphore slow_started{0}, slow_may_end{0}, slow_ended{0}, fast_ended{0};
+  pid_t thread = 0;
   ScriptedTask slow([&](const TickInfo& tick) {
     note("slow");
+    thread = gettid();
     slow_started.release();
     if (tick.tick == 0) slow_may_end.acquire();
     slow_ended.release();
@@ -184,9 +203,10 @@ TEST(OwnThread, TasksThatShareAThreadRunByPeriodAndNameEachOther) {
       slow_may_end.release();
       slow_ended.acquire();
       fast_ended.acquire();
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      wait_until_it_sleeps(thread);
     } else if (tick.tick == 11) {
       fast_ended.acquire();
+      wait_until_it_sleeps(thread);
     }
   };
   Executive executive(fake.options);
