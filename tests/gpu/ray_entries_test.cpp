@@ -36,10 +36,12 @@ class SharedEntries : public DatabaseTest {
     const glm::dvec3 right = glm::normalize(glm::cross(ahead, random.direction()));
     const glm::dvec3 up = glm::cross(right, ahead);
     const double step = random.magnitude(1e-4, 4e-3);
+    const std::uint32_t rows = count / width;
     std::vector<Ray> rays;
     for (std::uint32_t i = 0; i < count; ++i) {
       const double x = step * (i % width - 0.5 * width);
-      const double y = 0.02 * (i / width - 0.5 * (count / width));
+      const std::uint32_t row = i / width;
+      const double y = 0.02 * (row - 0.5 * rows);
       rays.push_back(ray_from(eye_m_, ahead + x * right + y * up));
       if (random.one_in(50)) rays.back().mask = 1;
       if (random.one_in(50))
