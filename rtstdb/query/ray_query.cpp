@@ -181,14 +181,10 @@ std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource&
                                            TimeSpan& times) const noexcept {
   const std::uint32_t blocks = (count + rays_per_block - 1) / rays_per_block;
   std::array<Seen, threads::ForkJoin::hands> seen;
-  const auto look = [&](std::uint32_t block, std::uint32_t hand) {
+  fork_join().each(blocks, [&](std::uint32_t block, std::uint32_t hand) {
     const std::uint32_t first = block * rays_per_block;
     look_at({first, std::min(first + rays_per_block, count)}, rows, seen[hand]);
-  };
-  if (blocks > 1)
-    fork_join().each(blocks, look);
-  else if (blocks == 1)
-    look(0, 0);
+  });
   carried_ = false;
   std::uint32_t first_fault = count;
   for (const Seen& one : seen) {
