@@ -88,18 +88,16 @@ std::vector<gpu::ShaderId> shaders_of(const RayQueryOptions& options, bool toget
   using enum gpu::ShaderId;
   switch (options.mode) {
     case RayMode::any:
-      return together ? std::vector{ray_any,        ray_any_moving,       ray_any_pairs, ray_any_pairs_moving,
-                                    ray_any_packet, ray_any_packet_moving}
+      return together ? std::vector{ray_any, ray_any_moving, ray_any_packet, ray_any_packet_moving}
                       : std::vector{ray_any, ray_any_moving};
     case RayMode::first:
       return {options.hits_per_ray <= 4 ? ray_first_4 : ray_first_16};
     case RayMode::closest:
       break;
   }
-  return together ? std::vector{ray_closest,        ray_closest_moving,
-                                ray_closest_pairs,  ray_closest_pairs_moving,
-                                ray_closest_packet, ray_closest_packet_moving}
-                  : std::vector{ray_closest, ray_closest_moving};
+  return together
+             ? std::vector{ray_closest, ray_closest_moving, ray_closest_packet, ray_closest_packet_moving}
+             : std::vector{ray_closest, ray_closest_moving};
 }
 
 }  // namespace
@@ -293,7 +291,7 @@ void GpuRayQuery::record_again(PlaceRange range, const RowSource& rows, const ac
 
 const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, bool asked_again) const noexcept {
   // Few are asked again, from all over the batch.
-  const std::size_t by = asked_again ? 0 : side_by_side_ ? 4 : 2;
+  const std::size_t by = side_by_side_ && !asked_again ? 2 : 0;
   return kernels_[((moving ? 1 : 0) + by) % kernels_.size()];
 }
 

@@ -158,7 +158,7 @@ uint unless_found(uint current, float lambda_min) {
 
 #include "query/shared_entries.glsl"
 
-// As trace of trace.glsl, whose loops these are. `asks`: whether the lane's ray is one of the packet;
+// As trace of traverse.glsl, whose loops these are. `asks`: whether the lane's ray is one of the packet;
 // `first_lane` has one. `rounds`: of the subgroup so far, of which there may be as many as `allowed`.
 Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, float lambda_max, int t_ns, float share,
                    uint instance_base, uint mask, uint root, float faces, uint two, Entries entries, inout uint rounds, uint allowed) {

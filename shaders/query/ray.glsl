@@ -2,14 +2,12 @@
 //
 // Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants or
 // some of them move with an entity, RAY_LIST as the largest number of hits of each, where that is more than one, RAY_PACKET
-// where eight neighbours run side by side, RAY_LANE_PAIRS where two lanes have a ray.
+// where eight neighbours run side by side.
 #include "common/exact_cross.glsl"
 #include "common/pairs.glsl"
 #include "common/places.glsl"
 #ifdef RAY_PACKET
 #include "query/packet.glsl"
-#elif defined(RAY_LANE_PAIRS)
-#include "query/lane_pairs.glsl"
 #else
 #include "query/traverse.glsl"
 #endif
@@ -134,34 +132,6 @@ Found trace_together(bool asks, Asked ray, Entries entries, inout uint rounds, u
   return found;
 }
 
-#elif defined(RAY_LANE_PAIRS)
-Asked of_lane(Asked ray, uint lane) {
-  return Asked(of_lane(ray.origin, lane), of_lane(ray.direction, lane), of_lane(ray.unit, lane), of_lane(ray.v_origin, lane),
-               of_lane(ray.lambda_min, lane), of_lane(ray.lambda_max, lane), of_lane(ray.mask, lane), of_lane(ray.t_ns, lane),
-               of_lane(ray.instance_base, lane), of_lane(ray.share, lane));
-}
-
-// Each lane brings a ray; pairs of lanes trace the first four of them, then the others, if any ask. Those that nobody comes to, because
-// loops have stopped, stay incomplete.
-Found trace_together(bool asks, Asked ray) {
-  Found found = nothing_within(0.0);
-  found.status = status_incomplete;
-  uint first = 0u;
-  do {
-    const uint lane = first + (gl_SubgroupInvocationID >> 1);
-    const Asked now = of_lane(ray, lane);
-    const uint root = of_lane(asks ? 1u : 0u, lane) != 0u ? args.root : ref_none;
-    const Found of_pairs = of_pair(trace(make_segment(-now.origin, now.direction), now.lambda_min, now.lambda_max, now.t_ns,
-                                         now.share, now.instance_base, now.mask, root, args.faces, 0u, args.two));
-    const Found own = of_lane(of_pairs, 2u * (gl_SubgroupInvocationID & 3u));
-    if ((gl_SubgroupInvocationID & 4u) == first) found = own;
-    first += 4u;
-  } while (first < 8u && in_any(asks && gl_SubgroupInvocationID >= first ? 1u : 0u) != 0u);
-  return found;
-}
-#endif
-
-#ifdef RAY_PACKET
 #ifdef RAY_MOVING
 Entries entries_of(uint first, uint turns, inout uint rounds) { return Entries(ref_none); }
 #else
@@ -205,22 +175,6 @@ void main() {
       if (found.status == status_incomplete) some_incomplete = 1u;
     }
   } while (turn < turns);
-}
-#elif defined(RAY_LANE_PAIRS)
-void main() {
-  const uint index = place_of_invocation(args.first, args.per_group);
-  const bool asks = index < args.end;
-  // A lane without a ray has the batch's first one, and asks nothing.
-  const Asked ray = read_ray(asks ? index : 0u);
-  const Found found = trace_together(asks, ray);
-  if (!asks) return;
-#ifdef RAY_ANY
-  // The rest of the hit stays as it was made.
-  store_pair(destination_of_hit(index), 0u, uvec2(found.status, 0u));
-#else
-  write_hit(index, found, ray);
-#endif
-  if (found.status == status_incomplete) some_incomplete = 1u;
 }
 #else
 void main() {

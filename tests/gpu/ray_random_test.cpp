@@ -161,8 +161,7 @@ TEST_F(SameAnswers, WhateverTheOrder) {
   }
 }
 
-/// Neighbours that run side by side are traced together, others by pairs of lanes, and each by a lane of its own where lanes do not
-/// work together.
+/// Neighbours that run side by side are traced together; others, and all where lanes do not work together, by a lane each.
 TEST_F(SameAnswers, WhoeverRunsBeside) {
   for (const std::uint32_t entities : {1u, 200u, 2500u}) {
     const auto neighbours = [](auto&&... scene) { return random_neighbours(scene...); };
@@ -177,14 +176,14 @@ TEST_F(SameAnswers, WhoeverRunsBeside) {
     ASSERT_TRUE(query::run_side_by_side(rays_));
     ASSERT_FALSE(query::run_side_by_side(apart));
     const auto beside = trace_as_each_kind(rays_);
-    const auto by_pairs = trace_as_each_kind(apart);
+    const auto by_lanes = trace_as_each_kind(apart);
     make(entities, neighbours, {.lanes_may_shuffle = false});
     const auto alone = trace_as_each_kind(rays_);
     for (std::size_t kind = 0; kind < beside.size(); ++kind) {
-      EXPECT_EQ(differences(beside[kind], shuffled_back(by_pairs[kind], order)), 0u)
-          << entities << " entities, kind " << kind << ", by pairs of lanes";
+      EXPECT_EQ(differences(beside[kind], shuffled_back(by_lanes[kind], order)), 0u)
+          << entities << " entities, kind " << kind << ", by a lane each";
       EXPECT_EQ(differences(beside[kind], alone[kind]), 0u)
-          << entities << " entities, kind " << kind << ", alone";
+          << entities << " entities, kind " << kind << ", where lanes do not work together";
       EXPECT_GT(std::ranges::count(beside[kind], HitStatus::hit, &RayHit::status), 250);
       EXPECT_GT(std::ranges::count(beside[kind], HitStatus::miss, &RayHit::status), 250);
     }

@@ -1,8 +1,0 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/prelude.glsl"
-// Whether each ray hits anything; two lanes have one, at different instants or with an entity.
-#define RAY_LANE_PAIRS
-#define RAY_ANY
-#define RAY_MOVING
-#include "query/ray.glsl"
