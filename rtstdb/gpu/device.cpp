@@ -87,8 +87,7 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& 
   limits.max_allocation_bytes = std::min<std::size_t>(
       chain.get<vk::PhysicalDeviceMaintenance3Properties>().maxMemoryAllocationSize, max_buffer_bytes);
   const auto& subgroups = chain.get<vk::PhysicalDeviceSubgroupProperties>();
-  if (options.lanes_may_shuffle && (subgroups.supportedOperations & vk::SubgroupFeatureFlagBits::eShuffle))
-    limits.shuffled_lanes = subgroups.subgroupSize;
+  if (options.lanes_work_together) limits.lanes_together = subgroups.subgroupSize;
   max_group_size = std::min(core.maxComputeWorkGroupSize[0], core.maxComputeWorkGroupInvocations);
   max_allocations = core.maxMemoryAllocationCount;
   timestamp_period_ns = static_cast<double>(core.timestampPeriod);

@@ -224,7 +224,7 @@ struct DeviceOptions {
   std::string loader_library = "libvulkan.so.1";
   std::vector<std::byte> compiled = {};  ///< see Device::compiled
   bool takes_in_host_memory = true;      ///< false: as on a device that can not, to test that
-  bool lanes_may_shuffle = true;         ///< false: as on a device where they may not, to test that
+  bool lanes_work_together = true;       ///< false: as where subgroups are of a size that no kernel is for
   std::uint32_t processors = 0;          ///< see DeviceLimits; 0: those of this machine
 };
 
@@ -236,7 +236,7 @@ struct DeviceLimits {
   std::size_t max_allocation_bytes = 0;
   std::uint32_t processors =
       0;  ///< of a software device, each of which runs a group; 0: of others nobody knows
-  std::uint32_t shuffled_lanes = 0;  ///< lanes of a subgroup, where they may shuffle; 0: they may not
+  std::uint32_t lanes_together = 0;  ///< of a subgroup; 0: DeviceOptions say that they do not work together
 };
 
 class Device {

@@ -23,7 +23,8 @@ void for_each_required(FeatureChain& chain, Visit visit) {
 
 constexpr auto required_subgroup_operations =
     vk::SubgroupFeatureFlagBits::eBasic | vk::SubgroupFeatureFlagBits::eVote |
-    vk::SubgroupFeatureFlagBits::eArithmetic | vk::SubgroupFeatureFlagBits::eBallot;
+    vk::SubgroupFeatureFlagBits::eArithmetic | vk::SubgroupFeatureFlagBits::eBallot |
+    vk::SubgroupFeatureFlagBits::eShuffle;
 
 }  // namespace
 
@@ -47,7 +48,8 @@ const char* missing_feature(const vk::raii::PhysicalDevice& device) {
   const bool operations =
       (subgroups.supportedOperations & required_subgroup_operations) == required_subgroup_operations;
   const bool in_compute = bool(subgroups.supportedStages & vk::ShaderStageFlagBits::eCompute);
-  return operations && in_compute ? nullptr : "subgroup vote, ballot and arithmetic in compute shaders";
+  return operations && in_compute ? nullptr
+                                  : "subgroup vote, ballot, shuffle and arithmetic in compute shaders";
 }
 
 }  // namespace rtstdb::gpu

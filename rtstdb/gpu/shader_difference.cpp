@@ -7,8 +7,7 @@ namespace rtstdb::gpu {
 namespace {
 
 /// What the device is asked for when it is opened (required_features.cpp), in SPIR-V's numbers: Shader,
-/// Float64, Int64, SampledBuffer, ImageBuffer, ImageQuery, subgroup basic, vote, arithmetic, ballot, addresses.
-/// And shuffles, which only kernels have that are made where DeviceLimits::shuffled_lanes allows it.
+/// Float64, Int64, SampledBuffer, ImageBuffer, ImageQuery, subgroup basic, vote, arithmetic, ballot, shuffle, addresses.
 constexpr std::array<std::uint32_t, 12> granted_capabilities{1, 10, 11, 46, 47, 50, 61, 62, 63, 64, 65, 5347};
 
 std::string sentence(const ShaderInfo& table, const std::string& of_table, const std::string& of_code) {

@@ -130,7 +130,7 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
 Result<void> GpuRayQuery::move_to(gpu::Device& device) {
   leave_device();
   limits_ = device.limits();
-  for (const gpu::ShaderId shader : shaders_of(options_, limits_.shuffled_lanes == rays_per_packet)) {
+  for (const gpu::ShaderId shader : shaders_of(options_, limits_.lanes_together == rays_per_packet)) {
     auto pipeline = device.create_pipeline(shader);
     if (!pipeline) return pipeline.error();
     kernels_.push_back({.shader = shader, .pipeline = std::move(pipeline).value(), .bindings = {}});

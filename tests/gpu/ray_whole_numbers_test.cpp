@@ -170,10 +170,10 @@ class WholeNumbers : public DatabaseTest {
 };
 
 TEST_F(WholeNumbers, NothingIsHitThatIsNotMetAndNothingNearerPassedBy) {
-  for (const bool lanes_may_shuffle : {true, false}) {
+  for (const bool lanes_work_together : {true, false}) {
     for (std::uint64_t seed = 0; seed < 12; ++seed) {
-      SCOPED_TRACE(testing::Message() << "seed " << seed << ", lanes may shuffle: " << lanes_may_shuffle);
-      open({}, {.lanes_may_shuffle = lanes_may_shuffle});
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", lanes work together: " << lanes_work_together);
+      open({}, {.lanes_work_together = lanes_work_together});
       Random random(seed);
       strew(random);
       const std::vector<Ray> rays = draw(random, 8000);

@@ -74,7 +74,7 @@ class LongSearches : public SearchLimits, public testing::WithParamInterface<Lan
 
 TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
   Random random(21);
-  open({}, {.lanes_may_shuffle = GetParam() != Lanes::alone});
+  open({}, {.lanes_work_together = GetParam() != Lanes::alone});
   const EntityId wall = create(row_of(add(make_box({50.0, 50.0, 1.0})), {0.0, 0.0, 20.5}));
   const std::vector<Ray> rays = LongSearches::rays(random, GetParam() == Lanes::packet);
   const auto query = prepare_rays();
@@ -237,9 +237,9 @@ TEST_F(DeepTrees, WhatWasPutAsideIsComeBackTo) {
   }
   ASSERT_FALSE(query::run_side_by_side(rays));
   std::vector<RayHit> hits[2];
-  for (const bool lanes_may_shuffle : {false, true}) {
+  for (const bool lanes_work_together : {false, true}) {
     for (const int turned : {10, 20}) {
-      open({}, {.lanes_may_shuffle = lanes_may_shuffle});
+      open({}, {.lanes_work_together = lanes_work_together});
       fill(21, 9, turned);
       for (const RayMode mode : {RayMode::closest, RayMode::any}) {
         for (const Faces faces : {Faces::front, Faces::back}) {
@@ -247,7 +247,7 @@ TEST_F(DeepTrees, WhatWasPutAsideIsComeBackTo) {
               RayQueryOptions{.name = "one side", .capacity = 160, .mode = mode, .faces = faces});
           ASSERT_TRUE(query.ok());
           const auto some = trace(*query.value(), rays);
-          auto& all = hits[lanes_may_shuffle ? 1 : 0];
+          auto& all = hits[lanes_work_together ? 1 : 0];
           all.insert(all.end(), some.begin(), some.end());
         }
       }
