@@ -1,3 +1,5 @@
+#include <cstddef>
+#include <iterator>
 #include <utility>
 
 #include "rtstdb/gpu/pipeline_impl.hpp"
@@ -23,15 +25,23 @@ vk::raii::PipelineLayout create_layout(const vk::raii::Device& device, vk::Descr
   return {device, options};
 }
 
+/// What shaders are told of the device, by constant id.
+struct Constants {
+  VkBool32 fence_in_divergent_flow;
+  VkBool32 lanes_together;
+};
+
 vk::raii::Pipeline create_compute_pipeline(const Device::Impl& device, vk::PipelineLayout layout,
                                            std::span<const std::uint32_t> spirv) {
   const vk::raii::ShaderModule module(device.device,
                                       vk::ShaderModuleCreateInfo({}, spirv.size_bytes(), spirv.data()));
-  // shaders/common/fence.glsl tells why a software device goes without fences in divergent flow.
-  const VkBool32 fence_in_divergent_flow = device.info.software ? VK_FALSE : VK_TRUE;
-  const vk::SpecializationMapEntry fence_entry(0, 0, sizeof(fence_in_divergent_flow));
-  const vk::SpecializationInfo constants(1, &fence_entry, sizeof(fence_in_divergent_flow),
-                                         &fence_in_divergent_flow);
+  // shaders/common/fence.glsl and query/together.glsl tell why.
+  const Constants values{.fence_in_divergent_flow = device.info.software ? VK_FALSE : VK_TRUE,
+                         .lanes_together = device.info.software && device.limits.lanes_together == 8};
+  const vk::SpecializationMapEntry entries[] = {
+      {0, offsetof(Constants, fence_in_divergent_flow), sizeof(VkBool32)},
+      {1, offsetof(Constants, lanes_together), sizeof(VkBool32)}};
+  const vk::SpecializationInfo constants(std::size(entries), entries, sizeof(values), &values);
   const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main",
                                                 &constants);
   return {device.device, device.pipeline_cache, vk::ComputePipelineCreateInfo({}, stage, layout)};

@@ -179,14 +179,17 @@ void main() {
 #else
 void main() {
   const uint place = place_of_invocation(args.first, args.per_group);
-  if (place >= args.end) return;
-  const uint index = args.asked_again != 0u ? texelFetch(again, int(place >> 2))[place & 3u] : place;
+  // Who has no place runs along for the others of its subgroup, with a ray that there is.
+  const bool asks = place < args.end;
+  const uint known = asks ? place : args.first;
+  const uint index = args.asked_again != 0u ? texelFetch(again, int(known >> 2))[known & 3u] : known;
   const Asked ray = read_ray(index);
 #ifdef RAY_LIST
   clear_list();
 #endif
   const Found found = trace(make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.lambda_max, ray.t_ns, ray.share,
-                            ray.instance_base, ray.mask, args.root, args.faces, args.hits_per_ray - 1u, args.two);
+                            ray.instance_base, ray.mask, asks ? args.root : ref_none, args.faces, args.hits_per_ray - 1u, args.two);
+  if (!asks) return;
 #if defined(RAY_LIST)
   for (uint k = 0u; k < args.hits_per_ray; ++k) {
     Found one = nothing_within(ray.lambda_max);

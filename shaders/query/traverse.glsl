@@ -5,6 +5,7 @@
 #ifndef RTSTDB_QUERY_TRAVERSE_GLSL
 #define RTSTDB_QUERY_TRAVERSE_GLSL
 #include "common/loops.glsl"
+#include "query/together.glsl"
 #include "query/ray_slabs.glsl"
 
 layout(set = 0, binding = 0) uniform usamplerBuffer nodes;  // of geometries
@@ -180,57 +181,44 @@ uint take_next(usamplerBuffer of, uint texels, inout Search search, uint at_hand
   return done || search.rounds >= max_rounds ? ref_none : (slot & 2u) != 0u ? high : low;
 }
 
-uint next_of_entities(inout Search search, uint octant) { return take_next(tlas, tlas_node_texels, search, 0u, 0u, octant); }
+// A group that leaves all as it is when its one child is taken.
+const uint idle_group = 1u;
 
-uint next_of_geometry(inout Search search, uint bottom, uint octant) {
-  return take_next(nodes, node_texels, search, 0u, bottom, octant);
-}
+bool is_inner(uint current) { return (current & ref_leaf_bit) == 0u; }
+bool is_leaf(uint current) { return !is_inner(current) && current != ref_none; }
 
-// Down the entities' tree to the next instance, or none.
-uint descend_entities(uint node, inout Search search, float share, Segment world, float lambda_min, float limit) {
-  uint current = node;
-  do {
-    ++search.rounds;
-    if ((current & ref_leaf_bit) == 0u) {
-      const uint entered = enter_entities(current, share, world, lambda_min, limit);
-      current = take_next(tlas, tlas_node_texels, search, entered, 0u, world.octant);
-    }
-  } while ((current & ref_leaf_bit) == 0u);
-  return current;
-}
-
-// The same down a geometry's tree, above `bottom` of the stack, to a run of triangles.
+// Down a geometry's tree, above `bottom` of the stack, to a run of triangles.
 uint descend_geometry(uint node, inout Search search, uint bottom, Segment ray, float lambda_min, float limit) {
   uint current = node;
   do {
     ++search.rounds;
-    if ((current & ref_leaf_bit) == 0u) {
-      const uint entered = enter_geometry(current, ray, lambda_min, limit);
-      current = take_next(nodes, node_texels, search, entered, bottom, ray.octant);
-    }
-  } while ((current & ref_leaf_bit) == 0u);
+    const bool inner = is_inner(current);
+    const uint entered = enter_geometry(inner ? current : 0u, ray, lambda_min, limit);
+    const uint next = take_next(nodes, node_texels, search, inner ? entered : idle_group, bottom, ray.octant);
+    current = inner ? next : current;
+  } while (another_round(is_inner(current)));
   return current;
 }
 
+// `run`: of triangles, or anything else, of which nothing is tested.
 void test_run(uint run, inout Search search, Segment ray, float lambda_min, float faces, uint last_kept, uint instance, uint entity,
               inout Found best) {
-  const uint first = run & ref_triangle_first_mask;
-  const uint end = first + (run >> ref_triangle_count_shift & 0xFu) + 1u;
+  const uint first = is_leaf(run) ? run & ref_triangle_first_mask : 0u;
+  const uint end = is_leaf(run) ? first + (run >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
   uint slot = first;
   do {
     ++search.rounds;
-    if (slot < end) {
+    const float begin = slot < end ? lambda_min : uintBitsToFloat(0x7F800000u);
 #ifdef RAY_LIST
-      Found one = nothing_within(best.lambda);
-      test_triangle(ray, slot, lambda_min, faces, instance, entity, one);
-      keep(one);
-      best.lambda = min(best.lambda, list_lambda[last_kept]);
+    Found one = nothing_within(best.lambda);
+    test_triangle(ray, slot, begin, faces, instance, entity, one);
+    keep(one);
+    best.lambda = min(best.lambda, list_lambda[last_kept]);
 #else
-      test_triangle(ray, slot, lambda_min, faces, instance, entity, best);
+    test_triangle(ray, slot, begin, faces, instance, entity, best);
 #endif
-      ++slot;
-    }
-  } while (slot < end);
+    ++slot;
+  } while (another_round(slot < end));
 }
 
 uint unless_found(uint current, Found best) {
@@ -241,7 +229,54 @@ uint unless_found(uint current, Found best) {
 #endif
 }
 
-// The loops of a ray's search through both levels of the structure (paper, Section 5.2): one over nodes, one over leaves
+// Instances that a ray has come by and not entered yet, in that order; behind them ref_none.
+const uint most_met = 4u;
+
+struct Met {
+  uint leaf[most_met];
+};
+
+Met none_met() {
+  Met met;
+  [[unroll]] for (uint k = 0u; k < most_met; ++k) met.leaf[k] = ref_none;
+  return met;
+}
+
+bool is_full(Met met) { return met.leaf[most_met - 1u] != ref_none; }
+
+void append(inout Met met, bool wanted, uint leaf) {
+  bool before = wanted;  // all places before this one are taken
+  [[unroll]] for (uint k = 0u; k < most_met; ++k) {
+    const bool free = met.leaf[k] == ref_none;
+    met.leaf[k] = before && free ? leaf : met.leaf[k];
+    before = before && !free;
+  }
+}
+
+// Without the first; without any when nothing more is asked.
+Met rest_of(Met met, Found best) {
+  Met rest = none_met();
+  [[unroll]] for (uint k = 1u; k < most_met; ++k) rest.leaf[k - 1u] = unless_found(met.leaf[k], best);
+  return rest;
+}
+
+// Down the entities' tree until there is nothing left, `current` being ref_none then, or as many instances as fit are met.
+Met meet_instances(inout uint current, inout Search search, float share, Segment world, float lambda_min, float limit) {
+  Met met = none_met();
+  do {
+    ++search.rounds;
+    const bool goes = current != ref_none && !is_full(met);
+    const bool inner = goes && is_inner(current);
+    append(met, goes && !inner, current);
+    const uint entered = enter_entities(inner ? current : 0u, share, world, lambda_min, limit);
+    const uint group = inner ? entered : goes ? 0u : idle_group;
+    const uint next = take_next(tlas, tlas_node_texels, search, group, 0u, world.octant);
+    current = goes ? next : current;
+  } while (another_round(current != ref_none && !is_full(met)));
+  return met;
+}
+
+// The loops of a ray's search through both levels of the structure (paper, Section 5.2): in each, one over nodes and one over leaves
 // ("while-while", Aila and Laine 2009).
 //
 // `t_ns`: since the epoch of the instances that stand from `instance_base` on. `share`: of the window that has passed then.
@@ -249,43 +284,40 @@ uint unless_found(uint current, Found best) {
 //
 // On lavapipe whatever stands in a loop runs in each of its rounds, for nobody if need be, and a round more is made where the
 // condition stands before the body. So conditions stand at the end, and no loop is begun again for what only some lanes may
-// need: instances that follow one another are met in a loop of their own. Why such loops ask again inside: common/loops.glsl.
+// need: instances are met some at a time, and then entered, for lanes come by them at very different times.
 Found trace(Segment world, float lambda_min, float lambda_max, int t_ns, float share, uint instance_base, uint mask, uint root,
             float faces, uint last_kept, uint two) {
   Found best = nothing_within(lambda_max);
   Search search = nothing_begun();
   uint current = root;
-  if (current != ref_none) do {
+  do {
     ++search.rounds;
-    current = descend_entities(current, search, share, world, lambda_min, reach_of(best));
-    if (current == ref_none) break;
-    // Instances, as long as they follow one another.
+    Met met = meet_instances(current, search, share, world, lambda_min, reach_of(best));
     do {
-      search.rounds += 4u;  // this loop's, and those that loops inside make for nobody
-      if ((current & ref_leaf_bit) != 0u) {
-        const uint instance = (current & ref_instance_mask) + instance_base;
-        const Instance candidate = instance_at(instance);
-        const Segment ray = enter_instance(world, candidate, t_ns, head_of(candidate.blas_root));
-        const uint bottom = search.depth;
-        current = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
-        if (current != ref_none) do {
+      ++search.rounds;
+      const bool enters_one = met.leaf[0] != ref_none;
+      const uint instance = enters_one ? (met.leaf[0] & ref_instance_mask) + instance_base : 0u;
+      const Instance candidate = instance_at(instance);
+      const Segment ray = enter_instance(world, candidate, t_ns, head_of(candidate.blas_root));
+      const uint bottom = search.depth;
+      uint below = enters_one && (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
+      do {
+        ++search.rounds;
+        below = descend_geometry(below, search, bottom, ray, lambda_min, reach_of(best));
+        // Leaves, as long as they follow one another.
+        do {
           ++search.rounds;
-          current = descend_geometry(current, search, bottom, ray, lambda_min, reach_of(best));
-          if (current == ref_none) break;
-          // Leaves likewise.
-          do {
-            ++search.rounds;
-            if ((current & ref_leaf_bit) != 0u) {
-              test_run(current, search, ray, lambda_min, faces, last_kept, instance, candidate.entity, best);
-              current = unless_found(next_of_geometry(search, bottom, ray.octant), best);
-            }
-          } while ((current & ref_leaf_bit) != 0u && current != ref_none);
-        } while (current != ref_none);
-        search.depth = bottom;
-        current = unless_found(next_of_entities(search, world.octant), best);
-      }
-    } while ((current & ref_leaf_bit) != 0u && current != ref_none);
-  } while (current != ref_none);
+          test_run(below, search, ray, lambda_min, faces, last_kept, instance, candidate.entity, best);
+          const bool leaf = is_leaf(below);
+          const uint next = take_next(nodes, node_texels, search, leaf ? 0u : idle_group, bottom, ray.octant);
+          below = leaf ? unless_found(next, best) : below;
+        } while (another_round(is_leaf(below)));
+      } while (another_round(below != ref_none));
+      search.depth = bottom;
+      met = rest_of(met, best);
+    } while (another_round(met.leaf[0] != ref_none));
+    current = unless_found(current, best);
+  } while (another_round(current != ref_none));
   bool cut_short = search.rounds >= max_rounds;
 #ifdef RAY_ANY
   // A hit is one, whatever was not looked at.

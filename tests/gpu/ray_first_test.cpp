@@ -92,24 +92,36 @@ TEST_F(FirstHits, AsManyAsMakeSenseMayBeAsked) {
   EXPECT_FALSE(refused(RayMode::first, max_hits_per_ray, 4));
 }
 
-class RandomFirstHits : public RandomQuestions {};
+class RandomFirstHits : public RandomQuestions {
+ protected:
+  void expect_those_of_the_oracle() {
+    fill({.seed = 12, .entities = 120, .radius_m = 6.0});
+    Tally tally;
+    for (const std::uint32_t hits_per_ray : {1u, 3u, 4u, 9u, 16u}) {
+      for (const bool ignore_motion : {false, true}) {
+        const RayQueryOptions wanted{.name = "first",
+                                     .mode = RayMode::first,
+                                     .hits_per_ray = hits_per_ray,
+                                     .ignore_motion = ignore_motion};
+        tally += ask(wanted, 500);
+      }
+    }
+    tally +=
+        ask(RayQueryOptions{.name = "first", .mode = RayMode::first, .hits_per_ray = 3, .faces = Faces::back},
+            500);
+    expect_telling(tally, 0.02);
+    EXPECT_GT(tally.full, tally.asked / 20);
+  }
+};
 
 TEST_F(RandomFirstHits, AgreeWithTheOracle) {
-  fill({.seed = 12, .entities = 120, .radius_m = 6.0});
-  Tally tally;
-  for (const std::uint32_t hits_per_ray : {1u, 3u, 4u, 9u, 16u}) {
-    for (const bool ignore_motion : {false, true}) {
-      const RayQueryOptions wanted{.name = "first",
-                                   .mode = RayMode::first,
-                                   .hits_per_ray = hits_per_ray,
-                                   .ignore_motion = ignore_motion};
-      tally += ask(wanted, 500);
-    }
-  }
-  tally += ask(
-      RayQueryOptions{.name = "first", .mode = RayMode::first, .hits_per_ray = 3, .faces = Faces::back}, 500);
-  expect_telling(tally, 0.02);
-  EXPECT_GT(tally.full, tally.asked / 20);
+  expect_those_of_the_oracle();
+}
+
+/// As on a device whose lanes do not work together.
+TEST_F(RandomFirstHits, OfLoneLanesAgreeWithTheOracle) {
+  open({}, {.lanes_work_together = false});
+  expect_those_of_the_oracle();
 }
 
 }  // namespace
