@@ -70,7 +70,8 @@ void keep(Found one) {
 // A group: children of one node still to be visited; the node in the upper 24 bits, below it one bit a child, in the order in
 // which the ray comes by them: bit i is slot i ^ octant. One word, because a store to a place that differs from lane to lane is
 // dear on lavapipe.
-uint stack[stack_size];
+// Where it is full, whoever runs along writes to the place behind it, and a search that had come by instances to one more.
+uint stack[stack_size + 2u];
 
 // The edges of one axis, low ones of all children and then high ones, as those that the ray meets first and last.
 struct Edges {
@@ -174,7 +175,7 @@ uint take_next(usamplerBuffer of, uint texels, inout Search search, uint at_hand
   const uint slot = (uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u) ^ octant;
   stack[search.depth] = rest;
   search.depth += (rest & 0xFFu) != 0u && !done ? 1u : 0u;
-  search.rounds += search.depth == stack_size ? max_rounds : 0u;
+  search.rounds = search.depth >= stack_size ? max(search.rounds, max_rounds) : search.rounds;
   const uvec4 refs = texelFetch(of, int((group >> 8) * texels + 4u + (slot >> 2)));
   const uint low = (slot & 1u) != 0u ? refs.y : refs.x;
   const uint high = (slot & 1u) != 0u ? refs.w : refs.z;
@@ -298,7 +299,7 @@ Found trace(Segment world, float lambda_min, float lambda_max, int t_ns, float s
       const bool enters_one = met.leaf[0] != ref_none;
       const uint instance = enters_one ? (met.leaf[0] & ref_instance_mask) + instance_base : 0u;
       const Instance candidate = instance_at(instance);
-      const Segment ray = enter_instance(world, candidate, t_ns, head_of(candidate.blas_root));
+      const Segment ray = enter_instance(world, candidate, t_ns, head_of(enters_one ? candidate.blas_root : 0u));
       const uint bottom = search.depth;
       uint below = enters_one && (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
       do {
