@@ -393,6 +393,7 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted
   return TlasView{.slot = static_cast<std::uint32_t>(slot - slots_.data()),
                   .identities = slot->identities.data(),
                   .root = slot->root(),
+                  .entities = slot->visible_count,
                   .epoch = slot->epoch,
                   .late_base = late_base_,
                   .window_begin = slot->window_begin,

@@ -86,6 +86,7 @@ struct TlasView {
   std::uint32_t slot = 0;
   const Identity* identities = nullptr;  ///< by entity index
   std::uint32_t root = 0;                ///< reference; none when nothing is visible
+  std::uint32_t entities = 0;            ///< in the tree
   WorldTime epoch{};
   std::uint32_t late_base = 0;
   WorldTime window_begin{}, window_end{};

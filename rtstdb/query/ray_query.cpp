@@ -21,6 +21,9 @@ constexpr std::uint32_t rays_ahead = 64;
 /// Enough that it pays to have a second thread look at others meanwhile.
 constexpr std::uint32_t rays_per_block = 8192;
 
+/// From so many entities on rays gain by lanes that work for one another (shaders/query/crew.glsl).
+constexpr std::uint32_t entities_for_crew = 16;
+
 /// Between these no product of the search leaves single precision.
 constexpr float smallest_direction = 1e-15f;
 constexpr float largest_direction = 1e15f;
@@ -86,18 +89,21 @@ Result<void> check_hits_per_ray(const RayQueryOptions& options) {
 /// In the order of GpuRayQuery::kernel_for; a list of hits has one kernel for all rays. `together`: lanes may work together.
 std::vector<gpu::ShaderId> shaders_of(const RayQueryOptions& options, bool together) {
   using enum gpu::ShaderId;
+  std::vector<gpu::ShaderId> shaders;
   switch (options.mode) {
     case RayMode::any:
-      return together ? std::vector{ray_any, ray_any_moving, ray_any_packet, ray_any_packet_moving}
-                      : std::vector{ray_any, ray_any_moving};
+      shaders = {ray_any,      ray_any_moving,     ray_any_packet, ray_any_packet_moving,
+                 ray_any_crew, ray_any_crew_moving};
+      break;
     case RayMode::first:
       return {options.hits_per_ray <= 4 ? ray_first_4 : ray_first_16};
     case RayMode::closest:
+      shaders = {ray_closest,      ray_closest_moving,     ray_closest_packet, ray_closest_packet_moving,
+                 ray_closest_crew, ray_closest_crew_moving};
       break;
   }
-  return together
-             ? std::vector{ray_closest, ray_closest_moving, ray_closest_packet, ray_closest_packet_moving}
-             : std::vector{ray_closest, ray_closest_moving};
+  if (!together) shaders.resize(2);
+  return shaders;
 }
 
 }  // namespace
@@ -289,16 +295,17 @@ void GpuRayQuery::record_again(PlaceRange range, const RowSource& rows, const ac
   dispatch(range, true, rows, view, recorder);
 }
 
-const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, bool asked_again) const noexcept {
-  // Few are asked again, from all over the batch.
-  const std::size_t by = side_by_side_ && !asked_again ? 2 : 0;
+const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, bool asked_again,
+                                                   std::uint32_t entities) const noexcept {
+  // Few are asked again, from all over the batch: by the kernel that each would have had by itself.
+  const std::size_t by = side_by_side_ && !asked_again ? 2 : entities >= entities_for_crew ? 4 : 0;
   return kernels_[((moving ? 1 : 0) + by) % kernels_.size()];
 }
 
 void GpuRayQuery::dispatch(PlaceRange range, bool asked_again, const RowSource& rows,
                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const double window_s = seconds_between(view.window_begin, view.window_end);
-  const Kernel& kernel = kernel_for(carried_ || window_s > 0.0, asked_again);
+  const Kernel& kernel = kernel_for(carried_ || window_s > 0.0, asked_again, view.entities);
   const std::uint32_t count = range.end - range.first;
   const Spread spread = asked_again ? one_a_group(count) : spread_out(count, limits_.processors);
   const shared::RayArgs whole{.root = view.root,

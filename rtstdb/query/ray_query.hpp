@@ -66,7 +66,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
 
   /// `moving`: not all rays stand in the world and ask at one instant. Where there are fewer kernels, the one that
   /// answers the same.
-  const Kernel& kernel_for(bool moving, bool asked_again) const noexcept;
+  const Kernel& kernel_for(bool moving, bool asked_again, std::uint32_t entities) const noexcept;
   /// In pieces where the device runs fewer groups at once. `asked_again`: the places are those of `again_`.
   void dispatch(PlaceRange range, bool asked_again, const RowSource& rows, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;

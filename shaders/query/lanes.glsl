@@ -24,6 +24,26 @@ uint in_any(uint bits) {
   return bits | subgroupShuffle(bits, gl_SubgroupInvocationID ^ 1u);
 }
 
+uint sum_of_lanes(uint v) {
+  v += subgroupShuffle(v, gl_SubgroupInvocationID ^ 4u);
+  v += subgroupShuffle(v, gl_SubgroupInvocationID ^ 2u);
+  return v + subgroupShuffle(v, gl_SubgroupInvocationID ^ 1u);
+}
+
+uint count_of_lanes(bool which) { return sum_of_lanes(which ? 1u : 0u); }
+
+// The sum of this lane and as many before it.
+uint sum_with_before(uint v, uint lanes) {
+  const uint before = subgroupShuffle(v, (gl_SubgroupInvocationID - lanes) & 7u);
+  return v + (gl_SubgroupInvocationID >= lanes ? before : 0u);
+}
+
+// Of those, the lanes before this one.
+uint lanes_before(bool which) {
+  const uint own = which ? 1u : 0u;
+  return sum_with_before(sum_with_before(sum_with_before(own, 1u), 2u), 4u) - own;
+}
+
 float lesser(float a, float b) { return a < b ? a : b; }
 
 float least_of_lanes(float v) {

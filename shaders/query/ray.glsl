@@ -1,23 +1,11 @@
-// The body of the ray queries: reads a ray, traces it, writes the hit. See rtstdb/query.hpp for what the fields mean.
+// What the ray queries have in common: how a ray is read, and its hit written. See rtstdb/query.hpp for what the fields mean.
 //
-// Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants or
-// some of them move with an entity, RAY_LIST as the largest number of hits of each, where that is more than one, RAY_PACKET
-// where eight neighbours run side by side.
+// Include behind what goes through the trees (traverse.glsl, packet.glsl or crew.glsl), with RAY_ANY defined for rays that stop at the
+// first hit, RAY_MOVING where they ask at different instants or some of them move with an entity.
 #include "common/exact_cross.glsl"
 #include "common/pairs.glsl"
 #include "common/places.glsl"
-#ifdef RAY_PACKET
-#include "query/packet.glsl"
-#else
-#include "query/traverse.glsl"
-#endif
 
-#ifdef RAY_PACKET
-// One subgroup, which goes through its group's rays eight at a time.
-layout(local_size_x = 8) in;
-#else
-layout(local_size_x = 64) in;
-#endif
 layout(push_constant, scalar) uniform Push { RayArgs args; };
 layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer rays;
@@ -46,6 +34,9 @@ struct Asked {
   uint instance_base;
   float share;  // of the window that has passed
 };
+
+// Of places that are asked, or asked again.
+uint ray_at(uint place) { return args.asked_again != 0u ? texelFetch(again, int(place >> 2))[place & 3u] : place; }
 
 Asked read_ray(uint index) {
   const int base = int(index * ray_texels);
@@ -106,108 +97,12 @@ void write_hit(uint place, Found found, Asked ray) {
   store_pair(to, 7u, hit ? floatBitsToUint(v_relative_mps.yz) : nothing);
 }
 
-#ifdef RAY_PACKET
-// Whether two rays gain by going together: directions within 0.1 rad, origins within a decimetre.
-bool runs_beside(vec3 apart, vec3 a, vec3 b) {
-  const float along = dot(a, b);
-  return largest(apart) <= 0.1 && along > 0.0 && along * along >= 0.99 * dot(a, a) * dot(b, b);
-}
-
-// Rays that part from the first one go in a turn of their own, with those beside them. Where an image's row ends, a packet has rays of
-// the next one, too: a beam around both would be led through the whole world.
-Found trace_together(bool asks, Asked ray, Entries entries, inout uint rounds, uint allowed) {
-  Found found = nothing_within(0.0);
-  found.status = status_incomplete;
-  const Segment world = make_segment(-ray.origin, ray.direction);
-  bool left = asks;
-  do {
-    const uint first_lane = least_of_lanes(left ? gl_SubgroupInvocationID : 0xFFu) & 7u;
-    const vec3 apart = ray.origin - of_lane(ray.origin, first_lane);
-    const bool mine = left && runs_beside(apart, ray.direction, of_lane(ray.direction, first_lane));
-    const Found now = trace_packet(mine, first_lane, world, ray.lambda_min, ray.lambda_max, ray.t_ns, ray.share, ray.instance_base,
-                                   ray.mask, args.root, args.faces, args.two, entries, rounds, allowed);
-    if (mine) found = now;
-    left = left && !mine && gl_SubgroupInvocationID != first_lane;
-  } while (in_any(left ? 1u : 0u) != 0u);
-  return found;
-}
-
-#ifdef RAY_MOVING
-Entries entries_of(uint first, uint turns, inout uint rounds) { return Entries(ref_none); }
-#else
-// Of the rays of all turns.
-Entries entries_of(uint first, uint turns, inout uint rounds) {
-  const Asked lead = read_ray(first);
-  Bounds bounds = Bounds(lead.direction, lead.direction, -lead.origin, -lead.origin, lead.lambda_min, lead.lambda_max);
-  uint turn = 0u;
-  do {
-    const uint index = first + 8u * turn + gl_SubgroupInvocationID;
-    const Asked ray = read_ray(index < args.end ? index : first);
-    take_in(bounds, ray.direction, -ray.origin, ray.lambda_min, ray.lambda_max);
-    ++turn;
-  } while (turn < turns);
-  rounds += turns;
-  return find_entries(of_all_lanes(bounds), lead.direction, lead.t_ns, lead.instance_base, args.root, rounds);
-}
-#endif
-
-void main() {
-  const uint first = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * args.per_group;
-  const uint turns = max(args.per_group / 8u, 1u);
-  uint rounds = turns;
-  const Entries entries = entries_of(first, turns, rounds);
-  uint turn = 0u;
-  do {
-    const uint index = first + 8u * turn + gl_SubgroupInvocationID;
-    const bool asks = index < args.end;
-    // A lane without a ray has one that there is, and asks nothing.
-    const Asked ray = read_ray(asks ? index : first);
-    ++turn;
-    // What one packet leaves of what it may have is there for those behind it.
-    const Found found = trace_together(asks, ray, entries, rounds, max_rounds / turns * turn);
-    if (asks) {
+void answer(uint place, Found found, Asked ray) {
 #ifdef RAY_ANY
-      // The rest of the hit stays as it was made.
-      store_pair(destination_of_hit(index), 0u, uvec2(found.status, 0u));
-#else
-      write_hit(index, found, ray);
-#endif
-      if (found.status == status_incomplete) some_incomplete = 1u;
-    }
-  } while (turn < turns);
-}
-#else
-void main() {
-  const uint place = place_of_invocation(args.first, args.per_group);
-  // Who has no place runs along for the others of its subgroup, with a ray that there is.
-  const bool asks = place < args.end;
-  const uint known = asks ? place : args.first;
-  const uint index = args.asked_again != 0u ? texelFetch(again, int(known >> 2))[known & 3u] : known;
-  const Asked ray = read_ray(index);
-#ifdef RAY_LIST
-  clear_list();
-#endif
-  const Found found = trace(make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.lambda_max, ray.t_ns, ray.share,
-                            ray.instance_base, ray.mask, asks ? args.root : ref_none, args.faces, args.hits_per_ray - 1u, args.two);
-  if (!asks) return;
-#if defined(RAY_LIST)
-  for (uint k = 0u; k < args.hits_per_ray; ++k) {
-    Found one = nothing_within(ray.lambda_max);
-    if (found.status == status_incomplete) one.status = status_incomplete;
-    if (found.status != status_incomplete && list_entity[k] != no_entity) {
-      const Instance candidate = instance_at(list_instance[k]);
-      const Segment segment =
-          enter_instance(make_segment(-ray.origin, ray.direction), candidate, ray.t_ns, head_of(candidate.blas_root));
-      test_triangle(segment, list_slot[k], ray.lambda_min, args.faces, list_instance[k], list_entity[k], one);
-    }
-    write_hit(index * args.hits_per_ray + k, one, ray);
-  }
-#elif defined(RAY_ANY)
   // The rest of the hit stays as it was made.
-  store_pair(destination_of_hit(index), 0u, uvec2(found.status, 0u));
+  store_pair(destination_of_hit(place), 0u, uvec2(found.status, 0u));
 #else
-  write_hit(index, found, ray);
+  write_hit(place, found, ray);
 #endif
   if (found.status == status_incomplete) some_incomplete = 1u;
 }
-#endif

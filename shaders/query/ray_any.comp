@@ -3,4 +3,4 @@
 #include "common/prelude.glsl"
 // Whether each ray hits anything.
 #define RAY_ANY
-#include "query/ray.glsl"
+#include "query/ray_alone.glsl"

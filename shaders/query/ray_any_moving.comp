@@ -4,4 +4,4 @@
 // Whether each ray hits anything; rays may ask at different instants and move with entities.
 #define RAY_ANY
 #define RAY_MOVING
-#include "query/ray.glsl"
+#include "query/ray_alone.glsl"

@@ -3,4 +3,4 @@
 #include "common/prelude.glsl"
 // The nearest hit of each ray; rays may ask at different instants and move with entities.
 #define RAY_MOVING
-#include "query/ray.glsl"
+#include "query/ray_alone.glsl"

@@ -2,5 +2,4 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // The nearest hit of each ray; neighbours run side by side and ask at one instant.
-#define RAY_PACKET
-#include "query/ray.glsl"
+#include "query/ray_packet.glsl"

@@ -4,4 +4,4 @@
 // Up to 16 hits of each ray, in order.
 #define RAY_MOVING
 #define RAY_LIST 16u
-#include "query/ray.glsl"
+#include "query/ray_alone.glsl"

@@ -4,4 +4,4 @@
 // Up to 4 hits of each ray, in order.
 #define RAY_MOVING
 #define RAY_LIST 4u
-#include "query/ray.glsl"
+#include "query/ray_alone.glsl"

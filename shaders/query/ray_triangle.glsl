@@ -97,6 +97,14 @@ Segment enter_instance(Segment world, Instance i, int t_ns, uvec4 root) {
                       blur_of(uintBitsToFloat(root.xyz) + minus_o_there, quantum_of(root)));
 }
 
+// Whether a hit takes the place of the best so far: the nearer one, of those that are as near the one with the lower entity, then
+// triangle. Where none has been found yet, it lies in the range.
+bool precedes(float lambda, uint entity, uint triangle, Found best) {
+  const bool nearer = lambda < best.lambda || best.status == status_miss || entity < best.entity ||
+                      (entity == best.entity && triangle < best.triangle);
+  return lambda <= best.lambda && nearer;
+}
+
 float lesser_of(float a, float b) { return b < a ? b : a; }
 float greater_of(float a, float b) { return b > a ? b : a; }
 vec3 least(vec3 a, vec3 b) { return mix(a, b, lessThan(b, a)); }
@@ -159,10 +167,8 @@ void test_corners(Segment ray, vec4 t0, vec4 t1, vec3 t2, uint slot, float lambd
   const float sum = wa + wb + wc;
   const float lambda = lesser_of(greater_of((wa * a.z + wb * b.z + wc * c.z) / sum * ray.shear.z, first), last);
   const float facing = sum * ray.shear.z;
-  const bool in_range = inside && sum != 0.0 && first <= last && floatBitsToUint(t1.w) != triangle_without_area && facing * faces >= 0.0 && lambda >= lambda_min && lambda <= best.lambda;
-  const bool nearer = lambda < best.lambda || best.status == status_miss || entity < best.entity ||
-                      (entity == best.entity && triangle < best.triangle);
-  if (in_range && nearer) {
+  const bool in_range = inside && sum != 0.0 && first <= last && floatBitsToUint(t1.w) != triangle_without_area && facing * faces >= 0.0 && lambda >= lambda_min;
+  if (in_range && precedes(lambda, entity, triangle, best)) {
     best.status = status_hit;
     best.lambda = lambda;
     best.u = wb / sum;

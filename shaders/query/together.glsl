@@ -6,7 +6,11 @@
 // a branch for each lane, which asks whether that lane is still in the loop, and the processor guesses wrong at each that comes or
 // goes. Where none goes before the others, each such branch is always taken the same way. The device sets this constant
 // from its driver (rtstdb/gpu/pipeline.cpp): only where subgroups have eight lanes.
+#ifdef RAY_CREW
+const bool lanes_together = true;
+#else
 layout(constant_id = 1) const bool lanes_together = false;
+#endif
 
 // Whether a loop makes another round: as long as the lane wants one, or any lane does. Then a lane that wants none runs along, and
 // what the loop's body changes it chooses by what it wants. All lanes of the subgroup have to come by.

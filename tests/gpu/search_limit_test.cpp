@@ -52,7 +52,9 @@ TEST_F(SearchLimits, APileOfTrianglesIsSearchedWholeOrNotAnswered) {
   EXPECT_TRUE(cut_short) << "no search came to the limit";
 }
 
-enum class Lanes : std::uint8_t { packet, pairs, alone };
+/// How the lanes of a subgroup go about their rays: as one packet, each its own, each its own but some entities of others, or
+/// each its own on a device where lanes do not work together.
+enum class Lanes : std::uint8_t { packet, apart, crew, alone };
 
 /// On lavapipe eight neighbours in the batch share one allowance of rounds. Whether a ray is answered must
 /// not depend on them, and none may be taken for a miss when the allowance ends.
@@ -76,8 +78,12 @@ TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
   Random random(21);
   open({}, {.lanes_work_together = GetParam() != Lanes::alone});
   const EntityId wall = create(row_of(add(make_box({50.0, 50.0, 1.0})), {0.0, 0.0, 20.5}));
+  // Few entities are searched by a lane alone.
+  if (GetParam() == Lanes::crew)
+    create(std::vector<EntityRow>(30, row_of(add(make_box({1.0, 1.0, 1.0})), {0.0, 500.0, 0.0})));
   const std::vector<Ray> rays = LongSearches::rays(random, GetParam() == Lanes::packet);
   const auto query = prepare_rays();
+  const auto any = prepare_rays(RayMode::any);
   std::size_t whole = 0;
   std::size_t cut_short = 0;
   EntityId before;
@@ -86,9 +92,13 @@ TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
     before = create(row_of(add(thicket(random, count))));
     ask(*query, rays);
     const std::vector<RayHit> together(query->hits().begin(), query->hits().end());
+    ask(*any, rays);
+    const std::vector<RayHit> any_together(any->hits().begin(), any->hits().end());
     for (std::size_t i = 0; i < rays.size(); ++i) {
       ask(*query, std::span(rays).subspan(i, 1));
       EXPECT_EQ(query->hits()[0].status, together[i].status) << "ray " << i << " of " << count << " lines";
+      ask(*any, std::span(rays).subspan(i, 1));
+      EXPECT_EQ(any->hits()[0].status, any_together[i].status) << "ray " << i << " of " << count << " lines";
       if (together[i].status == HitStatus::incomplete) {
         ++cut_short;
         continue;
@@ -102,11 +112,20 @@ TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
   EXPECT_GT(cut_short, 0u) << "no search came to the limit";
 }
 
-INSTANTIATE_TEST_SUITE_P(Neighbours, LongSearches, testing::Values(Lanes::packet, Lanes::pairs, Lanes::alone),
+INSTANTIATE_TEST_SUITE_P(Neighbours, LongSearches,
+                         testing::Values(Lanes::packet, Lanes::apart, Lanes::crew, Lanes::alone),
                          [](const auto& one) {
-                           return one.param == Lanes::packet  ? "SideBySide"
-                                  : one.param == Lanes::pairs ? "Apart"
-                                                              : "OfLoneLanes";
+                           switch (one.param) {
+                             case Lanes::packet:
+                               return "SideBySide";
+                             case Lanes::apart:
+                               return "Apart";
+                             case Lanes::crew:
+                               return "ForOneAnother";
+                             case Lanes::alone:
+                               break;
+                           }
+                           return "OfLoneLanes";
                          });
 
 TEST_F(SearchLimits, AHeapOfEntitiesIsSearchedWholeOrNotAnswered) {

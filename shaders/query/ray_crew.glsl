@@ -1,0 +1,62 @@
+// The body of the ray queries for rays whose lanes work for one another: one subgroup, which goes through its group's rays.
+//
+// Include with RAY_ANY or RAY_MOVING defined as for ray.glsl.
+#include "query/crew.glsl"
+
+layout(local_size_x = 8) in;
+
+// For lanes that have none, rays from `next` on.
+void take_rays(inout Own own, inout uint next, uint end) {
+  const uint place = next + lanes_before(!own.asks);
+  const bool takes = !own.asks && place < end;
+  const uint index = ray_at(takes ? place : args.first);
+  const Own begun = begin_ray(index, read_ray(index), args.root);
+  if (takes) own = begun;
+  next = min(next + count_of_lanes(!own.asks || takes), end);
+}
+
+// Answers of rays that are done, or of all where the search is cut short.
+void finish_rays(inout Own own, bool cut_short) {
+  if (own.asks && (cut_short || is_done(own))) {
+    Found found = own.best;
+#ifdef RAY_ANY
+    // A hit is one, whatever was not looked at.
+    cut_short = cut_short && found.status == status_miss;
+#endif
+    found.status = cut_short ? status_incomplete : found.status;
+    answer(own.index, found, own.ray);
+    own.asks = false;
+    own.current = ref_none;
+    own.met = none_met();
+    own.waits = false;
+  }
+}
+
+void main() {
+  uint next = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * args.per_group;
+  const uint end = min(next + args.per_group, args.end);
+  Own own = no_ray(read_ray(ray_at(args.first)));
+  Errand errand = no_errand(own.world);
+  uint rounds = 0u;
+  do {
+    rounds += 4u;  // with those of loops_still_turn
+    take_rays(own, next, end);
+    uint done;
+    bool cut_short;
+    do {
+      own.search.rounds = rounds + 1u;
+      meet_instances(own, errand);
+      begin_errands(own, errand);
+      errand.search.rounds = own.search.rounds;
+      const bool more_waits = next < end || in_any(has_way_left(own) ? 1u : 0u) != 0u;
+      run_errands(errand, more_waits, args.faces);
+      hand_in(own, errand);
+      rounds = errand.search.rounds;
+      done = count_of_lanes(is_done(own));
+      cut_short = in_any(rounds >= max_rounds ? 1u : 0u) != 0u;
+    } while (!cut_short && done < 8u && (next == end || done < enough_free));
+    cut_short = cut_short || !loops_still_turn(args.two);
+    finish_rays(own, cut_short);
+    if (cut_short) errand = no_errand(own.world);
+  } while (next < end || in_any(own.asks ? 1u : 0u) != 0u);
+}
