@@ -267,6 +267,7 @@ void GpuRayQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
 
 void GpuRayQuery::arrange(std::uint32_t /*count*/) noexcept {
   some_incomplete_.host_as<std::uint32_t>()[0] = 0;
+  some_incomplete_.host_as<std::uint32_t>()[1] = 0;
   incomplete_.clear();
   answered_ = 0;
 }
@@ -280,9 +281,13 @@ void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::T
 void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
   answered_ = range.end;
   pull(range.first, range.end);
-  // A chunk after this one may have raised it; then this one is looked at in vain.
-  if (some_incomplete_.host_as<const std::uint32_t>()[0] == 0) return;
+  // A chunk after this one may have raised them; then this one is looked at in vain, or asked again.
+  const bool some_incomplete = some_incomplete_.host_as<const std::uint32_t>()[0] != 0;
+  const bool some_left = some_incomplete_.host_as<const std::uint32_t>()[1] != 0;
+  if (!some_incomplete && !some_left) return;
+  const auto hits = hit_memory_[places_.written()].as<RayHit>();
   for (std::uint32_t i = range.first; i < range.end; ++i) {
+    if (some_left) hits[std::size_t{i} * options_.hits_per_ray].status = HitStatus::incomplete;
     if (is_incomplete(i)) incomplete_.push_back(i);
   }
 }

@@ -10,7 +10,12 @@ layout(push_constant, scalar) uniform Push { RayArgs args; };
 layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer rays;
 layout(set = 0, binding = 6) uniform usamplerBuffer again;
-layout(set = 0, binding = 7, scalar) writeonly buffer IncompleteBuffer { uint some_incomplete; };
+layout(set = 0, binding = 7, scalar) writeonly buffer IncompleteBuffer {
+  uint some_incomplete;
+  // A subgroup that goes through all rays of its group may leave some without an answer where loops have stopped (common/loops.glsl),
+  // to which its own count of rounds should not let it come.
+  uint some_left;
+};
 #ifdef RAY_MOVING
 layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint places[]; };
 #endif

@@ -59,4 +59,5 @@ void main() {
     finish_rays(own, cut_short);
     if (cut_short) errand = no_errand(own.world);
   } while (next < end || in_any(own.asks ? 1u : 0u) != 0u);
+  if (!loops_still_turn(args.two)) some_left = 1u;
 }

@@ -66,4 +66,5 @@ void main() {
     const Found found = trace_together(asks, ray, entries, rounds, max_rounds / turns * turn);
     if (asks) answer(index, found, ray);
   } while (turn < turns);
+  if (!loops_still_turn(args.two)) some_left = 1u;
 }
