@@ -18,7 +18,7 @@
 
 // When lanes turn to something else; found by trying (docs/decisions/0015). Down the entities' tree they go while so many have a way
 // there,
-const uint most_go_on = 6u;
+const uint enough_going = 6u;
 // or while there are fewer errands than lanes.
 const uint enough_errands = 8u;
 // Below they stay while so many have an errand, and take next rays when so many have none.
@@ -88,7 +88,7 @@ void meet_instances(inout Own own, Errand errand) {
     const uint both = sum_of_lanes((goes_on(own.current, own.met) ? 1u : 0u) + (count_of(own.met) + (is_under_way(errand) ? 1u : 0u) << 8));
     going = both & 0xFFu;
     errands = both >> 8;
-  } while (going >= most_go_on || (going != 0u && errands < enough_errands));
+  } while (going >= enough_going || (going != 0u && errands < enough_errands));
 }
 
 // For lanes that have none, the first errand of rays that have one, in the order of lanes.
