@@ -140,6 +140,23 @@ void begin_errands(inout Own own, inout Errand errand) {
   }
 }
 
+// What one errand has found bounds all that are run for the same ray: what lies behind it need not be looked for any more.
+void tell_one_another(inout Errand errand) {
+  float nearest = errand.best.lambda;
+  bool found = false;
+  [[unroll]] for (uint lane = 0u; lane < 8u; ++lane) {
+    const bool same = of_lane(errand.owner, lane) == errand.owner;
+    const float lambda = of_lane(errand.best.lambda, lane);
+    nearest = same ? lesser_of(nearest, lambda) : nearest;
+    found = found || (same && of_lane(errand.best.status, lane) == status_hit);
+  }
+  // A hit behind it is none that the ray would be told of.
+  if (nearest < errand.best.lambda) errand.best = nothing_within(nearest);
+#ifdef RAY_ANY
+  errand.below = found ? ref_none : errand.below;
+#endif
+}
+
 // Down the geometries' trees. `more_waits`: there is something else to do.
 void run_errands(inout Errand errand, bool more_waits, float faces) {
   uint at_work;
@@ -147,6 +164,7 @@ void run_errands(inout Errand errand, bool more_waits, float faces) {
     ++errand.search.rounds;
     errand.below = go_through_leaves(errand.below, errand.search, errand.ray, errand.lambda_min, faces, 0u, errand.instance,
                                      errand.entity, errand.best);
+    tell_one_another(errand);
     at_work = count_of_lanes(is_under_way(errand));
   } while (at_work >= enough_at_work || (at_work != 0u && !more_waits));
 }

@@ -37,7 +37,9 @@ void main() {
   const uint end = min(next + args.per_group, args.end);
   Own own = no_ray(read_ray(ray_at(args.first)));
   Errand errand = no_errand(own.world);
-  uint rounds = 0u;
+  // Half of what a ray has that is asked again, by itself: so what is answered in company is answered alone, too, where its errands are
+  // run in another order.
+  uint rounds = args.asked_again != 0u ? 0u : max_rounds / 2u;
   do {
     rounds += 4u;  // with those of loops_still_turn
     take_rays(own, next, end);
