@@ -146,7 +146,7 @@ Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   if (auto room = check_room(count); !room) return room.error();
   if (auto started = builder_.start_build(device, mesh, submit); !started) return started.error();
-  const Bounds bounds = bounds_of(mesh);
+  const Extents extents = extents_of(mesh);
   const bool closed = is_closed(mesh);
   const auto node_count = builder_.finish_build(submit);
   if (!node_count) return node_count.error();
@@ -156,17 +156,23 @@ Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh
   if (!builder_.write({part.node_base, part.triangle_base}, nodes_, triangles_, submit))
     return Error{ErrorCode::device_lost, "the GPU stopped answering while a geometry was written"};
   bounds_.push_back({});
-  write_record(count_, bounds, part.node_base, closed);
+  write_record(count_, extents, part.node_base, closed);
   return part;
 }
 
-void GeometryPool::write_record(std::uint32_t geometry, const Bounds& bounds, std::uint32_t root,
+void GeometryPool::write_record(std::uint32_t geometry, const Extents& extents, std::uint32_t root,
                                 bool closed) {
+  const Bounds& bounds = extents.bounds;
   geometries_.host_as<shared::GeometryRecord>()[geometry] = {
       .box_center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m),
       .root = root,
       .box_half_m = 0.5f * (bounds.maximum_m - bounds.minimum_m),
-      .closed = closed ? 1u : 0u};
+      .closed = closed ? 1u : 0u,
+      .edges_yz_m = extents.edges[0],
+      .edges_xz_m = extents.edges[1],
+      .edges_xy_m = extents.edges[2],
+      .corners_plus_x_m = extents.corners[0],
+      .corners_minus_x_m = extents.corners[1]};
   bounds_[geometry] = bounds;
 }
 

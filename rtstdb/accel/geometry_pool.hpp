@@ -16,6 +16,7 @@
 #include "rtstdb/accel/blas_builder.hpp"
 #include "rtstdb/accel/deforming_geometry.hpp"
 #include "rtstdb/accel/kept_geometry.hpp"
+#include "rtstdb/geometry/extents.hpp"
 #include "rtstdb/query/executor.hpp"
 #include "shaders/shared/entity.h"
 
@@ -81,7 +82,7 @@ class GeometryPool {
   };
   bool build(gpu::Device& device, DeformingGeometry& geometry, const Placing& placing,
              const query::RowSource& rows, Submit& submit);
-  void write_record(std::uint32_t geometry, const Bounds& bounds, std::uint32_t root, bool closed);
+  void write_record(std::uint32_t geometry, const Extents& extents, std::uint32_t root, bool closed);
 
   BlasBuilder builder_;
   gpu::Buffer nodes_, triangles_, geometries_;

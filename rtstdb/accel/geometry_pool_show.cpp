@@ -59,7 +59,7 @@ Result<PoolPart> GeometryPool::add_deforming(gpu::Device& device, const Triangle
   }
   const DeformingGeometry::Shown shown = geometry.shown();
   bounds_.push_back({});
-  write_record(count_, shown.bounds, shown.root, shown.closed);
+  write_record(count_, extents_of(shown.bounds), shown.root, shown.closed);
   deforming_.push_back(std::move(geometry));
   builder_.keep_room_for(mesh.triangles.size(), mesh.positions_m.size());
   return part;
@@ -95,7 +95,7 @@ bool GeometryPool::show(gpu::Device& device, const query::RowSource& rows, Submi
   shown_ = 0;
   for (const DeformingGeometry& geometry : deforming_) {
     const DeformingGeometry::Shown shown = geometry.shown();
-    write_record(geometry.id().index, shown.bounds, shown.root, shown.closed);
+    write_record(geometry.id().index, extents_of(shown.bounds), shown.root, shown.closed);
     shown_ += spread(shown.placing);
   }
   return true;

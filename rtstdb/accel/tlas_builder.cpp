@@ -8,6 +8,7 @@
 #include "rtstdb/accel/build_scratch.hpp"
 #include "rtstdb/accel/tree_buffers.hpp"
 #include "rtstdb/accel/tree_levels.hpp"
+#include "shaders/shared/node.h"
 
 namespace rtstdb::accel {
 namespace {
@@ -175,9 +176,10 @@ std::uint64_t TlasBuilder::record_pass(PassIndex index, std::uint64_t most, Stag
   const Pass& pass = visiting_passes[index];
   const bool of_motion = source != nullptr && index < reading_pass_count;
   shared::BlasArgs args = this->args();
-  // A motion box is a box at the window's begin, and one at its end.
-  args.box_first = of_motion ? 1 : 0;
-  args.box_stride = of_motion ? 2 : 1;
+  // A motion box is a box at the window's begin, one at its end, and more.
+  constexpr std::uint32_t box_words = 6;
+  args.box_first = of_motion ? box_words : 0;
+  args.box_stride = of_motion ? 4 * shared::motion_box_texels : box_words;
   args.first = next_;
   const std::uint32_t groups = groups_of(count_, pass.per_group);
   const std::uint64_t per_group = std::uint64_t{pass.weight} * pass.per_group;

@@ -99,7 +99,8 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
                            .size_bytes = 16 * shared::tlas_node_texels * nodes_count};
   nodes.texel_uint4 = true;
   nodes.texel_image = true;
-  gpu::BufferOptions motion_boxes{.name = name + " motion boxes", .size_bytes = 48 * (n + nodes_count)};
+  gpu::BufferOptions motion_boxes{.name = name + " motion boxes",
+                                  .size_bytes = 16 * shared::motion_box_texels * (n + nodes_count)};
   motion_boxes.texel_uint4 = true;
   const gpu::BufferWanted buffers[] = {
       {&slot.rows, rows},

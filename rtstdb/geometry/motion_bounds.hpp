@@ -1,6 +1,7 @@
 #pragma once
 // The box that an entity's oriented bounds stay in over a window of time: the reference, in double precision,
-// for the boxes that the GPU puts into its tree. Pure functions: any thread, no allocation.
+// for the boxes that the GPU puts into its tree with what stands out of them. Those boxes are around the entity's
+// triangles (extents.hpp), by the same proof. Pure functions: any thread, no allocation.
 //
 // Why the union of the two end boxes is not enough, and what is:
 //

@@ -49,10 +49,13 @@ EntityRecord fetch_row(uint index) {
   return row;
 }
 
+vec4 geometry_texel(uint index, int texel) { return uintBitsToFloat(texelFetch(geometries, int(index * geometry_texels) + texel)); }
+
 GeometryRecord fetch_geometry(uint index) {
-  const uvec4 t0 = texelFetch(geometries, int(index * 2u));
-  const uvec4 t1 = texelFetch(geometries, int(index * 2u) + 1);
-  return GeometryRecord(uintBitsToFloat(t0.xyz), t0.w, uintBitsToFloat(t1.xyz), t1.w);
+  const vec4 t0 = geometry_texel(index, 0);
+  const vec4 t1 = geometry_texel(index, 1);
+  return GeometryRecord(t0.xyz, floatBitsToUint(t0.w), t1.xyz, floatBitsToUint(t1.w), geometry_texel(index, 2), geometry_texel(index, 3),
+                        geometry_texel(index, 4), geometry_texel(index, 5), geometry_texel(index, 6));
 }
 
 #define WRITE_INSTANCE(target, i)                                          \
@@ -80,7 +83,8 @@ void main() {
   if (gl_GlobalInvocationID.x >= args.count) return;
   const uint place = args.listed != 0u ? listed_places[gl_GlobalInvocationID.x] : args.first + gl_GlobalInvocationID.x;
   const EntityRecord row = fetch_row(live[place]);
-  GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u);
+  GeometryRecord geometry =
+      GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u, vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
   if (row.geometry != no_geometry) geometry = fetch_geometry(row.geometry);
   const Instance early = written_down(row, geometry, args.epoch);
   WRITE_INSTANCE(instances, early)
@@ -99,8 +103,9 @@ void main() {
     still_bounds[place * still_bounds_texels + 1u] = vec4(still.half_extent, uintBitsToFloat(early.entity));
     still_bounds[place * still_bounds_texels + 2u] = still.q;
   }
-  const MotionBox box = bounds_of(instance_of(row, geometry, args.window_begin), args.window_s);
+  const MotionBox box = bounds_of(instance_of(row, geometry, args.window_begin), extents_of(geometry), args.window_s);
   bounds[place] = swept(box);
   // Both ends of a window of one instant are the same: in the place of one there is what searches for centres want.
-  motion_boxes[place] = MotionBox(box.begin, args.window_s == 0.0 ? Box(still.center, still.center) : box.end);
+  motion_boxes[place] =
+      MotionBox(box.begin, args.window_s == 0.0 ? Box(still.center, still.center) : box.end, box.overhang, 0.0);
 }

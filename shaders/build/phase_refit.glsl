@@ -63,6 +63,7 @@ void refit_node(uint node) {
   wide[base] = uvec4(floatBitsToUint(quanta.origin), quanta.exponents | used << 24);
   write_edges(base + 1u, begin);
   write_edges(base + 6u, end);
+  wide[base + 9u] = uvec4(floatBitsToUint(all.overhang), 0u);
 }
 
 #endif

@@ -16,11 +16,12 @@ layout(set = 0, binding = 2, scalar) writeonly buffer WideBuffer { uvec4 wide[];
 layout(set = 0, binding = 3) uniform usamplerBuffer tree_texels;
 
 MotionBox fetch_box(uint place) {
-  const int base = int(place * 3u);
+  const int base = int(place * motion_box_texels);
   const vec4 t0 = uintBitsToFloat(texelFetch(box_texels, base));
   const vec4 t1 = uintBitsToFloat(texelFetch(box_texels, base + 1));
   const vec4 t2 = uintBitsToFloat(texelFetch(box_texels, base + 2));
-  return MotionBox(Box(t0.xyz, vec3(t0.w, t1.xy)), Box(vec3(t1.zw, t2.x), t2.yzw));
+  const vec3 overhang = uintBitsToFloat(texelFetch(box_texels, base + 3).xyz);
+  return MotionBox(Box(t0.xyz, vec3(t0.w, t1.xy)), Box(vec3(t1.zw, t2.x), t2.yzw), overhang, 0.0);
 }
 
 #define BOX_AT(place) fetch_box(place)

@@ -6,7 +6,7 @@
 //   words         lower words of the codes by primitive; afterwards, of a geometry, the order of the triangles in the leaves
 //   offsets       counts of the sort; then, per gap between neighbours in sorted order, how early their codes part; then the
 //                 inner children of each workgroup of a level
-//   bounds        of a TLAS, boxes among which are those of its instances
+//   bounds        of a TLAS, corners of boxes among which are those of its instances
 //   tree          4 texels for each of the n inner nodes, of which one is not used: its box and what it costs (see tree_cost.glsl);
 //                 then 2 for each of the n leaves in sorted order: its box. Inner node g parts the leaves in sorted order between
 //                 g and g + 1 (Apetrei 2014); nodes are named by their place here, leaves from n on
@@ -26,7 +26,7 @@
 #include "shared/node.h"
 
 #ifdef BUILD_TLAS
-layout(set = 0, binding = 0, scalar) readonly buffer BoundsBuffer { Box bounds[]; };
+layout(set = 0, binding = 0, scalar) readonly buffer BoundsBuffer { float bounds[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
 #else
 layout(set = 0, binding = 0) uniform usamplerBuffer corners;  // with the triangle's own number
@@ -75,7 +75,8 @@ Box box_of(uint node) {
 #ifdef BUILD_TLAS
 Box box_of_primitive(uint primitive) {
   const uint place = args.box_first + primitive * args.box_stride;
-  return Box(bounds[place].lo, bounds[place].hi);
+  return Box(vec3(bounds[place], bounds[place + 1u], bounds[place + 2u]),
+             vec3(bounds[place + 3u], bounds[place + 4u], bounds[place + 5u]));
 }
 #else
 vec3 position(uint corner) { return texelFetch(positions, int(corner)).xyz; }

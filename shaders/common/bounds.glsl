@@ -7,11 +7,14 @@ struct Box {
   vec3 hi;
 };
 
-// What something covers at the begin of a window and at its end; in between, no more than the mixture of both. Where the window
-// is one instant, `end` is around the centres of the entities' bounds alone.
+// What the triangles of something cover at the begin of a window and at its end; in between, no more than the mixture of both. Where
+// the window is one instant, `end` is around the centres of the entities' bounds alone. Those bounds, which are turned boxes, are not
+// covered where they stand out: along each axis by `overhang` at most, at any instant of the window. 4 texels of vec4.
 struct MotionBox {
   Box begin;
   Box end;
+  vec3 overhang;
+  float unused;
 };
 
 Box box_union(Box a, Box b) { return Box(min(a.lo, b.lo), max(a.hi, b.hi)); }
@@ -31,7 +34,9 @@ float unordered(uint bits) {
   return uintBitsToFloat(bits ^ ((bits >> 31) != 0u ? 0x80000000u : 0xFFFFFFFFu));
 }
 
-MotionBox motion_union(MotionBox a, MotionBox b) { return MotionBox(box_union(a.begin, b.begin), box_union(a.end, b.end)); }
+MotionBox motion_union(MotionBox a, MotionBox b) {
+  return MotionBox(box_union(a.begin, b.begin), box_union(a.end, b.end), max(a.overhang, b.overhang), 0.0);
+}
 
 Box swept(MotionBox b) { return box_union(b.begin, b.end); }
 

@@ -2,6 +2,7 @@
 #ifndef RTSTDB_COMMON_INSTANCE_GLSL
 #define RTSTDB_COMMON_INSTANCE_GLSL
 #include "common/bounds.glsl"
+#include "common/extents.glsl"
 #include "common/motion.glsl"
 #include "shared/entity.h"
 
@@ -13,28 +14,65 @@ Box box_of_oriented(vec3 p, vec4 q, vec3 center, vec3 half_extent) {
   return Box(c - e, c + e);
 }
 
-// What the oriented box covers at both ends of [0, window_s], grown so that the mixture of both covers it in between. Its
-// corners leave the chords between their ends by at most rho phi^2 / 8 (paper, Eq. 1, forgets that), and never the ball of
-// radius rho about the centre, which moves on a line. Along each side the tighter of the two is taken, the same at both ends.
-// Proof and reference: rtstdb/geometry/motion_bounds.hpp.
-MotionBox motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 half_extent, float window_s) {
+// What the geometry of an oriented box covers, at least: no more than the box.
+Box box_of_turned(vec3 p, vec4 q, vec3 center, vec3 scale, Extents extents, Box oriented) {
+  const vec3 c = p + rotate(q, center);
+  const mat3 turned =
+      mat3(scale.x * rotate(q, vec3(1.0, 0.0, 0.0)), scale.y * rotate(q, vec3(0.0, 1.0, 0.0)), scale.z * rotate(q, vec3(0.0, 0.0, 1.0)));
+  vec3 above;
+  vec3 below;
+  [[unroll]] for (int axis = 0; axis < 3; ++axis) {
+    const vec2 extent = extent_along(vec3(turned[0][axis], turned[1][axis], turned[2][axis]), extents);
+    above[axis] = extent.x;
+    below[axis] = extent.y;
+  }
+  return Box(max(c - below, oriented.lo), min(c + above, oriented.hi));
+}
+
+// By how much the way of a point bends beside its chord while the window lasts, and what does not depend on that.
+struct Turning {
+  float rho;    // of the ball around the origin that all points stay in
+  float bulge;
+  float slop;
+};
+
+// Boxes at both ends, grown so that the mixture of both covers what they hold in between. Points leave the chords between their ends by
+// at most rho phi^2 / 8 (paper, Eq. 1, forgets that), and never the ball of radius rho about the origin, which moves on a line. Along
+// each side the tighter of the two is taken, the same at both ends. Proof and reference: rtstdb/geometry/motion_bounds.hpp.
+MotionBox grown(Box begin, Box end, vec3 p, vec3 p_end, Turning turning) {
+  const float rho = turning.rho;
+  const bvec3 ball_above = greaterThan(p + p_end - 2.0 * rho, begin.lo + end.lo - 2.0 * turning.bulge);
+  const bvec3 ball_below = lessThan(p + p_end + 2.0 * rho, begin.hi + end.hi + 2.0 * turning.bulge);
+  MotionBox result;
+  result.begin.lo = mix(begin.lo - turning.bulge, p - rho, ball_above) - turning.slop;
+  result.end.lo = mix(end.lo - turning.bulge, p_end - rho, ball_above) - turning.slop;
+  result.begin.hi = mix(begin.hi + turning.bulge, p + rho, ball_below) + turning.slop;
+  result.end.hi = mix(end.hi + turning.bulge, p_end + rho, ball_below) + turning.slop;
+  result.overhang = vec3(0.0);
+  result.unused = 0.0;
+  return result;
+}
+
+// What an instance at the window's begin covers over [0, window_s]: its triangles, and how far its oriented bounds stand out of that.
+MotionBox motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 scale, Extents extents, float window_s) {
+  const vec3 half_extent = extents.faces * scale;
   const vec3 p_end = p + v * window_s;
+  const vec4 q_end = orientation_at(q, w, window_s);
   const Box begin = box_of_oriented(p, q, center, half_extent);
-  const Box end = box_of_oriented(p_end, orientation_at(q, w, window_s), center, half_extent);
-  const float rho = length(abs(center) + half_extent);
+  const Box end = box_of_oriented(p_end, q_end, center, half_extent);
+  Turning turning;
+  turning.rho = length(abs(center) + half_extent);
   const float phi = length(w) * window_s;
-  const float bulge = rho * phi * phi * 0.125;
+  turning.bulge = turning.rho * phi * phi * 0.125;
   // Rounding of this and of the pose at query time, which is read from an epoch up to a second before.
   const float rounded_s = window_s + 1.0;
-  const float reach = max(max(abs(p.x), abs(p.y)), abs(p.z)) + length(v) * rounded_s + rho;
-  const float slop = 2e-6 * (reach + rho * length(w) * rounded_s);
-  const bvec3 ball_above = greaterThan(p + p_end - 2.0 * rho, begin.lo + end.lo - 2.0 * bulge);
-  const bvec3 ball_below = lessThan(p + p_end + 2.0 * rho, begin.hi + end.hi + 2.0 * bulge);
-  MotionBox result;
-  result.begin.lo = mix(begin.lo - bulge, p - rho, ball_above) - slop;
-  result.end.lo = mix(end.lo - bulge, p_end - rho, ball_above) - slop;
-  result.begin.hi = mix(begin.hi + bulge, p + rho, ball_below) + slop;
-  result.end.hi = mix(end.hi + bulge, p_end + rho, ball_below) + slop;
+  const float reach = max(max(abs(p.x), abs(p.y)), abs(p.z)) + length(v) * rounded_s + turning.rho;
+  turning.slop = 2e-6 * (reach + turning.rho * length(w) * rounded_s);
+  const MotionBox around = grown(begin, end, p, p_end, turning);
+  MotionBox result = grown(box_of_turned(p, q, center, scale, extents, begin), box_of_turned(p_end, q_end, center, scale, extents, end),
+                           p, p_end, turning);
+  result.overhang = max(max(result.begin.lo - around.begin.lo, result.end.lo - around.end.lo),
+                        max(around.begin.hi - result.begin.hi, around.end.hi - result.end.hi));
   return result;
 }
 
@@ -81,8 +119,8 @@ Instance instance_of(EntityRecord row, GeometryRecord geometry, uvec2 instant) {
   return instance;
 }
 
-MotionBox bounds_of(Instance i, float window_s) {
-  return motion_bounds(i.p, i.q, i.v, i.w, i.box_center * i.scale, i.box_half * i.scale, window_s);
+MotionBox bounds_of(Instance i, Extents extents, float window_s) {
+  return motion_bounds(i.p, i.q, i.v, i.w, i.box_center * i.scale, i.scale, extents, window_s);
 }
 
 // An instance at an instant, both counted from its epoch. Whole numbers are subtracted: nothing is lost between two that lie close

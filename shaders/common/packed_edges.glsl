@@ -4,6 +4,8 @@
 #define RTSTDB_COMMON_PACKED_EDGES_GLSL
 #include "shared/node.h"
 
+// Include with REGION_BOUNDS defined where the entities' oriented bounds are looked for.
+
 // The children's boxes at an instant in quanta from the origin, low edges in xy and high ones in zw; where the window is longer
 // than an instant, as mixed_edges makes them.
 struct PackedNode {
@@ -13,6 +15,7 @@ struct PackedNode {
   uvec4 edges[3];
   float below;  // quanta that mixing may have taken from an edge
   float above;  // and added to it
+  vec3 overhang;  // of what is looked for, beside the children's boxes; in the unit of the origin
 };
 
 // `share` as 256ths: begin and end mixed, rounded down. Not more than half a quantum off before that.
@@ -33,6 +36,7 @@ PackedNode packed_node_of(uvec4 head, uvec4 x, uvec4 y, uvec4 z) {
   packed.used = head.w >> 24;
   packed.edges = uvec4[](x, y, z);
   packed.below = packed.above = 0.0;
+  packed.overhang = vec3(0.0);
   return packed;
 }
 
@@ -46,6 +50,9 @@ PackedNode fetch_packed_node(usamplerBuffer tlas, uint node, uint share) {
   }
   packed.below = 1.5;
   packed.above = 0.5;
+#endif
+#ifdef REGION_BOUNDS
+  packed.overhang = uintBitsToFloat(texelFetch(tlas, base + 9).xyz);
 #endif
   return packed;
 }
@@ -77,8 +84,8 @@ uvec2 in_each_byte(float quanta) { return uvec2(uint(int(quanta)) * 0x01010101u)
 
 // The children whose boxes may meet the box between two corners, and at least all that do.
 uint children_meeting(PackedNode node, vec3 lo, vec3 hi) {
-  const vec3 first = ceil((lo - node.origin) * node.per_quantum - node.below);
-  const vec3 last = floor((hi - node.origin) * node.per_quantum + node.above);
+  const vec3 first = ceil((lo - node.overhang - node.origin) * node.per_quantum - node.below);
+  const vec3 last = floor((hi + node.overhang - node.origin) * node.per_quantum + node.above);
   const vec3 first_byte = clamp(first, 0.0, 255.0);
   const vec3 last_byte = clamp(last, 0.0, 255.0);
   uvec2 meets = uvec2(~0u);
@@ -92,8 +99,8 @@ uint children_meeting(PackedNode node, vec3 lo, vec3 hi) {
 
 // Children whose boxes lie within the box between two corners for certain.
 uint children_inside(PackedNode node, vec3 lo, vec3 hi) {
-  const vec3 first = ceil((lo - node.origin) * node.per_quantum + node.above);
-  const vec3 last = floor((hi - node.origin) * node.per_quantum - node.below);
+  const vec3 first = ceil((lo + node.overhang - node.origin) * node.per_quantum + node.above);
+  const vec3 last = floor((hi - node.overhang - node.origin) * node.per_quantum - node.below);
   const vec3 first_byte = clamp(first, 0.0, 255.0);
   const vec3 last_byte = clamp(last, 0.0, 255.0);
   uvec2 inside = uvec2(~0u);

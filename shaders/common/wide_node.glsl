@@ -42,8 +42,9 @@ uint child_reference(WideNode wide, uint k) { return wide.references[k >> 2][k &
 struct MotionNode {
   WideNode begin;
   uvec4 end_edges[3];
-  float share;  // of the window that has passed
-  uint used;    // one bit a child
+  float share;    // of the window that has passed
+  uint used;      // one bit a child
+  vec3 overhang;  // of what is looked for, beside the children's boxes
 };
 
 MotionNode fetch_motion_node(usamplerBuffer tlas, uint node, float share) {
@@ -65,6 +66,11 @@ MotionNode fetch_motion_node(usamplerBuffer tlas, uint node, float share) {
   wide.begin.references[1] = texelFetch(tlas, base + 5);
   wide.share = share;
   wide.used = head.w >> 24;
+#if defined(NEAREST_ENTITY) && !defined(NEAREST_STILL)
+  wide.overhang = uintBitsToFloat(texelFetch(tlas, base + 9).xyz);
+#else
+  wide.overhang = vec3(0.0);
+#endif
   return wide;
 }
 

@@ -9,15 +9,14 @@
 //   NEAREST_SURFACE                  entities by their nearest triangle
 //   NEAREST_TRIANGLE                 triangles
 // NEAREST_STILL, with NEAREST_CENTER: all ask at one instant, to which the slot's window has shrunk.
+#if defined(NEAREST_CENTER) || defined(NEAREST_BOUNDS)
+#define NEAREST_ENTITY
+#endif
 #include "common/loops.glsl"
 #include "common/pairs.glsl"
 #include "common/places.glsl"
 #include "common/wide_node.glsl"
 #include "query/nearest_point.glsl"
-
-#if defined(NEAREST_CENTER) || defined(NEAREST_BOUNDS)
-#define NEAREST_ENTITY
-#endif
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { NearestArgs args; };

@@ -28,13 +28,18 @@ vec3 in_quanta(MotionNode wide, vec3 point) {
   return from * uintBitsToFloat(0x7F000000u - floatBitsToUint(wide.begin.quantum));
 }
 
-// The square of the distance to a child's box, by its edges as they stand in the node. The greatest of floats is found as that
-// of whole numbers: they have the same order above zero, and what is below does not matter.
+// The square of the distance to a child's box with what stands out of it, by its edges as they stand in the node. The greatest of floats
+// is found as that of whole numbers: they have the same order above zero, and what is below does not matter.
 float child_square(MotionNode wide, uint k, vec3 from) {
   const vec3 lo = vec3(edge_at(wide, 0u, 0u, k), edge_at(wide, 1u, 0u, k), edge_at(wide, 2u, 0u, k));
   const vec3 hi = vec3(edge_at(wide, 0u, 2u, k), edge_at(wide, 1u, 2u, k), edge_at(wide, 2u, 2u, k));
   const ivec3 outside = max(max(floatBitsToInt(lo - from), floatBitsToInt(from - hi)), ivec3(0));
+#ifdef NEAREST_STILL
   const vec3 gap = intBitsToFloat(outside) * wide.begin.quantum;
+#else
+  // A part in a million for what the difference of two large ones loses.
+  const vec3 gap = max(intBitsToFloat(outside) * wide.begin.quantum * 0.999999 - wide.overhang, vec3(0.0));
+#endif
   return dot(gap, gap);
 }
 

@@ -8,6 +8,7 @@
 // REGION_FRUSTUM for frusta instead of boxes and spheres, and one of these, or none to list what is found:
 //   REGION_LOWEST   for regions that found more than they have room for: only the lowest ids, by a heap
 //   REGION_COUNT    no ids, only how many
+#define REGION_BOUNDS
 #include "common/loops.glsl"
 #include "common/packed_edges.glsl"
 #include "common/places.glsl"

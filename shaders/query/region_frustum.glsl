@@ -64,7 +64,7 @@ ChildMasks children_of(PackedNode node, Shape shape) {
     }
     const vec3 quantum = 1.0 / node.per_quantum;
     const vec3 center = node.origin + 0.5 * quantum * (lo + hi);
-    const vec3 half_extent = 0.5 * quantum * abs(hi - lo);
+    const vec3 half_extent = 0.5 * quantum * abs(hi - lo) + node.overhang;
     const float slop = 2e-6 * (length(center) + length(half_extent) + length(shape.eye) + shape.far);
     [[unroll]] for (int plane = 0; plane < 6; ++plane) {
       const float distance = dot(shape.planes[plane].xyz, center) + shape.planes[plane].w;

@@ -35,8 +35,8 @@ RTSTDB_CONSTANT(blas_state_words, 8 + 8 * 13)
   F(uint, node_count)                                                                   \
   F(uvec2, target)   /* where the tree, nodes, triangles or their order are written */  \
   F(uint, first)     /* of the tree: its first workgroup */                             \
-  F(uint, box_first) /* of a TLAS: which of the boxes there are the instances', */      \
-  F(uint, box_stride)
+  F(uint, box_first) /* of a TLAS: where the boxes of instances begin, in words, */     \
+  F(uint, box_stride) /* and how far they lie apart */
 RTSTDB_STRUCT(BlasArgs)
 
 // A refit: the nodes of one level, or the triangles.

@@ -23,13 +23,21 @@
 RTSTDB_STRUCT(EntityRecord)
 RTSTDB_CONSTANT(row_texels, 8)
 
-// One geometry: root of its BLAS and its box in the entity frame, unscaled; `closed`: 1 when it bounds a body.
+// One geometry: root of its BLAS and its box in the entity frame, unscaled; `closed`: 1 when it bounds a body. Then how far it
+// reaches through the edges and the corners of a cube, as rtstdb/geometry/extents.hpp has it: edges by the axis along which a
+// direction has no component, corners by the sign of x. Shaders read it as 7 texels.
 #define RTSTDB_FIELDS_GeometryRecord(F) \
   F(vec3, box_center_m)                 \
   F(uint, root)                         \
   F(vec3, box_half_m)                   \
-  F(uint, closed)
+  F(uint, closed)                       \
+  F(vec4, edges_yz_m)                   \
+  F(vec4, edges_xz_m)                   \
+  F(vec4, edges_xy_m)                   \
+  F(vec4, corners_plus_x_m)             \
+  F(vec4, corners_minus_x_m)
 RTSTDB_STRUCT(GeometryRecord)
+RTSTDB_CONSTANT(geometry_texels, 7)
 
 // An instance is an entity at an epoch: one of the instants that are whole seconds of world time. A window, never longer than a
 // second, meets at most two of the stretches between them, and each entity has an instance for either: at its place, and at

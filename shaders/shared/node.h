@@ -9,17 +9,19 @@
 // The quantised box of a child contains its box with a margin of more than 1e-3 quantum on every side, so that rounding in
 // the traversal never loses it. Children stand in slots by their place (build/slots.glsl).
 //
-// A node of a TLAS has 3 texels more: 1-3 are the edges at the begin of the TLAS's window, 6-8 at its end, in the same quanta
-// from the same origin. What an entity covers in between lies between the two, so a query at any instant of the window meets
+// A node of a TLAS has 4 texels more: 1-3 are the edges at the begin of the TLAS's window, 6-8 at its end, in the same quanta
+// from the same origin. What an entity's triangles cover in between lies between the two, so a query at any instant of the window meets
 // the mixture of both. Where the window is one instant, 1-3 are all that it needs, and 6-8 are the edges of the box around the centres
-// of the child's entities. Children of a TLAS's node stand in the slot's own buffer, those of a geometry's in the pool.
+// of the child's entities. Texel 9, xyz: how far along each axis the bounds of entities below, turned boxes, may stand out of the
+// boxes of their children, metres as float bits; whoever looks for bounds makes those boxes larger by it. Children of a TLAS's node stand in the slot's own buffer, those of a geometry's in the pool.
 #ifndef RTSTDB_SHARED_NODE_H
 #define RTSTDB_SHARED_NODE_H
 #include "shared/interop.h"
 
 RTSTDB_CONSTANT(node_width, 8)
 RTSTDB_CONSTANT(node_texels, 6)
-RTSTDB_CONSTANT(tlas_node_texels, 9)
+RTSTDB_CONSTANT(tlas_node_texels, 10)
+RTSTDB_CONSTANT(motion_box_texels, 4)
 
 // A reference: a node (bit 31 clear), a run of triangles, an instance, or nothing.
 RTSTDB_CONSTANT(ref_leaf_bit, 0x80000000u)

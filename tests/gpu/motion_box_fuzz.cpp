@@ -1,5 +1,8 @@
 #include "tests/gpu/motion_box_fuzz.hpp"
 
+#include <glm/common.hpp>
+#include <glm/gtc/quaternion.hpp>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -39,6 +42,18 @@ glm::dvec3 quanta_m(std::span<const std::uint32_t> node) {
   return {quantum_m(0), quantum_m(1), quantum_m(2)};
 }
 
+/// By how much what its children stand for may stand out of their boxes.
+glm::dvec3 overhang_m(std::span<const std::uint32_t> node) {
+  const auto along = [&](std::size_t axis) {
+    return static_cast<double>(std::bit_cast<float>(node[36 + axis]));
+  };
+  return {along(0), along(1), along(2)};
+}
+
+WorldBox grown(const WorldBox& box, const glm::dvec3& by_m) {
+  return {box.minimum_m - by_m, box.maximum_m + by_m};
+}
+
 bool contains(const WorldBox& box, const glm::dvec3& point_m) {
   for (int axis = 0; axis < 3; ++axis) {
     if (point_m[axis] < box.minimum_m[axis] || point_m[axis] > box.maximum_m[axis]) return false;
@@ -50,6 +65,20 @@ glm::dvec3 corner_of(const Bounds& bounds, int corner) {
   return {corner & 1 ? bounds.maximum_m.x : bounds.minimum_m.x,
           corner & 2 ? bounds.maximum_m.y : bounds.minimum_m.y,
           corner & 4 ? bounds.maximum_m.z : bounds.minimum_m.z};
+}
+
+/// The least box that is known to hold an entity's triangles, exactly.
+WorldBox box_within(const Extents& extents, const glm::dvec3& scale, const Pose& pose,
+                    const WorldBox& around) {
+  const glm::dmat3 to_world = glm::mat3_cast(pose.q_world);
+  const glm::dvec3 center_m = 0.5 * (around.minimum_m + around.maximum_m);
+  WorldBox box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const glm::dvec3 u = scale * glm::dvec3(to_world[0][axis], to_world[1][axis], to_world[2][axis]);
+    box.minimum_m[axis] = std::max(around.minimum_m[axis], center_m[axis] - extent_along(extents, -u));
+    box.maximum_m[axis] = std::min(around.maximum_m[axis], center_m[axis] + extent_along(extents, u));
+  }
+  return box;
 }
 
 /// How much larger than needed the box of a leaf may be along each side: what a corner's way bends while it turns by phi, and
@@ -77,6 +106,7 @@ void MotionBoxFuzz::SetUp() {
   for (const TriangleMesh& mesh : meshes_) {
     ASSERT_TRUE(pool_.add(device(), std::make_shared<const TriangleMesh>(mesh), submit_).ok());
     bounds_.push_back(bounds_of(mesh));
+    extents_.push_back(extents_of(mesh));
   }
   tlas_ = accel::Tlas::create(device(), {.max_entities = most_entities, .slots = 1}).value();
   ASSERT_TRUE(tlas_.bind(device(), pool_).ok());
@@ -105,12 +135,12 @@ EntityRow MotionBoxFuzz::row(const Scene& scene) {
   return row;
 }
 
-glm::dvec3 MotionBoxFuzz::random_point_of(const TriangleMesh& mesh) {
+Bounds MotionBoxFuzz::random_triangle_of(const TriangleMesh& mesh) {
   const glm::uvec3 corners = mesh.triangles[random_.below(mesh.triangles.size())];
-  const double u = random_.uniform(0.0, 1.0);
-  const double v = random_.uniform(0.0, 1.0 - u);
-  const auto corner = [&](std::uint32_t number) { return glm::dvec3(mesh.positions_m[number]); };
-  return (1.0 - u - v) * corner(corners.x) + u * corner(corners.y) + v * corner(corners.z);
+  const glm::vec3& a = mesh.positions_m[corners.x];
+  const glm::vec3& b = mesh.positions_m[corners.y];
+  const glm::vec3& c = mesh.positions_m[corners.z];
+  return {glm::min(a, glm::min(b, c)), glm::max(a, glm::max(b, c))};
 }
 
 void MotionBoxFuzz::walk(std::uint32_t node, std::vector<Child>& above) {
@@ -138,22 +168,29 @@ void MotionBoxFuzz::check(const EntityRow& row, const std::vector<Child>& boxes,
   const auto in_world = [&](const glm::dvec3& point_m) {
     return pose.p_world_m + pose.q_world * (row.scale * point_m);
   };
-  std::vector<glm::dvec3> points_m;
-  points_m.reserve(12);
-  for (int corner = 0; corner < 8; ++corner)
-    points_m.push_back(in_world(corner_of(bounds, corner)));
+  // Of the entity's own bounds, then of those of some triangles, anywhere within which a ray may meet them.
+  std::vector<glm::dvec3> corners_m[2];
+  const auto take_corners = [&](const Bounds& of, std::vector<glm::dvec3>& into) {
+    for (int corner = 0; corner < 8; ++corner)
+      into.push_back(in_world(corner_of(of, corner)));
+  };
+  take_corners(bounds, corners_m[0]);
   for (int k = 0; k < 4; ++k)
-    points_m.push_back(in_world(random_point_of(meshes_[row.geometry.index])));
-  points_ += points_m.size();
-  for (const Child& one : boxes) {
-    const WorldBox box =
-        box_at(words.subspan(one.node * node_words, node_words), one.slot, static_cast<double>(share));
-    outside_ += static_cast<std::size_t>(
+    take_corners(random_triangle_of(meshes_[row.geometry.index]), corners_m[1]);
+  points_ += corners_m[0].size() + corners_m[1].size();
+  const auto outside = [](const WorldBox& box, const std::vector<glm::dvec3>& points_m) {
+    return static_cast<std::size_t>(
         std::ranges::count_if(points_m, [&](const glm::dvec3& point_m) { return !contains(box, point_m); }));
+  };
+  for (const Child& one : boxes) {
+    const auto node = words.subspan(one.node * node_words, node_words);
+    const WorldBox box = box_at(node, one.slot, static_cast<double>(share));
+    outside_ += outside(grown(box, overhang_m(node)), corners_m[0]) + outside(box, corners_m[1]);
   }
   const auto leaf_words = words.subspan(boxes.back().node * node_words, node_words);
   const WorldBox leaf = box_at(leaf_words, boxes.back().slot, static_cast<double>(share));
-  const WorldBox exact = box_around(oriented_box(bounds, row.scale, pose));
+  const WorldBox around = box_around(oriented_box(bounds, row.scale, pose));
+  const WorldBox exact = box_within(extents_[row.geometry.index], row.scale, pose, around);
   const glm::dvec3 allowed_m =
       slack_m(row, reach_m(bounds, row.scale), window.seconds()) + 4.0 * quanta_m(leaf_words);
   for (int axis = 0; axis < 3; ++axis) {
@@ -161,6 +198,9 @@ void MotionBoxFuzz::check(const EntityRow& row, const std::vector<Child>& boxes,
                        leaf.maximum_m[axis] - exact.maximum_m[axis] > allowed_m[axis];
     too_large_ += large ? 1 : 0;
   }
+  const glm::dvec3 stands_out_m =
+      glm::max(exact.minimum_m - around.minimum_m, around.maximum_m - exact.maximum_m) + allowed_m;
+  stands_out_m_ = glm::max(stands_out_m_, stands_out_m);
 }
 
 void MotionBoxFuzz::look(const Window& window) {
@@ -177,6 +217,7 @@ void MotionBoxFuzz::look(const Window& window) {
   std::vector<Child> above;
   walk(view->root, above);
   const Window of_slot{view->window_begin, view->window_end};
+  stands_out_m_ = glm::dvec3(0.0);
   // Few instants of many entities, many of few.
   const std::size_t instants = std::max<std::size_t>(3, 400 / states.size());
   for (const EntityState* state : states) {
@@ -190,6 +231,10 @@ void MotionBoxFuzz::look(const Window& window) {
       check(state->row, path, t, of_slot, view->moment(t).share);
     }
   }
+  const auto root = read_back_.host_as<const std::uint32_t>().subspan(view->root * node_words, node_words);
+  const glm::dvec3 told_m = overhang_m(root);
+  for (int axis = 0; axis < 3; ++axis)
+    too_large_ += told_m[axis] > stands_out_m_[axis] ? 1 : 0;
   ++versions_;
 }
 

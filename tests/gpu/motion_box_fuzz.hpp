@@ -1,11 +1,13 @@
 #pragma once
-// Random worlds whose trees of entities are read back from the device: at any instant of the window, nothing of an entity may
-// stand outside of the box of its leaf or of any node above, and no box may be much larger than it has to be.
+// Random worlds whose trees of entities are read back from the device: at any instant of the window, no triangle of an entity may
+// stand outside of the box of its leaf or of any node above, nor may its oriented bounds by more than those nodes tell; and no box may
+// be much larger than it has to be.
 
 #include <string>
 #include <vector>
 
 #include "rtstdb/accel/tlas.hpp"
+#include "rtstdb/geometry/extents.hpp"
 #include "tests/gpu/gpu_test.hpp"
 #include "tests/gpu/random_scene.hpp"
 #include "tests/gpu/version_rows.hpp"
@@ -46,11 +48,12 @@ class MotionBoxFuzz : public gpu::test::GpuTest {
   void walk(std::uint32_t node, std::vector<Child>& above);
   void check(const EntityRow& row, const std::vector<Child>& boxes, WorldTime t, const Window& window,
              float share);
-  glm::dvec3 random_point_of(const TriangleMesh& mesh);
+  Bounds random_triangle_of(const TriangleMesh& mesh);
 
   Random random_{0};
   std::vector<TriangleMesh> meshes_;
   std::vector<Bounds> bounds_;
+  std::vector<Extents> extents_;
   accel::Submit submit_;
   accel::GeometryPool pool_;
   accel::Tlas tlas_;
@@ -58,6 +61,7 @@ class MotionBoxFuzz : public gpu::test::GpuTest {
   gpu::Buffer read_back_;
   std::vector<std::vector<Child>> paths_;  // by place: from the root to the leaf
   std::size_t points_ = 0, versions_ = 0, outside_ = 0, too_large_ = 0;
+  glm::dvec3 stands_out_m_{0.0};  // bounds out of what holds their triangles, at most
 };
 
 }  // namespace rtstdb::test
