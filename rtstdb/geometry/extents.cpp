@@ -19,8 +19,7 @@ constexpr std::size_t lanes = 32;
 using Lanes = std::array<float, lanes>;
 
 /// How far boxes reach along +x, -x, +y, -y, +z, -z.
-template <class Value>
-using Faces = std::array<Value, 6>;
+using Faces = std::array<Lanes, 6>;
 
 /// And along a cube's edges and corners, in the order of Extents.
 template <class Value>
@@ -42,8 +41,8 @@ void keep_most(Lanes& most, const Lanes& other) noexcept {
 }
 
 /// The bounds of triangles from `first` on; where there are no more, of the last once more.
-Faces<Lanes> faces_of(const MeshView& mesh, std::size_t first) noexcept {
-  Faces<Lanes> faces;
+Faces faces_of(const MeshView& mesh, std::size_t first) noexcept {
+  Faces faces;
   for (std::size_t i = 0; i < lanes; ++i) {
     const glm::uvec3& triangle = mesh.triangles[std::min(first + i, mesh.triangles.size() - 1)];
     const glm::vec3& a = mesh.positions_m[triangle.x];
@@ -60,7 +59,7 @@ Faces<Lanes> faces_of(const MeshView& mesh, std::size_t first) noexcept {
   return faces;
 }
 
-void take_between(const Faces<Lanes>& faces, Between<Lanes>& most) noexcept {
+void take_between(const Faces& faces, Between<Lanes>& most) noexcept {
   for (std::size_t signs = 0; signs < 4; ++signs) {
     const std::size_t first = signs >> 1;
     const std::size_t second = signs & 1;
@@ -107,14 +106,14 @@ Extents seen_from_middle(const Bounds& bounds, const Between<double>& most) noex
 
 Extents extents_of(const MeshView& mesh) noexcept {
   RTSTDB_ASSERT(!mesh.triangles.empty());
-  Faces<Lanes> most = faces_of(mesh, 0);
+  Faces most = faces_of(mesh, 0);
   Between<Lanes> most_between;
   const auto clear = [](Lanes& value) { value.fill(std::numeric_limits<float>::lowest()); };
   for (auto& edges : most_between.edges)
     std::ranges::for_each(edges, clear);
   std::ranges::for_each(most_between.corners, clear);
   for (std::size_t first = 0; first < mesh.triangles.size(); first += lanes) {
-    const Faces<Lanes> faces = faces_of(mesh, first);
+    const Faces faces = faces_of(mesh, first);
     for (std::size_t face = 0; face < faces.size(); ++face)
       keep_most(most[face], faces[face]);
     take_between(faces, most_between);

@@ -6,34 +6,40 @@
 #include "common/motion.glsl"
 #include "shared/entity.h"
 
-// Box of an oriented box: centre and half extents in the entity frame, turned by q about the entity's origin at p.
-Box box_of_oriented(vec3 p, vec4 q, vec3 center, vec3 half_extent) {
-  const vec3 c = p + rotate(q, center);
-  const vec3 e = abs(rotate(q, vec3(half_extent.x, 0.0, 0.0))) + abs(rotate(q, vec3(0.0, half_extent.y, 0.0))) +
-                 abs(rotate(q, vec3(0.0, 0.0, half_extent.z)));
-  return Box(c - e, c + e);
+// The box of a geometry where it stands in the world: its centre, and the axes of the entity's frame, stretched by its scale.
+struct Placed {
+  vec3 center;
+  mat3 axes;
+};
+
+// `center`: stretched already.
+Placed placed(vec3 p, vec4 q, vec3 center, vec3 scale) {
+  return Placed(p + rotate(q, center), mat3(scale.x * rotate(q, vec3(1.0, 0.0, 0.0)), scale.y * rotate(q, vec3(0.0, 1.0, 0.0)),
+                                            scale.z * rotate(q, vec3(0.0, 0.0, 1.0))));
 }
 
-// What the geometry of an oriented box covers, at least: no more than the box.
-Box box_of_turned(vec3 p, vec4 q, vec3 center, vec3 scale, Extents extents, Box oriented) {
-  const vec3 c = p + rotate(q, center);
-  const mat3 turned =
-      mat3(scale.x * rotate(q, vec3(1.0, 0.0, 0.0)), scale.y * rotate(q, vec3(0.0, 1.0, 0.0)), scale.z * rotate(q, vec3(0.0, 0.0, 1.0)));
+Box box_of_oriented(Placed at, vec3 faces) {
+  const vec3 e = abs(at.axes[0]) * faces.x + abs(at.axes[1]) * faces.y + abs(at.axes[2]) * faces.z;
+  return Box(at.center - e, at.center + e);
+}
+
+// Of the geometry itself: no more than `oriented`, the box of its turned box.
+Box box_of_turned(Placed at, Extents extents, Box oriented) {
   vec3 above;
   vec3 below;
   [[unroll]] for (int axis = 0; axis < 3; ++axis) {
-    const vec2 extent = extent_along(vec3(turned[0][axis], turned[1][axis], turned[2][axis]), extents);
+    const vec2 extent = extent_along(vec3(at.axes[0][axis], at.axes[1][axis], at.axes[2][axis]), extents);
     above[axis] = extent.x;
     below[axis] = extent.y;
   }
-  return Box(max(c - below, oriented.lo), min(c + above, oriented.hi));
+  return Box(max(at.center - below, oriented.lo), min(at.center + above, oriented.hi));
 }
 
-// By how much the way of a point bends beside its chord while the window lasts, and what does not depend on that.
+// What an entity's points do while the window lasts.
 struct Turning {
-  float rho;    // of the ball around the origin that all points stay in
-  float bulge;
-  float slop;
+  float rho;    // they stay in the ball of that radius about the origin,
+  float bulge;  // leave the chords between their ends by that at most,
+  float slop;   // and are found with that error
 };
 
 // Boxes at both ends, grown so that the mixture of both covers what they hold in between. Points leave the chords between their ends by
@@ -55,13 +61,13 @@ MotionBox grown(Box begin, Box end, vec3 p, vec3 p_end, Turning turning) {
 
 // What an instance at the window's begin covers over [0, window_s]: its triangles, and how far its oriented bounds stand out of that.
 MotionBox motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 scale, Extents extents, float window_s) {
-  const vec3 half_extent = extents.faces * scale;
   const vec3 p_end = p + v * window_s;
-  const vec4 q_end = orientation_at(q, w, window_s);
-  const Box begin = box_of_oriented(p, q, center, half_extent);
-  const Box end = box_of_oriented(p_end, q_end, center, half_extent);
+  const Placed at_begin = placed(p, q, center, scale);
+  const Placed at_end = placed(p_end, orientation_at(q, w, window_s), center, scale);
+  const Box begin = box_of_oriented(at_begin, extents.faces);
+  const Box end = box_of_oriented(at_end, extents.faces);
   Turning turning;
-  turning.rho = length(abs(center) + half_extent);
+  turning.rho = length(abs(center) + extents.faces * scale);
   const float phi = length(w) * window_s;
   turning.bulge = turning.rho * phi * phi * 0.125;
   // Rounding of this and of the pose at query time, which is read from an epoch up to a second before.
@@ -69,8 +75,8 @@ MotionBox motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 scale,
   const float reach = max(max(abs(p.x), abs(p.y)), abs(p.z)) + length(v) * rounded_s + turning.rho;
   turning.slop = 2e-6 * (reach + turning.rho * length(w) * rounded_s);
   const MotionBox around = grown(begin, end, p, p_end, turning);
-  MotionBox result = grown(box_of_turned(p, q, center, scale, extents, begin), box_of_turned(p_end, q_end, center, scale, extents, end),
-                           p, p_end, turning);
+  MotionBox result =
+      grown(box_of_turned(at_begin, extents, begin), box_of_turned(at_end, extents, end), p, p_end, turning);
   result.overhang = max(max(result.begin.lo - around.begin.lo, result.end.lo - around.end.lo),
                         max(around.begin.hi - result.begin.hi, around.end.hi - result.end.hi));
   return result;
