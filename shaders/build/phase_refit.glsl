@@ -55,15 +55,17 @@ void refit_node(uint node) {
   // An unused slot is a box turned inside out: no ray enters it.
   Edges begin = Edges(uvec3[2](uvec3(0xFFFFFFFFu), uvec3(0xFFFFFFFFu)), uvec3[2](uvec3(0u), uvec3(0u)));
   Edges end = begin;
+  uint leaves = 0u;
   [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) {
     const bool is_used = (used >> slot & 1u) != 0u;
     set_edges(begin, slot, is_used, children[slot].begin, quanta);
     set_edges(end, slot, is_used, children[slot].end, quanta);
+    leaves |= references[slot >> 2][slot & 3u] >> 31 << slot;
   }
   wide[base] = uvec4(floatBitsToUint(quanta.origin), quanta.exponents | used << 24);
   write_edges(base + 1u, begin);
   write_edges(base + 6u, end);
-  wide[base + 9u] = uvec4(floatBitsToUint(all.overhang), 0u);
+  wide[base + 9u] = uvec4(floatBitsToUint(all.overhang), leaves & used);
 }
 
 #endif

@@ -16,6 +16,9 @@ struct PackedNode {
   float below;  // quanta that mixing may have taken from an edge
   float above;  // and added to it
   vec3 overhang;  // of what is looked for, beside the children's boxes; in the unit of the origin
+#ifdef REGION_BOUNDS
+  uint leaves;  // one bit a child that is an entity
+#endif
 };
 
 // `share` as 256ths: begin and end mixed, rounded down. Not more than half a quantum off before that.
@@ -52,7 +55,9 @@ PackedNode fetch_packed_node(usamplerBuffer tlas, uint node, uint share) {
   packed.above = 0.5;
 #endif
 #ifdef REGION_BOUNDS
-  packed.overhang = uintBitsToFloat(texelFetch(tlas, base + 9).xyz);
+  const uvec4 tail = texelFetch(tlas, base + 9);
+  packed.overhang = uintBitsToFloat(tail.xyz);
+  packed.leaves = tail.w;
 #endif
   return packed;
 }

@@ -54,15 +54,14 @@ uint visit(uint node, uint share, Shape shape) {
   const ChildMasks children = children_of(packed, shape);
   const uint meeting = children.meeting;
   const uint within = children.within;
-  const uint leaves = leaf_mask(fetch_references(tlas, tlas_node_texels, node));
-  const uint border_leaves = meeting & leaves & ~within;
-  const uint within_leaves = meeting & leaves & within;
+  const uint border_leaves = meeting & packed.leaves & ~within;
+  const uint within_leaves = meeting & packed.leaves & within;
   border_list[border_count] = node << 8 | border_leaves;
   border_count += border_leaves != 0u ? 1u : 0u;
   within_list[within_count] = node << 8 | within_leaves;
   within_count += within_leaves != 0u ? 1u : 0u;
 
-  uint group = node << 8 | (meeting & ~leaves);
+  uint group = node << 8 | (meeting & ~packed.leaves);
   const bool pop = (group & 0xFFu) == 0u;
   const bool done = pop && depth == 0u;
   depth -= pop && !done ? 1u : 0u;

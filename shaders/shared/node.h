@@ -13,7 +13,8 @@
 // from the same origin. What an entity's triangles cover in between lies between the two, so a query at any instant of the window meets
 // the mixture of both. Where the window is one instant, 1-3 are all that it needs, and 6-8 are the edges of the box around the centres
 // of the child's entities. Texel 9, xyz: how far along each axis the bounds of entities below, turned boxes, may stand out of the
-// boxes of their children, metres as float bits; whoever looks for bounds makes those boxes larger by it. Children of a TLAS's node stand in the slot's own buffer, those of a geometry's in the pool.
+// boxes of their children, metres as float bits; whoever looks for bounds makes those boxes larger by it. w: one bit for each child that
+// is an entity. Children of a TLAS's node stand in the slot's own buffer, those of a geometry's in the pool.
 #ifndef RTSTDB_SHARED_NODE_H
 #define RTSTDB_SHARED_NODE_H
 #include "shared/interop.h"
