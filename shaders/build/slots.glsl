@@ -1,6 +1,6 @@
 // Which slot of a wide node each child takes. A ray visits slots in ascending order of slot ^ octant, where bit a of its octant
-// says that it runs against axis a; so the child that lies farthest towards the corner of a slot belongs there (Ylitie, Karras
-// and Laine 2017, greedily).
+// says that it runs against axis a (in descending order where any hit will do); so the child that lies farthest towards the corner of
+// a slot belongs there (Ylitie, Karras and Laine 2017, greedily).
 #ifndef RTSTDB_BUILD_SLOTS_GLSL
 #define RTSTDB_BUILD_SLOTS_GLSL
 #include "common/bounds.glsl"

@@ -69,7 +69,7 @@ void keep(Found one) {
 #endif
 
 // A group: children of one node still to be visited; the node in the upper 24 bits, below it one bit a child, in the order in
-// which the ray comes by them: bit i is slot i ^ octant. One word, because a store to a place that differs from lane to lane is
+// which the ray visits them: bit i is slot i ^ order. One word, because a store to a place that differs from lane to lane is
 // dear on lavapipe.
 // Where one is full, whoever runs along writes to the place behind it.
 uint entity_stack[stack_size + 1u];
@@ -88,19 +88,19 @@ Edges edges_along(uvec4 edges, bool backwards) {
 float quanta_of(uvec2 edges, uint k) { return quanta_of(edges[k >> 2], k & 3u); }
 
 // Bits of slots as bits of a group.
-uint in_group_order(uint slots, uint octant) {
+uint in_group_order(uint slots, uint order) {
   uint bits = slots;
-  bits = (octant & 1u) != 0u ? (bits & 0x55u) << 1 | (bits >> 1 & 0x55u) : bits;
-  bits = (octant & 2u) != 0u ? (bits & 0x33u) << 2 | (bits >> 2 & 0x33u) : bits;
-  return (octant & 4u) != 0u ? (bits & 0x0Fu) << 4 | bits >> 4 : bits;
+  bits = (order & 1u) != 0u ? (bits & 0x55u) << 1 | (bits >> 1 & 0x55u) : bits;
+  bits = (order & 2u) != 0u ? (bits & 0x33u) << 2 | (bits >> 2 & 0x33u) : bits;
+  return (order & 4u) != 0u ? (bits & 0x0Fu) << 4 | bits >> 4 : bits;
 }
 
 // `entered`: one bit of a group for each slot. `used`: the slots that have a child; the box of an empty one is inside out, which
 // a distant ray may not notice.
-uint as_group(uint node, uint entered[8], uint used, uint octant) {
+uint as_group(uint node, uint entered[8], uint used, uint order) {
   const uint mask = ((entered[0] | entered[1]) | (entered[2] | entered[3])) |
                     ((entered[4] | entered[5]) | (entered[6] | entered[7]));
-  return node << 8 | (mask & in_group_order(used, octant));
+  return node << 8 | (mask & in_group_order(used, order));
 }
 
 // The children of a node that the ray enters, as a group. `base`: the node's first texel.
@@ -116,7 +116,7 @@ uint enter_children(usamplerBuffer of, int base, uint node, Segment ray, bool of
     const vec3 far = vec3(quanta_of(x.far, k), quanta_of(y.far, k), quanta_of(z.far, k));
     entered[k] = enters(slabs, near, far) ? ray.group_bit[k] : 0u;
   }
-  return as_group(node, entered, head.w >> 24, ray.octant);
+  return as_group(node, entered, head.w >> 24, ray.order);
 }
 
 uint enter_geometry(uint node, Segment ray, float lambda_min, float limit) {
@@ -147,7 +147,7 @@ uint enter_entities(uint node, float share, Segment ray, float lambda_min, float
     }
     entered[k] = enters(slabs, near, far) ? ray.group_bit[k] : 0u;
   }
-  return as_group(node, entered, head.w >> 24, ray.octant);
+  return as_group(node, entered, head.w >> 24, ray.order);
 }
 #else
 // The same for entities, all of them where they are at the window's begin, which is its end.
@@ -165,7 +165,7 @@ struct Search {
 Search nothing_begun() { return Search(0u, 0u); }
 
 // The next child, or ref_none when nothing is left: of the group at hand, or of that on top of the stack.
-uint take_next(bool of_entities, inout Search search, uint at_hand, uint octant) {
+uint take_next(bool of_entities, inout Search search, uint at_hand, uint order) {
   const bool pop = (at_hand & 0xFFu) == 0u;
   const bool done = pop && search.depth == 0u;
   // Read wherever it stands, whether it is asked for or not: the read need not wait for the answer.
@@ -175,7 +175,7 @@ uint take_next(bool of_entities, inout Search search, uint at_hand, uint octant)
   const uint group = pop ? waiting : at_hand;
   const uint rest = group & (group - 1u);
   // The exponent of a power of two is the place of its bit.
-  const uint slot = (uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u) ^ octant;
+  const uint slot = (uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u) ^ order;
   if (of_entities) {
     entity_stack[search.depth] = rest;
   } else {
@@ -203,7 +203,7 @@ uint descend_geometry(uint node, inout Search search, Segment ray, float lambda_
     ++search.rounds;
     const bool inner = is_inner(current);
     const uint entered = enter_geometry(inner ? current : 0u, ray, lambda_min, limit);
-    const uint next = take_next(false, search, inner ? entered : idle_group, ray.octant);
+    const uint next = take_next(false, search, inner ? entered : idle_group, ray.order);
     current = inner ? next : current;
   } while (another_round(is_inner(current)));
   return current;
@@ -247,7 +247,7 @@ uint go_through_leaves(uint below, inout Search search, Segment ray, float lambd
     ++search.rounds;
     test_run(current, search, ray, lambda_min, faces, last_kept, instance, entity, best);
     const bool leaf = is_leaf(current);
-    const uint next = take_next(false, search, leaf ? 0u : idle_group, ray.octant);
+    const uint next = take_next(false, search, leaf ? 0u : idle_group, ray.order);
     current = leaf ? unless_found(next, best) : current;
   } while (another_round(is_leaf(current)));
   return current;
@@ -300,7 +300,7 @@ void meet_next(inout uint current, inout Met met, inout Search search, float sha
   append(met, goes && !inner, current);
   const uint entered = enter_entities(inner ? current : 0u, share, world, lambda_min, limit);
   const uint group = inner ? entered : goes ? 0u : idle_group;
-  const uint next = take_next(true, search, group, world.octant);
+  const uint next = take_next(true, search, group, world.order);
   current = goes ? next : current;
 }
 

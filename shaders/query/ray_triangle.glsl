@@ -15,7 +15,8 @@ struct Segment {
   uint axis;
   vec3 shear;
   uint octant;
-  uint group_bit[8];  // of the child in a slot: 1 << (slot ^ octant)
+  uint order;  // in which a ray by itself visits children: by slot ^ order
+  uint group_bit[8];  // of the child in a slot: 1 << (slot ^ order)
   // By so much rounding may move a corner, a box or the ray aside, in the frame of a geometry.
   float blur_m;
 };
@@ -48,6 +49,16 @@ vec3 axis_last(vec3 p, uint axis) {
 
 uint octant_of(vec3 d) { return (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u); }
 
+// The order of slots that begins with the nearest child; with the farthest one where any hit will do. A ray often begins at a surface, or
+// within the boxes of what is all around it: of those it crosses a part, but the farther ones from side to side.
+uint order_of(uint octant) {
+#ifdef RAY_ANY
+  return octant ^ 7u;
+#else
+  return octant;
+#endif
+}
+
 Segment make_segment(vec3 minus_o, vec3 d, float blur_m) {
   const vec3 size = abs(d);
   const uint axis = size.x > size.y ? (size.x > size.z ? 0u : 2u) : (size.y > size.z ? 1u : 2u);
@@ -59,7 +70,8 @@ Segment make_segment(vec3 minus_o, vec3 d, float blur_m) {
   ray.axis = axis;
   ray.shear = vec3(along.xy, 1.0) / along.z;
   ray.octant = octant_of(d);
-  [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) ray.group_bit[slot] = 1u << (slot ^ ray.octant);
+  ray.order = order_of(ray.octant);
+  [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) ray.group_bit[slot] = 1u << (slot ^ ray.order);
   ray.blur_m = blur_m;
   return ray;
 }
