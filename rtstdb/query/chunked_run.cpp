@@ -37,6 +37,9 @@ RunReport ChunkedRun::run() noexcept {
     some_incomplete = some_incomplete || query(k).incomplete_count() > 0;
   if (some_incomplete) {
     if (const auto status = run_pass(Pass::incomplete)) return ended(*status);
+    for (std::size_t k = 0; k < requests_.size(); ++k)
+      query(k).turned = query(k).turn();
+    if (const auto status = run_pass(Pass::turned)) return ended(*status);
   }
   for (std::size_t k = 0; k < requests_.size(); ++k)
     truncated = truncated || query(k).truncated();
@@ -134,7 +137,8 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
 }
 
 std::uint32_t ChunkedRun::total(std::size_t request, Pass pass) const noexcept {
-  return pass == Pass::all ? requests_[request].count : query(request).incomplete_count();
+  if (pass == Pass::all) return requests_[request].count;
+  return pass == Pass::incomplete || query(request).turned ? query(request).incomplete_count() : 0;
 }
 
 std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexcept {

@@ -39,7 +39,7 @@ class ChunkedRun {
   RunReport run() noexcept;
 
  private:
-  enum class Pass : std::uint8_t { all, incomplete };
+  enum class Pass : std::uint8_t { all, incomplete, turned };
   /// Before an element of a request; behind all of them is {requests, 0}.
   struct Cursor {
     std::size_t request = 0;

@@ -44,6 +44,9 @@ class GpuQuery : public PreparedQuery {
   virtual void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
   virtual void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept = 0;
+  /// Once those have been asked again: whether some that are incomplete still may be answered by a search that goes another
+  /// way. From then on those alone are counted as incomplete, and record_again asks them so.
+  virtual bool turn() noexcept { return false; }
 
   /// Setup. From then on it is one of `queries`, until leave. `fork_join`: for long loops of check and unpack.
   void join(std::shared_ptr<PreparedQueries> queries, threads::ForkJoin& fork_join) {
@@ -56,6 +59,7 @@ class GpuQuery : public PreparedQuery {
   std::uint32_t epoch = 0;  ///< where it is; 0: on no device
   std::uint32_t bound_generation = 0;
   bool bound = false;
+  bool turned = false;  ///< in this batch
 
  protected:
   /// The first thing that the destructor of every query does: nobody may connect one that is half gone.

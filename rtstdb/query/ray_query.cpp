@@ -270,6 +270,15 @@ void GpuRayQuery::arrange(std::uint32_t /*count*/) noexcept {
   some_incomplete_.host_as<std::uint32_t>()[1] = 0;
   incomplete_.clear();
   answered_ = 0;
+  farthest_first_ = options_.mode == RayMode::any;
+}
+
+bool GpuRayQuery::turn() noexcept {
+  // Packets have gone by the nearest first: what they find has to be found by a ray alone, too.
+  if (!farthest_first_ || !truncated()) return false;
+  farthest_first_ = false;
+  std::erase_if(incomplete_, [&](std::uint32_t ray) { return !is_incomplete(ray); });
+  return true;
 }
 
 void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
@@ -318,6 +327,7 @@ void GpuRayQuery::dispatch(PlaceRange range, bool asked_again, const RowSource& 
                               .end = range.end,
                               .per_group = spread.per_group,
                               .asked_again = asked_again ? 1u : 0u,
+                              .against = farthest_first_ ? 7u : 0u,
                               .epoch_ns = low_word(view.epoch),
                               .late_base = view.late_base,
                               .still = options_.ignore_motion ? 1u : 0u,

@@ -52,6 +52,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                     const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override;
+  bool turn() noexcept override;
   bool truncated() const noexcept override;
   std::uint32_t answered() const noexcept override { return answered_; }
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override;
@@ -92,6 +93,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   // What check saw in the batch that is recorded next.
   mutable bool carried_ = false;
   mutable bool side_by_side_ = false;
+  bool farthest_first_ = false;            // rays that are not traced as packets
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
   gpu::DeviceLimits limits_;
   std::vector<Kernel> kernels_;

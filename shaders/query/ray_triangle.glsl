@@ -49,15 +49,13 @@ vec3 axis_last(vec3 p, uint axis) {
 
 uint octant_of(vec3 d) { return (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u); }
 
-// The order of slots that begins with the nearest child; with the farthest one where any hit will do. A ray often begins at a surface, or
-// within the boxes of what is all around it: of those it crosses a part, but the farther ones from side to side.
-uint order_of(uint octant) {
 #ifdef RAY_ANY
-  return octant ^ 7u;
+// Set by main for rays by themselves and those of a crew (RayArgs). 7: the farthest child first. A ray often begins at a surface, or
+// within the boxes of what is all around it: of those it crosses a part, but the farther ones from side to side.
+uint against = 0u;
 #else
-  return octant;
+const uint against = 0u;
 #endif
-}
 
 Segment make_segment(vec3 minus_o, vec3 d, float blur_m) {
   const vec3 size = abs(d);
@@ -70,7 +68,7 @@ Segment make_segment(vec3 minus_o, vec3 d, float blur_m) {
   ray.axis = axis;
   ray.shear = vec3(along.xy, 1.0) / along.z;
   ray.octant = octant_of(d);
-  ray.order = order_of(ray.octant);
+  ray.order = ray.octant ^ against;
   [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) ray.group_bit[slot] = 1u << (slot ^ ray.order);
   ray.blur_m = blur_m;
   return ray;

@@ -22,6 +22,7 @@ RTSTDB_CONSTANT(hit_pairs, 8)
   F(uint, end)       /* no ray from this place on is asked */                                     \
   F(uint, per_group)                                                                              \
   F(uint, asked_again) /* 1: places are those in `again`, which names rays; 0: rays */            \
+  F(uint, against) /* any hit: 7 where rays visit the farthest children first, else 0; packets never do */ \
   F(uint, epoch_ns)  /* low word; rays lie less than two epochs after it, so it says enough */     \
   F(uint, late_base) /* where the next epoch's instances begin */                                 \
   F(uint, still)     /* 1: every ray asks at still_ns */                                          \

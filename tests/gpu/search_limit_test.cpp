@@ -72,6 +72,13 @@ class LongSearches : public SearchLimits, public testing::WithParamInterface<Lan
     EXPECT_EQ(query::run_side_by_side(rays), side_by_side);
     return rays;
   }
+  static void join(TriangleMesh& mesh, const TriangleMesh& other, const glm::vec3& place_m) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+    for (const glm::vec3& position_m : other.positions_m)
+      mesh.positions_m.push_back(position_m + place_m);
+    for (const glm::uvec3& triangle : other.triangles)
+      mesh.triangles.push_back(triangle + glm::uvec3(first));
+  }
 };
 
 TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
@@ -110,6 +117,38 @@ TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
   }
   EXPECT_GT(whole, 64u);
   EXPECT_GT(cut_short, 0u) << "no search came to the limit";
+}
+
+/// A ray by itself looks among what is far away first, where any hit will do, and one in a packet among what is near.
+TEST_P(LongSearches, FindAnyHitBeforeAndBehindWhatIsCostly) {
+  const TriangleMesh wall = make_box({50.0, 50.0, 0.1});
+  for (const float wall_z_m : {-15.0f, 15.0f}) {
+    for (const bool in_one_mesh : {false, true}) {
+      Random random(21);
+      std::vector<Ray> rays = LongSearches::rays(random, GetParam() == Lanes::packet);
+      open({}, {.lanes_work_together = GetParam() != Lanes::alone});
+      TriangleMesh costly = thicket(random, 800'000);
+      if (in_one_mesh)
+        join(costly, wall, {0.0f, 0.0f, wall_z_m});
+      else
+        create(row_of(add(wall), {0.0, 0.0, wall_z_m}));
+      create(row_of(add(costly)));
+      if (GetParam() == Lanes::crew)
+        create(std::vector<EntityRow>(30, row_of(add(make_box({1.0, 1.0, 1.0})), {0.0, 500.0, 0.0})));
+      const auto any = prepare_rays(RayMode::any);
+      const auto expect_hits = [&](std::span<const Ray> asked) {
+        EXPECT_EQ(ask(*any, asked).status, Status::committed);
+        EXPECT_EQ(std::ranges::count(any->hits(), HitStatus::hit, &RayHit::status), std::ssize(asked))
+            << "of " << asked.size() << " rays; wall at " << wall_z_m
+            << (in_one_mesh ? " m in one mesh" : " m");
+      };
+      expect_hits(rays);
+      std::ranges::reverse(rays);
+      expect_hits(rays);
+      for (std::size_t i = 0; i < rays.size(); i += 9)
+        expect_hits(std::span(rays).subspan(i, 1));
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Neighbours, LongSearches,
@@ -264,6 +303,28 @@ TEST_F(DeepTrees, NeighboursAreAnsweredAsEachAlone) {
       EXPECT_EQ(hit.status, HitStatus::hit) << levels << " levels";
       EXPECT_EQ(hit.entity, alone.entity);
       EXPECT_EQ(hit.lambda, alone.lambda);
+    }
+  }
+}
+
+/// A body before or behind them shows the one side that is asked for, the heaps the other.
+TEST_F(DeepTrees, AnyHitBeforeAndBehindThemIsFound) {
+  for (const bool lanes_work_together : {false, true}) {
+    for (const double body_z_m : {-3.0, 3.0}) {
+      open({}, {.lanes_work_together = lanes_work_together});
+      fill(9, 64);
+      create(row_of(add(make_box({1.0, 1.0, 1.0})), {0.5, 0.1, body_z_m}));
+      for (const Faces faces : {Faces::front, Faces::back}) {
+        const auto any = database().prepare(
+            RayQueryOptions{.name = "any", .capacity = 16, .mode = RayMode::any, .faces = faces});
+        ASSERT_TRUE(any.ok());
+        const std::vector<Ray> beside(16, through());
+        for (const std::size_t size : {16u, 1u}) {
+          EXPECT_EQ(ask(*any.value(), std::span(beside).first(size)).status, Status::committed);
+          EXPECT_EQ(std::ranges::count(any.value()->hits(), HitStatus::hit, &RayHit::status),
+                    static_cast<std::ptrdiff_t>(size));
+        }
+      }
     }
   }
 }
