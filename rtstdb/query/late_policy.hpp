@@ -1,21 +1,12 @@
 #pragma once
-// What the queries have in common for LatePolicy: what prepare refuses, and where answers lie.
+// Where the answers of a query lie, by its LatePolicy.
 
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 #include <rtstdb/query.hpp>
-#include <rtstdb/result.hpp>
 
 namespace rtstdb::query {
-
-inline Result<void> check_late(const std::string& name, LatePolicy late) {
-  if (late <= LatePolicy::partial) return {};
-  return Error{ErrorCode::bad_input, "query '" + name + "' has the late policy " +
-                                         std::to_string(static_cast<unsigned>(late)) +
-                                         ", which is none of the enumerators"};
-}
 
 /// Which answers the caller reads while others are written: elsewhere, where those of before have to stay.
 class AnswerPlaces {

@@ -8,6 +8,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/query/element_check.hpp"
+#include "rtstdb/query/enumerator.hpp"
 #include "rtstdb/query/late_policy.hpp"
 #include "shaders/shared/nearest.h"
 #include "shaders/shared/query.h"
@@ -36,6 +37,8 @@ bool looks_at_triangles(NearestTarget target) noexcept {
 }
 
 Result<void> check_options(const NearestQueryOptions& options) {
+  if (auto known = check_enumerator(options.name, "target", options.target, NearestTarget::triangle); !known)
+    return known;
   const std::string query = "query '" + options.name + "' asks for ";
   if (options.capacity == 0 || options.capacity > max_points_per_query || options.k == 0 ||
       options.k > max_neighbors) {
@@ -48,7 +51,7 @@ Result<void> check_options(const NearestQueryOptions& options) {
     return Error{ErrorCode::bad_input,
                  query + "a signed distance; only distances to surfaces and triangles have a sign"};
   }
-  return check_late(options.name, options.late);
+  return check_enumerator(options.name, "late policy", options.late, LatePolicy::partial);
 }
 
 /// Which of the shaders of a target has the shortest list that holds k.

@@ -9,6 +9,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/query/element_check.hpp"
+#include "rtstdb/query/enumerator.hpp"
 #include "rtstdb/query/late_policy.hpp"
 #include "rtstdb/query/ray_coherence.hpp"
 
@@ -70,6 +71,12 @@ static_assert(sizeof(RayHit) == 8 * shared::hit_pairs && offsetof(RayHit, entity
               offsetof(RayHit, front_face) == 36 && sizeof(bool) == 1 && offsetof(RayHit, n_world) == 40 &&
               offsetof(RayHit, v_relative_mps) == 52);
 
+Result<void> check_enumerators(const RayQueryOptions& options) {
+  if (auto known = check_enumerator(options.name, "mode", options.mode, RayMode::first); !known) return known;
+  if (auto known = check_enumerator(options.name, "faces", options.faces, Faces::back); !known) return known;
+  return check_enumerator(options.name, "late policy", options.late, LatePolicy::partial);
+}
+
 Result<void> check_hits_per_ray(const RayQueryOptions& options) {
   const std::uint32_t most = options.mode == RayMode::first ? max_hits_per_ray : 1;
   if (options.hits_per_ray == 0 || options.hits_per_ray > most) {
@@ -115,8 +122,8 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
                                           std::to_string(options.capacity) + " rays; 1 to " +
                                           std::to_string(max_rays_per_query) + " are possible"};
   }
+  if (auto known = check_enumerators(options); !known) return known.error();
   if (auto checked = check_hits_per_ray(options); !checked) return checked.error();
-  if (auto checked = check_late(options.name, options.late); !checked) return checked.error();
   auto query = std::make_unique<GpuRayQuery>();
   query->options_ = options;
   query->set_late(options.late);

@@ -12,6 +12,9 @@
 
 namespace rtstdb::query {
 
+/// Beyond, slopes leave single precision.
+constexpr float steepest_frustum = 1e15f;
+
 Result<std::unique_ptr<GpuRegionQuery>> GpuRegionQuery::create(gpu::Device& device,
                                                                const RegionQueryOptions& options) {
   auto runner = RegionRunner::create(device, {.name = options.name,
@@ -57,7 +60,8 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
     if (!(half.x >= 0.0f && half.y >= 0.0f && half.z >= 0.0f))
       return refused(BadInputReason::bad_region, i, glm::vec4(half, 0.0f));
     if (region.shape == RegionShape::frustum &&
-        !(half.x > 0.0f && region.near_m >= 0.0f && region.near_m <= half.x))
+        !(half.x > 0.0f && region.near_m >= 0.0f && region.near_m <= half.x &&
+          std::max(half.y, half.z) <= steepest_frustum * half.x))
       return refused(BadInputReason::bad_region, i, glm::vec4(half, region.near_m));
     const float q_length = glm::length(region.q);
     if (!(q_length > 1e-6f && q_length < 1e6f))

@@ -6,6 +6,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/query/enumerator.hpp"
 #include "rtstdb/query/late_policy.hpp"
 #include "rtstdb/query/point_order.hpp"
 
@@ -69,7 +70,10 @@ Result<RegionRunner> RegionRunner::create(gpu::Device& device, const RegionRunne
                                           std::to_string(max_regions_per_query) + " regions of 0 to " +
                                           std::to_string(max_ids_per_region) + " are possible"};
   }
-  if (auto checked = check_late(options.name, options.late); !checked) return checked.error();
+  if (auto known = check_enumerator(options.name, "level", options.level, RegionLevel::triangle); !known)
+    return known.error();
+  if (auto known = check_enumerator(options.name, "late policy", options.late, LatePolicy::partial); !known)
+    return known.error();
   RegionRunner runner;
   runner.places_ = AnswerPlaces(options.late);
   runner.answers_.resize(runner.places_.count());

@@ -280,17 +280,5 @@ TEST_F(LatePolicies, LastGoodAnswersStayWhileOthersAreWritten) {
   }
 }
 
-TEST_F(LatePolicies, AreRefusedWhereTheyAreNone) {
-  const auto none = static_cast<LatePolicy>(3);
-  EXPECT_EQ(database().prepare(RayQueryOptions{.name = "r", .capacity = 1, .late = none}).error().message,
-            "query 'r' has the late policy 3, which is none of the enumerators");
-  EXPECT_EQ(database().prepare(RegionQueryOptions{.name = "r", .capacity = 1, .late = none}).error().code,
-            ErrorCode::bad_input);
-  EXPECT_EQ(database().prepare(NearestQueryOptions{.name = "r", .capacity = 1, .late = none}).error().code,
-            ErrorCode::bad_input);
-  EXPECT_EQ(database().prepare(OverlapQueryOptions{.name = "r", .capacity = 1, .late = none}).error().code,
-            ErrorCode::bad_input);
-}
-
 }  // namespace
 }  // namespace rtstdb::test

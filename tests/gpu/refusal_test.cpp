@@ -228,6 +228,59 @@ TEST_F(Refusals, RegionsThatCanNotBeAsked) {
         region.half_extent_m.x = -0.5f;
       },
       bad_region, {-0.5});
+  const auto expect_frustum_refused = [&](const glm::vec3& half_extent_m, float near_m) {
+    expect_region_refused(
+        [&](Region& region) {
+          region.shape = RegionShape::frustum;
+          region.half_extent_m = half_extent_m;
+          region.near_m = near_m;
+        },
+        bad_region, {half_extent_m.x, half_extent_m.y, half_extent_m.z, near_m});
+  };
+  expect_frustum_refused({0.0f, 1.0f, 1.0f}, 0.0f);
+  expect_frustum_refused({1.0f, 1.0f, 1.0f}, 1.5f);
+  expect_frustum_refused({1.0f, 1.0f, 1.0f}, -0.5f);
+  expect_frustum_refused({1.0f, 1.0f, 1.0f}, nan_f);
+  expect_frustum_refused({1e-38f, 10.0f, 1.0f}, 0.0f);
+  expect_frustum_refused({1e-13f, 1.0f, 101.0f}, 0.0f);
+}
+
+/// Its slopes are as steep as they may be: a wall of light that nothing before or behind it touches.
+TEST_F(Refusals, TheWidestFrustumCanBeAsked) {
+  for (Region& region : regions_->regions()) {
+    region = {};
+    region.shape = RegionShape::frustum;
+    region.t = at_s(10.0);
+    region.half_extent_m = {1e-11f, 9'999.0f, 9'999.0f};
+  }
+  regions_->regions()[0].center_m = {10.5f, 300.0f, -20.0f};
+  regions_->regions()[1].center_m = {9.0f, 300.0f, -20.0f};
+  regions_->regions()[2].center_m = {12.5f, 300.0f, -20.0f};
+  ASSERT_TRUE(execute([&](Transaction& transaction) { transaction.ask(*regions_, 3); }).done());
+  EXPECT_EQ(regions_->answers()[0].found, 1u);
+  EXPECT_EQ(regions_->answers()[1].found, 0u);
+  EXPECT_EQ(regions_->answers()[2].found, 0u);
+}
+
+TEST_F(Refusals, OptionsThatAreNoneOfTheEnumerators) {
+  const auto expect_refused = [&](const auto& options, const char* words) {
+    const auto query = database().prepare(options);
+    ASSERT_FALSE(query.ok()) << words;
+    EXPECT_EQ(query.error().code, ErrorCode::bad_input);
+    EXPECT_EQ(query.error().message,
+              "query 'q' has the " + std::string(words) + ", which is none of the enumerators");
+  };
+  constexpr auto late = static_cast<LatePolicy>(3);
+  expect_refused(RayQueryOptions{.name = "q", .capacity = 1, .mode = static_cast<RayMode>(3)}, "mode 3");
+  expect_refused(RayQueryOptions{.name = "q", .capacity = 1, .faces = static_cast<Faces>(3)}, "faces 3");
+  expect_refused(RayQueryOptions{.name = "q", .capacity = 1, .late = late}, "late policy 3");
+  expect_refused(RegionQueryOptions{.name = "q", .capacity = 1, .level = static_cast<RegionLevel>(3)},
+                 "level 3");
+  expect_refused(RegionQueryOptions{.name = "q", .capacity = 1, .late = late}, "late policy 3");
+  expect_refused(NearestQueryOptions{.name = "q", .capacity = 1, .target = static_cast<NearestTarget>(4)},
+                 "target 4");
+  expect_refused(NearestQueryOptions{.name = "q", .capacity = 1, .late = late}, "late policy 3");
+  expect_refused(OverlapQueryOptions{.name = "q", .capacity = 1, .late = late}, "late policy 3");
 }
 
 TEST_F(Refusals, PointsThatCanNotBeAsked) {

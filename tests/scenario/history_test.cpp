@@ -139,7 +139,8 @@ TEST_F(TwoBlocks, WhatCanNotBeAnsweredIsRefusedWithItsReason) {
        "the run was over after 4 s");
   says(refusal({"near", "post", "--at", "9223372036.8s"}), "no run lasts as long");
   says(refusal({"region", "--at", "1s"}), "a region is a --sphere or a --box");
-  says(refusal({"region", "--sphere", "0,0,0,-1", "--at", "1s"}), "a region can not be asked: (-1");
+  says(refusal({"region", "--sphere", "0,0,0,-1", "--at", "1s"}),
+       "quaternion whose length is not between 1e-6 and 1e6: (-1");
   says(refusal({"ray", "--origin", "0,0,0", "--direction", "0,0,0", "--at", "1s"}), "has no length");
   says(refusal({"ray", "--origin", "0,0,0", "--direction", "1,nan,0", "--at", "1s"}),
        "not every number is finite");

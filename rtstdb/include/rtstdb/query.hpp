@@ -9,7 +9,8 @@
 //              of one batch span at most max_query_window_ns; else the transaction is refused (BadInput:
 //              time_not_covered, window_too_long)
 //   ties       lowest entity index first, then lowest triangle index
-//   order      answers do not depend on the order of the batch nor on how it was split
+//   order      answers do not depend on the order of the batch nor on how it was split. Boxes fit the span of a batch's times:
+//              close to the device's limits that may decide whether a search is cut short, and what an incomplete answer lists
 //   threads    a query belongs to one transaction at a time; between submit and completion the caller
 //              leaves it alone
 //   lifetime   a query must not outlive its Database
@@ -156,15 +157,16 @@ enum class RegionTest : std::uint32_t {
   inside,    ///< bounds, surface, triangle: every corner lies in the region
 };
 
-/// A region at one instant, placed at center_m and turned by q, of any length but zero; with a carrier both are
-/// in the carrier's frame (unscaled).
+/// A region at one instant, placed at center_m and turned by q, of a length above 1e-6 and below 1e6; with a carrier
+/// both are in the carrier's frame (unscaled).
 ///     box      extents 2 * half_extent_m
 ///     sphere   of radius half_extent_m.x
 ///     frustum  what a camera or a radar sees: center_m is its eye; it looks along x, with y to the left and z
 ///              up, as sensors do. It begins near_m before the eye and ends half_extent_m.x before it, where it
 ///              is half_extent_m.y wide and half_extent_m.z high to each side: these are the far distance
 ///              times the tangents of half the angles of view.
-/// No extent is negative; of a frustum 0 <= near_m <= half_extent_m.x, which is above zero.
+/// No extent is negative; of a frustum 0 <= near_m <= half_extent_m.x, which is above zero, and the others are at most
+/// 1e15 times as much.
 struct Region {
   RegionShape shape = RegionShape::box;
   RegionTest test = RegionTest::touching;
