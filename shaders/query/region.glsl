@@ -147,5 +147,10 @@ void main() {
     node = cut_short ? ref_none : node;
   } while (node != ref_none);
   cut_short = cut_short || !loops_still_turn(args.two);
+#ifdef REGION_LOWEST
+  // How many there are stands there already, and is true whatever becomes of the list.
+  if (cut_short) counts[index].incomplete = 1u;
+#else
   counts[index] = RegionCount(found, cut_short ? 1u : 0u);
+#endif
 }
