@@ -6,7 +6,6 @@
 #include "common/pairs.glsl"
 #include "common/places.glsl"
 
-layout(push_constant, scalar) uniform Push { RayArgs args; };
 layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer rays;
 layout(set = 0, binding = 6) uniform usamplerBuffer again;

@@ -8,9 +8,6 @@
 layout(local_size_x = 64) in;
 
 void main() {
-#ifdef RAY_ANY
-  against = args.against;
-#endif
   const uint place = place_of_invocation(args.first, args.per_group);
   // Who has no place runs along for the others of its subgroup, with a ray that there is.
   const bool asks = place < args.end;

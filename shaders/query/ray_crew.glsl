@@ -33,9 +33,6 @@ void finish_rays(inout Own own, bool cut_short) {
 }
 
 void main() {
-#ifdef RAY_ANY
-  against = args.against;
-#endif
   uint next = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * args.per_group;
   const uint end = min(next + args.per_group, args.end);
   Own own = no_ray(read_ray(ray_at(args.first)));

@@ -6,6 +6,8 @@
 #include "shared/node.h"
 #include "shared/query.h"
 
+layout(push_constant, scalar) uniform Push { RayArgs args; };
+
 // A ray in the frame of what is being traversed.
 struct Segment {
   vec3 minus_o;  // not o: the compiler would push a negation into what o was made by, and make it anew at every visit
@@ -49,13 +51,15 @@ vec3 axis_last(vec3 p, uint axis) {
 
 uint octant_of(vec3 d) { return (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u); }
 
+// The order of slots that begins with the nearest child; where any hit will do, most often with the farthest one (RayArgs). A ray often
+// begins at a surface, or within the boxes of what is all around it: of those it crosses a part, but the farther ones from side to side.
+uint order_of(uint octant) {
 #ifdef RAY_ANY
-// Set by main for rays by themselves and those of a crew (RayArgs). 7: the farthest child first. A ray often begins at a surface, or
-// within the boxes of what is all around it: of those it crosses a part, but the farther ones from side to side.
-uint against = 0u;
+  return octant ^ args.against;
 #else
-const uint against = 0u;
+  return octant;
 #endif
+}
 
 Segment make_segment(vec3 minus_o, vec3 d, float blur_m) {
   const vec3 size = abs(d);
@@ -68,7 +72,7 @@ Segment make_segment(vec3 minus_o, vec3 d, float blur_m) {
   ray.axis = axis;
   ray.shear = vec3(along.xy, 1.0) / along.z;
   ray.octant = octant_of(d);
-  ray.order = ray.octant ^ against;
+  ray.order = order_of(ray.octant);
   [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) ray.group_bit[slot] = 1u << (slot ^ ray.order);
   ray.blur_m = blur_m;
   return ray;
