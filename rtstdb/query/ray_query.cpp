@@ -281,7 +281,7 @@ void GpuRayQuery::arrange(std::uint32_t /*count*/) noexcept {
 }
 
 bool GpuRayQuery::turn() noexcept {
-  // Packets have gone by the nearest first: what they find has to be found by a ray alone, too.
+  // Packets have gone by the nearest first: what one of the ray's octant finds has to be found by the ray alone, too.
   if (!farthest_first_ || !truncated()) return false;
   farthest_first_ = false;
   std::erase_if(incomplete_, [&](std::uint32_t ray) { return !is_incomplete(ray); });

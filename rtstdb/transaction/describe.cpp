@@ -98,8 +98,8 @@ std::string fault_itself(const BadInput& fault) {
           fault.values[0], fault.values[1]);
     case BadInputReason::bad_region:
       return "a region has a half extent below zero, is a frustum that ends before it begins or is more than "
-             "1e15 times "
-             "as wide as long, or is turned by a quaternion whose length is not between 1e-6 and 1e6: " +
+             "1e15 times as wide as long, or is turned by a quaternion whose length is not between 1e-6 and "
+             "1e6: " +
              values_of(fault);
     case BadInputReason::unknown_region_kind:
       return sentence("a region has shape %.0f and test %.0f, and there are no such", fault.values[0],

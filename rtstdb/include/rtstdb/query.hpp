@@ -10,7 +10,8 @@
 //              time_not_covered, window_too_long)
 //   ties       lowest entity index first, then lowest triangle index
 //   order      answers do not depend on the order of the batch nor on how it was split. Boxes fit the span of a batch's times:
-//              close to the device's limits that may decide whether a search is cut short, and what an incomplete answer lists
+//              close to the device's limits that may decide whether a search is cut short, and what an incomplete answer lists.
+//              There a ray that is incomplete by itself may be a hit among neighbours (RayQuery), never a miss
 //   threads    a query belongs to one transaction at a time; between submit and completion the caller
 //              leaves it alone
 //   lifetime   a query must not outlive its Database
@@ -48,8 +49,10 @@ enum class LatePolicy : std::uint8_t {
 /// Whose answers a query's spans hold.
 struct AnswerInfo {
   std::uint32_t elements = 0;  ///< that the spans are about; 0: none
-  std::uint32_t missing = 0;   ///< LatePolicy::partial: of them without an answer, and marked as incomplete
-  Version version = 0;         ///< the version that was asked
+  /// LatePolicy::partial: of them without an answer, and marked as incomplete; but not those that had come to the device's
+  /// limits and were being asked again.
+  std::uint32_t missing = 0;
+  Version version = 0;  ///< the version that was asked
   WorldTime version_time{};
   ClockTime published{};  ///< when they could first be read; zero where the transaction was missed
   bool stale =
@@ -127,7 +130,7 @@ struct RayQueryOptions {
 
 /// Rays and hits lie in memory of the host that the device reads and writes where it can: nothing is copied on the
 /// way. They stay where they are as long as the query lives.
-/// Order: no answer depends on it. On a device whose subgroups have eight lanes, as lavapipe's have with 256 bits, nearest
+/// Order: no answer depends on it, but for what is said of limits above. On a device whose subgroups have eight lanes, as lavapipe's have with 256 bits, nearest
 /// hits and RayMode::any take less time where eight neighbours in the batch, the first eight and so on, have one origin and
 /// carrier and run within 0.04 rad, as in the rows of a camera.
 class RayQuery : public Query {
