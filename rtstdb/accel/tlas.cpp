@@ -85,10 +85,23 @@ WorldTime Tlas::ahead_of(WorldTime begin) noexcept {
 Tlas::Slot& Tlas::least_used(const Slot* but) noexcept {
   Slot* least = nullptr;
   for (Slot& slot : slots_) {
-    if (&slot != but && (least == nullptr || slot.last_used < least->last_used)) least = &slot;
+    if (&slot != but && slot.pins == 0 && (least == nullptr || slot.last_used < least->last_used))
+      least = &slot;
   }
   RTSTDB_ASSERT(least != nullptr);
   return *least;
+}
+
+bool Tlas::pin(std::uint32_t slot) noexcept {
+  const auto pinned = std::ranges::count_if(slots_, [](const Slot& one) { return one.pins > 0; });
+  if (slots_[slot].pins == 0 && pinned + 3 > std::ssize(slots_)) return false;
+  ++slots_[slot].pins;
+  return true;
+}
+
+void Tlas::unpin(std::uint32_t slot) noexcept {
+  RTSTDB_ASSERT(slots_[slot].pins > 0);
+  --slots_[slot].pins;
 }
 
 Tlas::Slot* Tlas::find(const query::RowSource& rows, const Wanted& wanted) noexcept {
@@ -105,7 +118,8 @@ Tlas::Slot* Tlas::find_near(const query::RowSource& rows, const Wanted& wanted) 
     // The nearest version before: those that read an older one leave each other's slots alone.
     Slot* nearest = nullptr;
     for (Slot& slot : slots_) {
-      const bool before = slot.version <= rows.version() && slot.holds(wanted) && slot.tree != Tree::none;
+      const bool before =
+          slot.version <= rows.version() && slot.holds(wanted) && slot.tree != Tree::none && slot.pins == 0;
       if (before && !slot.is_superseded(rows.version(), wanted) &&
           (nearest == nullptr || slot.version > nearest->version))
         nearest = &slot;
@@ -380,12 +394,16 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted
   Slot* slot = find(rows, wanted);
   if (slot == nullptr) {
     slot = find_near(rows, wanted);
-    if (slot != nullptr) renew(*slot, rows, submit.recorder());
+    if (slot != nullptr) {
+      renew(*slot, rows, submit.recorder());
+      slot->contents = ++contents_;
+    }
   }
   const bool stands = slot != nullptr;
   if (!stands) {
     slot = &least_used(nullptr);
     if (!fill(*slot, rows, wanted, submit)) return std::nullopt;
+    slot->contents = ++contents_;
   }
   slot->last_used = ++uses_;
   latest_version_ = rows.version();
@@ -397,7 +415,8 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted
                   .epoch = slot->epoch,
                   .late_base = late_base_,
                   .window_begin = slot->window_begin,
-                  .window_end = slot->window_end};
+                  .window_end = slot->window_end,
+                  .contents = slot->contents};
 }
 
 }  // namespace rtstdb::accel

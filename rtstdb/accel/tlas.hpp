@@ -90,6 +90,7 @@ struct TlasView {
   WorldTime epoch{};
   std::uint32_t late_base = 0;
   WorldTime window_begin{}, window_end{};
+  std::uint64_t contents = 0;  ///< another one than any before it, whenever something in a slot has changed
   /// For instants in the slot's window.
   Moment moment(WorldTime t) const noexcept;
 };
@@ -135,6 +136,11 @@ class Tlas {
   /// built. Empty: the device is lost.
   std::optional<TlasView> prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit);
 
+  /// Until unpin a slot stays as it is, and others are brought to what is asked meanwhile. Calls nest. False: two slots have to be left
+  /// for those, and it is not pinned.
+  bool pin(std::uint32_t slot) noexcept;
+  void unpin(std::uint32_t slot) noexcept;
+
   /// How slots came to their versions so far.
   struct Counts {
     std::uint64_t builds = 0, refits = 0, patches = 0;
@@ -173,6 +179,8 @@ class Tlas {
     std::uint64_t shapes = 0;
     WorldTime window_begin{}, window_end{}, epoch{};
     std::uint64_t last_used = 0;
+    std::uint64_t contents = 0;  // see TlasView
+    std::uint32_t pins = 0;
     Tree tree = Tree::none;
     std::vector<std::uint32_t> levels;  // first node of each, then the number of nodes
     float built_cost = 0.0f;            // 0: not known yet
@@ -278,6 +286,7 @@ class Tlas {
   bool patches_ = true;
   bool makes_ahead_ = true;
   std::uint64_t uses_ = 0;
+  std::uint64_t contents_ = 0;  // the last that a slot got
   double lead_share_ = 1.0;     // of the time before a window's end at which the slot behind it is begun
   std::uint32_t rests_ = 0;     // windows behind which none is made, since that was in vain
   Version latest_version_ = 0;  // of the batch before

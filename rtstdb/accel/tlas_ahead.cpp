@@ -129,6 +129,7 @@ void Tlas::begin_ahead(Slot& used, Slot& slot, const query::RowSource& rows, con
   if (builds) large_build_->begin(used.visible_count);
   slot.filled = true;
   slot.made = slot.followed = false;
+  slot.contents = ++contents_;
   slot.shapes = used.shapes;
   slot.take_window(wanted.times.first, ahead_of(wanted.times.first));
   slot.live_count = used.live_count;

@@ -28,19 +28,11 @@ RunReport ChunkedRun::run() noexcept {
   for (accel::Submit& lane : lanes_)
     lane.take_gpu_ns();
   if (!bring_up(lanes_[0])) return ended(RunStatus::device_lost);
-  bool some_incomplete = false;
   bool truncated = false;
   for (const Request& request : requests_)
     static_cast<GpuQuery*>(request.query)->arrange(request.count);
   if (const auto status = run_pass(Pass::all)) return ended(*status);
-  for (std::size_t k = 0; k < requests_.size(); ++k)
-    some_incomplete = some_incomplete || query(k).incomplete_count() > 0;
-  if (some_incomplete) {
-    if (const auto status = run_pass(Pass::incomplete)) return ended(*status);
-    for (std::size_t k = 0; k < requests_.size(); ++k)
-      query(k).turned = query(k).turn();
-    if (const auto status = run_pass(Pass::turned)) return ended(*status);
-  }
+  if (const auto status = ask_again()) return ended(*status);
   for (std::size_t k = 0; k < requests_.size(); ++k)
     truncated = truncated || query(k).truncated();
   return ended(truncated ? RunStatus::truncated : RunStatus::done);
@@ -85,11 +77,47 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
   return std::nullopt;
 }
 
+Meanwhile::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
+  // Searches that pause would begin again in a slot that is made anew.
+  const bool pinned = pass == Pass::again && structures_.tlas.pin(view_.slot);
+  const Meanwhile::Gap gap = meanwhile_->between_chunks();
+  if (pinned) structures_.tlas.unpin(view_.slot);
+  return gap;
+}
+
+std::optional<RunStatus> ChunkedRun::ask_again() noexcept {
+  while (true) {
+    bool some = false;
+    for (std::size_t k = 0; k < requests_.size(); ++k) {
+      query(k).asked_again = query(k).ask_again();
+      some = some || query(k).asked_again > 0;
+    }
+    if (!some) return std::nullopt;
+    if (const auto status = gap_between_passes()) return status;
+    if (const auto status = run_pass(Pass::again)) return status;
+  }
+}
+
+std::optional<RunStatus> ChunkedRun::gap_between_passes() noexcept {
+  if (meanwhile_ == nullptr) return std::nullopt;
+  const std::uint64_t runs = structures_.runs;
+  switch (let_others_run(Pass::again)) {
+    case Meanwhile::Gap::stop:
+      return RunStatus::stopped;
+    case Meanwhile::Gap::enough:
+      return RunStatus::partial;
+    case Meanwhile::Gap::go_on:
+      break;
+  }
+  if (structures_.runs != runs && !bring_up(lanes_[0])) return RunStatus::device_lost;
+  return std::nullopt;
+}
+
 std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::Submit& other,
                                          const Chunk& under_way, Pass pass) noexcept {
   if (meanwhile_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
-  switch (meanwhile_->between_chunks()) {
+  switch (let_others_run(pass)) {
     case Meanwhile::Gap::stop:
       return RunStatus::stopped;
     case Meanwhile::Gap::enough:
@@ -138,12 +166,13 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
 
 std::uint32_t ChunkedRun::total(std::size_t request, Pass pass) const noexcept {
   if (pass == Pass::all) return requests_[request].count;
-  return pass == Pass::incomplete || query(request).turned ? query(request).incomplete_count() : 0;
+  return query(request).asked_again;
 }
 
 std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexcept {
   const std::uint32_t most = meanwhile_ != nullptr ? requests_[request].per_chunk : 0;
-  return pass == Pass::all || most == 0 ? most : std::max(1u, most / alone_is_worth);
+  return pass == Pass::all || most == 0 ? most
+                                        : std::max(query(request).least_asked_again(), most / alone_is_worth);
 }
 
 template <class Each>

@@ -39,7 +39,7 @@ class ChunkedRun {
   RunReport run() noexcept;
 
  private:
-  enum class Pass : std::uint8_t { all, incomplete, turned };
+  enum class Pass : std::uint8_t { all, again };
   /// Before an element of a request; behind all of them is {requests, 0}.
   struct Cursor {
     std::size_t request = 0;
@@ -53,7 +53,12 @@ class ChunkedRun {
   bool bring_up(accel::Submit& lane) noexcept;
   /// What ended the run; none when all chunks of the pass are done.
   std::optional<RunStatus> run_pass(Pass pass) noexcept;
-  /// Lets others run. `next` is the lane that the next chunk takes, if there is one; `under_way` the chunk in the other.
+  Meanwhile::Gap let_others_run(Pass pass) noexcept;
+  /// All passes that ask again what is incomplete.
+  std::optional<RunStatus> ask_again() noexcept;
+  /// Before each of them.
+  std::optional<RunStatus> gap_between_passes() noexcept;
+  /// Between two chunks of a pass. `next` is the lane that the next chunk takes, if there is one; `under_way` the chunk in the other.
   std::optional<RunStatus> gap(accel::Submit& next, bool more, accel::Submit& other, const Chunk& under_way,
                                Pass pass) noexcept;
   Chunk take(Cursor& next, Pass pass) const noexcept;

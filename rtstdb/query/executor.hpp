@@ -91,6 +91,9 @@ class PreparedQuery {
                                         TimeSpan& times) const noexcept = 0;
   /// Elements that the run under way has answered, or the last one, in whatever order the executor has them.
   virtual std::uint32_t answered() const noexcept = 0;
+  /// Of the first `answered` of them, those that are incomplete as long as they have not been asked again, which ended with
+  /// the run.
+  virtual std::uint32_t unsettled(std::uint32_t /*answered*/) const noexcept { return 0; }
   /// Whether an answer of that run is incomplete or overflowed.
   virtual bool truncated() const noexcept = 0;
   /// The caller reads what the last run left from here on, of `count` elements. Of them all but the first `answered`, in

@@ -37,16 +37,16 @@ class GpuQuery : public PreparedQuery {
   virtual void unpack(PlaceRange range, const accel::TlasView& view) noexcept = 0;
 
   // On lavapipe the elements of a group share one allowance of work, so that whether an element finishes
-  // could depend on its neighbours in the batch. Those left incomplete are asked again, each in a group of
-  // its own, once the whole batch is unpacked.
-  virtual std::uint32_t incomplete_count() const noexcept = 0;
-  /// Of those that are incomplete, these.
+  // could depend on its neighbours in the batch. Those left incomplete are asked again, in one pass after the other, once
+  // the whole batch is unpacked.
+  /// How many the next pass asks; none: nothing is to be asked again any more. Between passes.
+  virtual std::uint32_t ask_again() noexcept = 0;
+  /// So many of them take the device no longer than one.
+  virtual std::uint32_t least_asked_again() const noexcept { return 1; }
+  /// Of those, these.
   virtual void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
   virtual void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept = 0;
-  /// Once those have been asked again: whether some that are incomplete still may be answered by a search that goes another
-  /// way. From then on those alone are counted as incomplete, and record_again asks them so.
-  virtual bool turn() noexcept { return false; }
 
   /// Setup. From then on it is one of `queries`, until leave. `fork_join`: for long loops of check and unpack.
   void join(std::shared_ptr<PreparedQueries> queries, threads::ForkJoin& fork_join) {
@@ -59,7 +59,7 @@ class GpuQuery : public PreparedQuery {
   std::uint32_t epoch = 0;  ///< where it is; 0: on no device
   std::uint32_t bound_generation = 0;
   bool bound = false;
-  bool turned = false;  ///< in this batch
+  std::uint32_t asked_again = 0;  ///< by the pass under way
 
  protected:
   /// The first thing that the destructor of every query does: nobody may connect one that is half gone.

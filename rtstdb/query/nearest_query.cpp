@@ -221,6 +221,7 @@ void GpuNearestQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
 void GpuNearestQuery::arrange(std::uint32_t count) noexcept {
   order_.of(std::span(points_).first(count));
   incomplete_.clear();
+  settled_ = 0;
   answered_ = 0;
 }
 
@@ -299,6 +300,12 @@ void GpuNearestQuery::unpack_again(PlaceRange range, const accel::TlasView& /*vi
     neighbors_[places_.written()].pull(incomplete_[i] * bytes_per_point, bytes_per_point);
     take_answer(incomplete_[i]);
   }
+  settled_ = range.end;
+}
+
+std::uint32_t GpuNearestQuery::unsettled(std::uint32_t answered) const noexcept {
+  const auto left = std::span(incomplete_).subspan(settled_);
+  return static_cast<std::uint32_t>(std::ranges::lower_bound(left, answered) - left.begin());
 }
 
 bool GpuNearestQuery::truncated() const noexcept {

@@ -35,14 +35,15 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
               gpu::Recorder& recorder) noexcept override;
   void unpack(PlaceRange range, const accel::TlasView& view) noexcept override;
-  std::uint32_t incomplete_count() const noexcept override {
-    return static_cast<std::uint32_t>(incomplete_.size());
+  std::uint32_t ask_again() noexcept override {
+    return static_cast<std::uint32_t>(incomplete_.size()) - settled_;
   }
   void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                     const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override;
   bool truncated() const noexcept override;
   std::uint32_t answered() const noexcept override { return answered_; }
+  std::uint32_t unsettled(std::uint32_t answered) const noexcept override;
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override;
   void let_fall() noexcept override { places_.let_fall(); }
 
@@ -68,6 +69,7 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   AnswerPlaces places_;
   PointOrder order_;                       // in which the device has the points
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
+  std::uint32_t settled_ = 0;              // of them, those that have been asked again
   gpu::Pipeline search_, still_, sign_;    // still_: of centres alone; sign_: of signed queries alone
   std::vector<gpu::HostMemory>
       neighbor_memory_;  // of each place; the answers look into it: it stays where it is

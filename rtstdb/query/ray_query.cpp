@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <utility>
 
 #include <rtstdb/limits.hpp>
 
@@ -24,6 +25,9 @@ constexpr std::uint32_t rays_per_block = 8192;
 
 /// From so many entities on rays gain by lanes that work for one another (shaders/query/crew.glsl).
 constexpr std::uint32_t entities_for_crew = 16;
+
+/// Where others take the structures from under a search so often, it is left incomplete.
+constexpr std::uint32_t most_restarts = 16;
 
 /// Between these no product of the search leaves single precision.
 constexpr float smallest_direction = 1e-15f;
@@ -93,6 +97,12 @@ Result<void> check_hits_per_ray(const RayQueryOptions& options) {
   return {};
 }
 
+/// What is left of a search that pauses (shaders/query/ray_pause.glsl).
+constexpr std::size_t words_of_search(const RayQueryOptions& options) noexcept {
+  const std::uint32_t hits = options.mode != RayMode::first ? 0 : options.hits_per_ray <= 4 ? 4 : 16;
+  return shared::paused_ray_words + hits * shared::paused_hit_words;
+}
+
 /// In the order of GpuRayQuery::kernel_for; a list of hits has one kernel for all rays. `together`: lanes may work together.
 std::vector<gpu::ShaderId> shaders_of(const RayQueryOptions& options, bool together) {
   using enum gpu::ShaderId;
@@ -157,10 +167,11 @@ void GpuRayQuery::leave_device() noexcept {
   hits_.clear();
   again_ = {};
   some_incomplete_ = {};
+  paused_ = {};
 }
 
 Result<void> GpuRayQuery::create_buffers(gpu::Device& device) {
-  const std::size_t again_texels = (options_.capacity + 3) / 4;
+  const std::size_t at_a_time = std::min(options_.capacity, shared::paused_rays);
   const auto texels = [&](const char* what, std::size_t size_bytes, gpu::Memory memory) {
     return gpu::BufferOptions{
         .name = options_.name + what, .size_bytes = size_bytes, .memory = memory, .texel_uint4 = true};
@@ -171,8 +182,10 @@ Result<void> GpuRayQuery::create_buffers(gpu::Device& device) {
   hits_.resize(hit_memory_.size());
   std::vector<gpu::BufferWanted> buffers = {
       {&rays_, rays},
-      {&again_, texels(" rays asked again", 16 * again_texels, gpu::Memory::upload)},
-      {&some_incomplete_, texels(" incomplete", 16, gpu::Memory::readback)}};
+      {&again_, texels(" rays asked again", (4 * at_a_time + 15) / 16 * 16, gpu::Memory::upload)},
+      {&some_incomplete_, texels(" incomplete", 16, gpu::Memory::readback)},
+      {&paused_,
+       {.name = options_.name + " searches", .size_bytes = 4 * at_a_time * words_of_search(options_)}}};
   for (std::size_t place = 0; place < hits_.size(); ++place) {
     buffers.push_back({&hits_[place],
                        {.name = options_.name + " hits",
@@ -257,7 +270,8 @@ Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& p
                                       &rays_,
                                       &again_,
                                       &some_incomplete_,
-                                      &tlas.places(slot)};
+                                      &tlas.places(slot),
+                                      &paused_};
       auto bindings = device.create_bindings(
           kernel.pipeline, std::span(buffers).first(gpu::shader_info(kernel.shader).bindings.size()));
       if (!bindings) return bindings.error();
@@ -273,19 +287,25 @@ void GpuRayQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
 }
 
 void GpuRayQuery::arrange(std::uint32_t /*count*/) noexcept {
-  some_incomplete_.host_as<std::uint32_t>()[0] = 0;
-  some_incomplete_.host_as<std::uint32_t>()[1] = 0;
+  std::ranges::fill(some_incomplete_.host_as<std::uint32_t>(), 0u);
   incomplete_.clear();
-  answered_ = 0;
-  farthest_first_ = options_.mode == RayMode::any;
+  answered_ = settled_ = window_ = restarts_ = 0;
 }
 
-bool GpuRayQuery::turn() noexcept {
-  // Packets have gone by the nearest first: what one of the ray's octant finds has to be found by the ray alone, too.
-  if (!farthest_first_ || !truncated()) return false;
-  farthest_first_ = false;
-  std::erase_if(incomplete_, [&](std::uint32_t ray) { return !is_incomplete(ray); });
-  return true;
+std::uint32_t GpuRayQuery::ask_again() noexcept {
+  std::uint32_t& some_paused = some_incomplete_.host_as<std::uint32_t>()[2];
+  const auto all = static_cast<std::uint32_t>(incomplete_.size());
+  if (restarts_ > most_restarts) settled_ = all;
+  if (std::exchange(some_paused, 0u) == 0 || settled_ == all) {
+    settled_ = std::min(settled_ + window_, all);
+    window_ = std::min(all - settled_, shared::paused_rays);
+    searched_.fill(0);
+  }
+  return window_;
+}
+
+std::uint32_t GpuRayQuery::least_asked_again() const noexcept {
+  return limits_.processors == 0 ? shared::paused_rays : rays_per_packet * limits_.processors;
 }
 
 void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
@@ -311,30 +331,31 @@ void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noex
 void GpuRayQuery::record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
                                const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto again = again_.host_as<std::uint32_t>();
-  for (std::uint32_t i = range.first; i < range.end; ++i)
-    again[i] = incomplete_[i];
+  bool some_restart = false;
+  for (std::uint32_t i = range.first; i < range.end; ++i) {
+    const std::uint64_t before = std::exchange(searched_[i], view.contents);
+    again[i] = incomplete_[settled_ + i] | (before != view.contents ? shared::ray_begins_bit : 0u);
+    some_restart = some_restart || (before != 0 && before != view.contents);
+  }
+  restarts_ += some_restart ? 1 : 0;
   dispatch(range, true, rows, view, recorder);
 }
 
-const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, bool asked_again,
-                                                   std::uint32_t entities) const noexcept {
-  // Few are asked again, from all over the batch: by the kernel that each would have had by itself.
-  const std::size_t by = side_by_side_ && !asked_again ? 2 : entities >= entities_for_crew ? 4 : 0;
+const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, std::uint32_t entities) const noexcept {
+  const std::size_t by = side_by_side_ ? 2 : entities >= entities_for_crew ? 4 : 0;
   return kernels_[((moving ? 1 : 0) + by) % kernels_.size()];
 }
 
-void GpuRayQuery::dispatch(PlaceRange range, bool asked_again, const RowSource& rows,
-                           const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+void GpuRayQuery::dispatch(PlaceRange range, bool again, const RowSource& rows, const accel::TlasView& view,
+                           gpu::Recorder& recorder) noexcept {
   const double window_s = seconds_between(view.window_begin, view.window_end);
-  const Kernel& kernel = kernel_for(carried_ || window_s > 0.0, asked_again, view.entities);
-  const std::uint32_t count = range.end - range.first;
-  const Spread spread = asked_again ? one_a_group(count) : spread_out(count, limits_.processors);
+  const Kernel& kernel = again ? kernel_that_pauses() : kernel_for(carried_ || window_s > 0.0, view.entities);
+  const Spread spread = spread_out(range.end - range.first, limits_.processors);
   const shared::RayArgs whole{.root = view.root,
                               .first = range.first,
                               .end = range.end,
                               .per_group = spread.per_group,
-                              .asked_again = asked_again ? 1u : 0u,
-                              .against = farthest_first_ ? 7u : 0u,
+                              .asked_again = again ? 1u : 0u,
                               .epoch_ns = low_word(view.epoch),
                               .late_base = view.late_base,
                               .still = options_.ignore_motion ? 1u : 0u,
@@ -354,8 +375,9 @@ void GpuRayQuery::dispatch(PlaceRange range, bool asked_again, const RowSource& 
 
 void GpuRayQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
   // The answers lie where they are read, or have to be fetched.
-  for (std::uint32_t i = range.first; i < range.end; ++i)
-    pull(incomplete_[i], incomplete_[i] + 1);
+  for (const std::uint32_t ray :
+       std::span(incomplete_).subspan(settled_ + range.first, range.end - range.first))
+    pull(ray, ray + 1);
 }
 
 void GpuRayQuery::pull(std::uint32_t first_ray, std::uint32_t end_ray) const noexcept {
@@ -371,6 +393,12 @@ void GpuRayQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcep
     hits[k].status = HitStatus::incomplete;
   }
   places_.let_stand(count);
+}
+
+std::uint32_t GpuRayQuery::unsettled(std::uint32_t answered) const noexcept {
+  return static_cast<std::uint32_t>(
+      std::ranges::count_if(std::span(incomplete_).subspan(settled_),
+                            [&](std::uint32_t ray) { return ray < answered && is_incomplete(ray); }));
 }
 
 bool GpuRayQuery::truncated() const noexcept {

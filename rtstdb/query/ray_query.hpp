@@ -2,6 +2,7 @@
 // The ray query on the GPU. The caller's spans are what the device reads and writes: shaders/query/ray.glsl reads
 // rays and writes hits as they lie; this checks and dispatches.
 
+#include <array>
 #include <limits>
 #include <vector>
 
@@ -46,15 +47,14 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
               gpu::Recorder& recorder) noexcept override;
   void unpack(PlaceRange range, const accel::TlasView& view) noexcept override;
-  std::uint32_t incomplete_count() const noexcept override {
-    return static_cast<std::uint32_t>(incomplete_.size());
-  }
+  std::uint32_t ask_again() noexcept override;
+  std::uint32_t least_asked_again() const noexcept override;
   void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                     const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override;
-  bool turn() noexcept override;
   bool truncated() const noexcept override;
   std::uint32_t answered() const noexcept override { return answered_; }
+  std::uint32_t unsettled(std::uint32_t answered) const noexcept override;
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override;
   void let_fall() noexcept override { places_.let_fall(); }
 
@@ -67,9 +67,11 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
 
   /// `moving`: not all rays stand in the world and ask at one instant. Where there are fewer kernels, the one that
   /// answers the same.
-  const Kernel& kernel_for(bool moving, bool asked_again, std::uint32_t entities) const noexcept;
-  /// In pieces where the device runs fewer groups at once. `asked_again`: the places are those of `again_`.
-  void dispatch(PlaceRange range, bool asked_again, const RowSource& rows, const accel::TlasView& view,
+  const Kernel& kernel_for(bool moving, std::uint32_t entities) const noexcept;
+  /// The one that goes on with a search.
+  const Kernel& kernel_that_pauses() const noexcept { return kernels_[1 % kernels_.size()]; }
+  /// In pieces where the device runs fewer groups at once. `again`: the places are those of `again_`.
+  void dispatch(PlaceRange range, bool again, const RowSource& rows, const accel::TlasView& view,
                 gpu::Recorder& recorder) noexcept;
   bool is_incomplete(std::uint32_t ray) const noexcept {
     return hit_memory_[places_.written()]
@@ -93,13 +95,17 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   // What check saw in the batch that is recorded next.
   mutable bool carried_ = false;
   mutable bool side_by_side_ = false;
-  bool farthest_first_ = false;            // rays that are not traced as packets
   std::vector<std::uint32_t> incomplete_;  // rays to be asked again; has room for all
+  std::uint32_t settled_ = 0;              // of them, those of which nothing is left to be asked
+  std::uint32_t window_ = 0;               // so many behind those are asked again now,
+  std::array<std::uint64_t, shared::paused_rays>
+      searched_{};              // and what their searches go through (TlasView::contents); 0: they begin
+  std::uint32_t restarts_ = 0;  // of searches, since what they went through was gone
   gpu::DeviceLimits limits_;
   std::vector<Kernel> kernels_;
   gpu::HostMemory ray_memory_;               // the caller's spans: they stay where they are
   std::vector<gpu::HostMemory> hit_memory_;  // of each place
-  gpu::Buffer rays_, again_, some_incomplete_;
+  gpu::Buffer rays_, again_, some_incomplete_, paused_;
   std::vector<gpu::Buffer> hits_;  // of each place
 };
 

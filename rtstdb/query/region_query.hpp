@@ -34,9 +34,7 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
   void unpack(PlaceRange range, const accel::TlasView& view) noexcept override {
     runner_.unpack(range, view, fork_join());
   }
-  std::uint32_t incomplete_count() const noexcept override {
-    return static_cast<std::uint32_t>(runner_.incomplete().size());
-  }
+  std::uint32_t ask_again() noexcept override { return runner_.ask_again(); }
   void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                     const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override {
@@ -44,6 +42,9 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
   }
   bool truncated() const noexcept override { return runner_.truncated(); }
   std::uint32_t answered() const noexcept override { return runner_.answered(); }
+  std::uint32_t unsettled(std::uint32_t answered) const noexcept override {
+    return runner_.unsettled(answered);
+  }
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override {
     runner_.let_stand(answered, count);
   }

@@ -207,6 +207,7 @@ void RegionRunner::arrange(std::span<const std::uint32_t> order, const RegionKin
   order_ = order;
   ends_ = ends;
   incomplete_.clear();
+  settled_ = 0;
   begins_[0] = 0;
   answered_ = 0;
   some_overflow_ = false;
@@ -289,6 +290,12 @@ void RegionRunner::record_again(PlaceRange range, const accel::TlasView& view,
 void RegionRunner::unpack_again(PlaceRange range, const accel::TlasView& view) noexcept {
   for (std::uint32_t i = range.first; i < range.end; ++i)
     unpack_answer(incomplete_[i], i, view, sorters_[0]);
+  settled_ = range.end;
+}
+
+std::uint32_t RegionRunner::unsettled(std::uint32_t answered) const noexcept {
+  const auto left = std::span(incomplete_).subspan(settled_);
+  return static_cast<std::uint32_t>(std::ranges::lower_bound(left, answered) - left.begin());
 }
 
 bool RegionRunner::truncated() const noexcept {

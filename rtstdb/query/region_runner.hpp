@@ -53,11 +53,15 @@ class RegionRunner {
   void unpack(PlaceRange range, const accel::TlasView& view, threads::ForkJoin& fork_join) noexcept;
   /// Places to be asked again: the i-th of them as the i-th record.
   std::span<const std::uint32_t> incomplete() const noexcept { return incomplete_; }
+  std::uint32_t ask_again() const noexcept {
+    return static_cast<std::uint32_t>(incomplete_.size()) - settled_;
+  }
   void record_again(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept;
   bool truncated() const noexcept;
   // As PreparedQuery.
   std::uint32_t answered() const noexcept { return answered_; }
+  std::uint32_t unsettled(std::uint32_t answered) const noexcept;
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept;
   void let_fall() noexcept { places_.let_fall(); }
   std::span<const RegionAnswer> answers() const noexcept {
@@ -122,6 +126,7 @@ class RegionRunner {
   std::vector<std::size_t> begins_;        // of the answers to each place of a batch, and to the one behind
   std::vector<Sorter> sorters_;            // one a thread
   std::vector<std::uint32_t> incomplete_;  // places to be asked again; has room for all
+  std::uint32_t settled_ = 0;              // of them, those that have been asked again
   bool some_overflow_ = false;             // of those answered at once
 };
 

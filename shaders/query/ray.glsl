@@ -14,6 +14,7 @@ layout(set = 0, binding = 7, scalar) writeonly buffer IncompleteBuffer {
   // A subgroup that goes through all rays of its group may leave some without an answer where loops have stopped (common/loops.glsl),
   // to which its own count of rounds should not let it come.
   uint some_left;
+  uint some_paused;
 };
 #ifdef RAY_MOVING
 layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint places[]; };
@@ -39,8 +40,13 @@ struct Asked {
   float share;  // of the window that has passed
 };
 
-// Of places that are asked, or asked again.
-uint ray_at(uint place) { return args.asked_again != 0u ? texelFetch(again, int(place >> 2))[place & 3u] : place; }
+// Of a place that is asked, or asked again.
+uint ray_at(uint place) {
+  return args.asked_again != 0u ? texelFetch(again, int(place >> 2))[place & 3u] & ~ray_begins_bit : place;
+}
+
+// Whether a ray that is asked again begins at this, and does not go on.
+bool begins_at(uint place) { return (texelFetch(again, int(place >> 2))[place & 3u] & ray_begins_bit) != 0u; }
 
 Asked read_ray(uint index) {
   const int base = int(index * ray_texels);

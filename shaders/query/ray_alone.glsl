@@ -1,25 +1,20 @@
 // The body of the ray queries for rays by a lane each.
 //
 // Include with RAY_ANY or RAY_MOVING defined as for ray.glsl, RAY_LIST as the largest number of hits of each, where that is more than
-// one.
+// one. With RAY_MOVING they are what asks rays again that were cut short: in as many dispatches as it takes.
+#ifdef RAY_MOVING
+#define RAY_PAUSES
+#endif
 #include "query/traverse.glsl"
 #include "query/ray.glsl"
+#ifdef RAY_PAUSES
+#include "query/ray_pause.glsl"
+#endif
 
 layout(local_size_x = 64) in;
 
-void main() {
-  const uint place = place_of_invocation(args.first, args.per_group);
-  // Who has no place runs along for the others of its subgroup, with a ray that there is.
-  const bool asks = place < args.end;
-  const uint index = ray_at(asks ? place : args.first);
-  const Asked ray = read_ray(index);
 #ifdef RAY_LIST
-  clear_list();
-#endif
-  const Found found = trace(make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.lambda_max, ray.t_ns, ray.share,
-                            ray.instance_base, ray.mask, asks ? args.root : ref_none, args.faces, args.hits_per_ray - 1u, args.two);
-  if (!asks) return;
-#ifdef RAY_LIST
+void answer_list(uint index, Found found, Asked ray) {
   for (uint k = 0u; k < args.hits_per_ray; ++k) {
     Found one = nothing_within(ray.lambda_max);
     if (found.status == status_incomplete) one.status = status_incomplete;
@@ -32,6 +27,43 @@ void main() {
     write_hit(index * args.hits_per_ray + k, one, ray);
   }
   if (found.status == status_incomplete) some_incomplete = 1u;
+}
+#endif
+
+void main() {
+  const uint place = place_of_invocation(args.first, args.per_group);
+  // Who has no place runs along for the others of its subgroup, with a ray that there is.
+  bool asks = place < args.end;
+  const uint kept_at = asks ? place : args.first;
+  const uint index = ray_at(kept_at);
+  const Asked ray = read_ray(index);
+#ifdef RAY_LIST
+  clear_list();
+#endif
+#ifdef RAY_PAUSES
+  const bool asked_again = args.asked_again != 0u;
+  const bool resumes = asked_again && !begins_at(kept_at);
+  if (resumes && paused[pause_at(kept_at)] == 0u) asks = false;
+  Way way = begin_way(asks ? args.root : ref_none, ray.lambda_max);
+  if (asks && resumes) pause_or_resume(true, kept_at, way);
+#else
+  Way way = begin_way(asks ? args.root : ref_none, ray.lambda_max);
+#endif
+  trace(way, make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.t_ns, ray.share, ray.instance_base, ray.mask, args.faces,
+        args.hits_per_ray - 1u);
+  const Found found = found_by(way, args.two);
+  if (!asks) return;
+#ifdef RAY_PAUSES
+  const bool goes_on = asked_again && is_left(way) && found.status != status_incomplete;
+  if (goes_on) {
+    pause_or_resume(false, kept_at, way);
+    some_paused = 1u;
+    return;
+  }
+  if (asked_again) paused[pause_at(kept_at)] = 0u;
+#endif
+#ifdef RAY_LIST
+  answer_list(index, found, ray);
 #else
   answer(index, found, ray);
 #endif

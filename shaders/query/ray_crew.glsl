@@ -9,7 +9,7 @@ layout(local_size_x = 8) in;
 void take_rays(inout Own own, inout uint next, uint end) {
   const uint place = next + lanes_before(!own.asks);
   const bool takes = !own.asks && place < end;
-  const uint index = ray_at(takes ? place : args.first);
+  const uint index = takes ? place : args.first;
   const Own begun = begin_ray(index, read_ray(index), args.root);
   if (takes) own = begun;
   next = min(next + count_of_lanes(!own.asks || takes), end);
@@ -35,11 +35,9 @@ void finish_rays(inout Own own, bool cut_short) {
 void main() {
   uint next = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * args.per_group;
   const uint end = min(next + args.per_group, args.end);
-  Own own = no_ray(read_ray(ray_at(args.first)));
+  Own own = no_ray(read_ray(args.first));
   Errand errand = no_errand(own.world);
-  // Half of what a ray has that is asked again, by itself: so what is answered in company is answered alone, too, where its errands are
-  // run in another order.
-  uint rounds = args.asked_again != 0u ? 0u : max_rounds / 2u;
+  uint rounds = 0u;
   do {
     rounds += 4u;  // with those of loops_still_turn
     take_rays(own, next, end);

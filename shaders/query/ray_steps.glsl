@@ -2,7 +2,8 @@
 // branch's body anyway on lavapipe.
 //
 // Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants,
-// RAY_LIST as the largest number of hits that is kept of each, where that is more than one.
+// RAY_LIST as the largest number of hits that is kept of each, where that is more than one, RAY_PAUSES where a search may go on in
+// another dispatch (ray_pause.glsl).
 #ifndef RTSTDB_QUERY_RAY_STEPS_GLSL
 #define RTSTDB_QUERY_RAY_STEPS_GLSL
 #include "common/loops.glsl"
@@ -14,8 +15,12 @@ layout(set = 0, binding = 1) uniform samplerBuffer triangles;
 layout(set = 0, binding = 2) uniform usamplerBuffer tlas;
 layout(set = 0, binding = 3) uniform samplerBuffer instances;
 
-// One group a level of a tree at most.
-const uint stack_size = 48u;
+// One group a level of a tree at most: a binary one has a level for each bit of a code (63) and of a place (32).
+const uint stack_size = paused_ray_groups;
+
+// What a search that may go on in another dispatch makes in one: so few that sixteen lanes, none of which can count what the others
+// use up, come nowhere near max_rounds together.
+const uint rounds_at_once = 3000u;
 
 Instance instance_at(uint index) { return fetch_instance(instances, index); }
 
@@ -164,6 +169,15 @@ struct Search {
 
 Search nothing_begun() { return Search(0u, 0u); }
 
+// False: the search has made its rounds of this dispatch, and stands still as it is.
+bool may_go_on(Search search) {
+#ifdef RAY_PAUSES
+  return search.rounds < (args.asked_again != 0u ? rounds_at_once : max_rounds);
+#else
+  return true;
+#endif
+}
+
 // The next child, or ref_none when nothing is left: of the group at hand, or of that on top of the stack.
 uint take_next(bool of_entities, inout Search search, uint at_hand, uint order) {
   const bool pop = (at_hand & 0xFFu) == 0u;
@@ -205,7 +219,7 @@ uint descend_geometry(uint node, inout Search search, Segment ray, float lambda_
     const uint entered = enter_geometry(inner ? current : 0u, ray, lambda_min, limit);
     const uint next = take_next(false, search, inner ? entered : idle_group, ray.order);
     current = inner ? next : current;
-  } while (another_round(is_inner(current)));
+  } while (another_round(is_inner(current) && may_go_on(search)));
   return current;
 }
 
@@ -239,7 +253,7 @@ uint unless_found(uint current, Found best) {
 }
 
 // From `below` of a geometry's tree to the next run of triangles, and through all that follow one another. Ends at an inner node, or
-// where nothing is left.
+// where nothing is left, or where the search stands still.
 uint go_through_leaves(uint below, inout Search search, Segment ray, float lambda_min, float faces, uint last_kept, uint instance,
                        uint entity, inout Found best) {
   uint current = descend_geometry(below, search, ray, lambda_min, reach_of(best));
@@ -249,7 +263,7 @@ uint go_through_leaves(uint below, inout Search search, Segment ray, float lambd
     const bool leaf = is_leaf(current);
     const uint next = take_next(false, search, leaf ? 0u : idle_group, ray.order);
     current = leaf ? unless_found(next, best) : current;
-  } while (another_round(is_leaf(current)));
+  } while (another_round(is_leaf(current) && may_go_on(search)));
   return current;
 }
 

@@ -51,11 +51,11 @@ vec3 axis_last(vec3 p, uint axis) {
 
 uint octant_of(vec3 d) { return (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u); }
 
-// The order of slots that begins with the nearest child; where any hit will do, most often with the farthest one (RayArgs). A ray often
+// The order of slots that begins with the nearest child; where any hit will do, with the farthest one. A ray often
 // begins at a surface, or within the boxes of what is all around it: of those it crosses a part, but the farther ones from side to side.
 uint order_of(uint octant) {
 #ifdef RAY_ANY
-  return octant ^ args.against;
+  return octant ^ 7u;
 #else
   return octant;
 #endif

@@ -16,13 +16,20 @@ RTSTDB_CONSTANT(ray_texels, 4)
 //   1 u, v              3 mask, material                   5 normal xy          7 relative velocity yz
 RTSTDB_CONSTANT(hit_pairs, 8)
 
+// So many rays are asked again at a time. What is left of the search of one takes so many words, two stacks of 96 groups and 18 more, and 5
+// for each hit that it may have a list of. The upper bit of its word in `again` says that it begins.
+RTSTDB_CONSTANT(paused_rays, 256)
+RTSTDB_CONSTANT(paused_ray_groups, 96)
+RTSTDB_CONSTANT(paused_ray_words, 210)
+RTSTDB_CONSTANT(paused_hit_words, 5)
+RTSTDB_CONSTANT(ray_begins_bit, 0x80000000u)
+
 #define RTSTDB_FIELDS_RayArgs(F)                                                                  \
   F(uint, root)                                                                                   \
   F(uint, first)     /* see place_of_invocation */                                                 \
   F(uint, end)       /* no ray from this place on is asked */                                     \
   F(uint, per_group)                                                                              \
-  F(uint, asked_again) /* 1: places are those in `again`, which names rays; 0: rays */            \
-  F(uint, against) /* any hit: 7 where rays visit the farthest children first, else 0; packets never do */ \
+  F(uint, asked_again) /* 1: places are those in `again`, which names rays, and searches may pause; 0: rays */ \
   F(uint, epoch_ns)  /* low word; rays lie less than two epochs after it, so it says enough */     \
   F(uint, late_base) /* where the next epoch's instances begin */                                 \
   F(uint, still)     /* 1: every ray asks at still_ns */                                          \

@@ -91,8 +91,8 @@ bool same(const std::vector<Words>& a, const std::vector<Words>& b) {
 
 constexpr std::uint32_t asked = 1000;
 
-/// Every kind of query, each over the same elements in a world made from the same seed, among them some that are cut
-/// short by the device's limits.
+/// Every kind of query, each over the same elements in a world made from the same seed, among them some that take more than a
+/// dispatch gives.
 class Chunks : public DatabaseTest {
  protected:
   void make_world(Nanoseconds chunk, bool with_dense = true) {
@@ -171,6 +171,8 @@ class Chunks : public DatabaseTest {
     return asker(query, query->overlaps(), overlaps_);
   }
 
+  static constexpr std::size_t ray_kinds = 4;
+  /// Those of rays first.
   std::vector<Asker> all_kinds() {
     std::vector<Asker> askers;
     askers.push_back(prepared(RayQueryOptions{.name = "closest"}));
@@ -210,8 +212,6 @@ TEST_F(Chunks, AnswerAsTheWholeBatch) {
     run(asker);
     whole.push_back(asker.answers());
   }
-  EXPECT_TRUE(std::ranges::any_of(whole[0][0], [](std::uint32_t word) { return word == 2; }))
-      << "some incomplete";
   // A nanosecond divides into single workgroups, the other into more, and not evenly.
   for (const Nanoseconds chunk : {Nanoseconds(1), Nanoseconds(150'000)}) {
     SCOPED_TRACE(testing::Message() << chunk.count() << " ns");
@@ -254,8 +254,13 @@ TEST_F(Chunks, AnswerAsTheWholeBatchWithOthersInTheirGaps) {
   });
   Nanoseconds interrupted{0};
   for (std::size_t k = 0; k < askers.size(); ++k) {
-    interrupted += run(askers[k]).interrupted;
+    const Outcome outcome = run(askers[k]);
+    interrupted += outcome.interrupted;
     EXPECT_TRUE(same(askers[k].answers(), alone[k])) << "query " << k;
+    // Some take many passes, in a slot that the others leave alone.
+    if (k < ray_kinds) {
+      EXPECT_EQ(outcome.status, Status::committed) << "query " << k;
+    }
   }
   stop = true;
   others.join();

@@ -67,14 +67,21 @@ TEST_F(FirstHits, AtOneLambdaComeByEntityAndTriangle) {
   }
 }
 
-TEST_F(FirstHits, OfAPileThatIsTooHighAreIncompleteAllOfThem) {
-  create(row_of(add({{{-1, -1, 0}, {1, -1, 0}, {0, 2, 0}}, std::vector<glm::uvec3>(100'000, {0, 1, 2})}),
-                {0.0, 0.0, 5.0}));
+/// It takes more rounds than a dispatch has.
+TEST_F(FirstHits, OfAPileAreTheLowest) {
+  const EntityId heap =
+      create(row_of(add({{{-1, -1, 0}, {1, -1, 0}, {0, 2, 0}}, std::vector<glm::uvec3>(100'000, {0, 1, 2})}),
+                    {0.0, 0.0, 5.0}));
   const Ray rays[] = {ray_from({}, {0, 0, 1}), ray_from({}, {0, 0, -1})};
-  const auto hits = ask(*prepare_first(3, 2), rays);
-  for (std::size_t k = 0; k < 3; ++k) {
-    EXPECT_EQ(hits[k].status, HitStatus::incomplete);
-    EXPECT_EQ(hits[3 + k].status, HitStatus::miss);
+  for (const std::uint32_t hits_per_ray : {3u, 16u}) {
+    const auto hits = ask(*prepare_first(hits_per_ray, 2), rays);
+    for (std::uint32_t k = 0; k < hits_per_ray; ++k) {
+      EXPECT_EQ(hits[k].status, HitStatus::hit);
+      EXPECT_EQ(hits[k].entity, heap);
+      EXPECT_EQ(hits[k].triangle, k);
+      EXPECT_EQ(hits[k].lambda, 5.0f);
+      EXPECT_EQ(hits[hits_per_ray + k].status, HitStatus::miss);
+    }
   }
 }
 

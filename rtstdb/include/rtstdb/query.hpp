@@ -10,8 +10,8 @@
 //              time_not_covered, window_too_long)
 //   ties       lowest entity index first, then lowest triangle index
 //   order      answers do not depend on the order of the batch nor on how it was split. Boxes fit the span of a batch's times:
-//              close to the device's limits that may decide whether a search is cut short, and what an incomplete answer lists.
-//              There a ray that is incomplete by itself may be a hit among neighbours (RayQuery), never a miss
+//              of regions and nearest, close to the device's limits, that may decide whether a search is cut short, and what an
+//              incomplete answer lists. Rays have no such limit
 //   threads    a query belongs to one transaction at a time; between submit and completion the caller
 //              leaves it alone
 //   lifetime   a query must not outlive its Database
@@ -49,8 +49,7 @@ enum class LatePolicy : std::uint8_t {
 /// Whose answers a query's spans hold.
 struct AnswerInfo {
   std::uint32_t elements = 0;  ///< that the spans are about; 0: none
-  /// LatePolicy::partial: of them without an answer, and marked as incomplete; but not those that had come to the device's
-  /// limits and were being asked again.
+  /// LatePolicy::partial: of them without an answer, and marked as incomplete.
   std::uint32_t missing = 0;
   Version version = 0;  ///< the version that was asked
   WorldTime version_time{};
@@ -98,7 +97,7 @@ enum class Faces : std::uint8_t { both, front, back };
 enum class HitStatus : std::uint32_t {
   miss = 0,
   hit = 1,
-  incomplete = 2,  ///< the search was cut short by the device's limits: no answer may be drawn from it
+  incomplete = 2,  ///< the search was cut short: no answer may be drawn from it
 };
 
 struct RayHit {
@@ -130,7 +129,10 @@ struct RayQueryOptions {
 
 /// Rays and hits lie in memory of the host that the device reads and writes where it can: nothing is copied on the
 /// way. They stay where they are as long as the query lives.
-/// Order: no answer depends on it, but for what is said of limits above. On a device whose subgroups have eight lanes, as lavapipe's have with 256 bits, nearest
+/// A search takes as long as it takes, in several dispatches if need be, and between them others run and deadlines are looked
+/// at. It is cut short (HitStatus::incomplete) by LatePolicy::partial; where others take the structures from under it again
+/// and again, which takes three long searches at once; and in a tree of more than 96 levels, which nobody has seen.
+/// Order: no answer depends on it. On a device whose subgroups have eight lanes, as lavapipe's have with 256 bits, nearest
 /// hits and RayMode::any take less time where eight neighbours in the batch, the first eight and so on, have one origin and
 /// carrier and run within 0.04 rad, as in the rows of a camera.
 class RayQuery : public Query {
