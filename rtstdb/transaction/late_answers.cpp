@@ -21,7 +21,7 @@ void let_stand(const query::Request& request, std::uint32_t answered,
   request.query->let_stand(answered, request.count);
   const VersionInfo version = transaction.asked;
   request.query->info = {.elements = request.count,
-                         .missing = request.count - answered,
+                         .missing = request.count - answered + request.query->unsettled(answered),
                          .version = version.version,
                          .version_time = version.time,
                          .published = transaction.outcome().published};
@@ -46,7 +46,9 @@ bool are_enough(Running& running, const Clock& clock) noexcept {
   running.last_gap = now;
   if (now + running.chunk <= transaction.terms().deadline) return false;
   return std::ranges::all_of(transaction.requests(), [](const query::Request& request) {
-    return may_be_partial(request) || request.query->answered() >= request.count;
+    const query::PreparedQuery& query = *request.query;
+    return may_be_partial(request) ||
+           (query.answered() >= request.count && query.unsettled(request.count) == 0);
   });
 }
 

@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 
+#include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/random_questions.hpp"
 
 namespace rtstdb::test {
@@ -160,6 +161,37 @@ TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
       different += !some[k].empty() && some[k] != whole[k];
     EXPECT_EQ(different, 0u);
   }
+}
+
+/// Rays through a pile are asked again in one pass after the other, and the deadline comes in the midst of these: what it cuts off is
+/// without an answer, and counted.
+TEST_F(LatePolicies, WhatIsCutOffWhileItIsAskedAgainIsMissing) {
+  EntityRow high = row_of(DatabaseTest::add(pile(100'000)));
+  high.scale = glm::dvec3(1.0);
+  create(high);
+  prepare_all(LatePolicy::partial);
+  const Prepared& rays = all_.front();
+  EXPECT_EQ(run(rays, {}).status, Status::committed);
+  const std::vector<std::string> whole = rays.answers();
+  EXPECT_EQ(std::ranges::count(whole, ""), 0);
+  EXPECT_EQ(rays.query->answer_info().missing, 0u);
+  std::uint32_t least = capacity;
+  bool cut_off_again = false;
+  for (int steps = 20; least > 0; steps += steps / 3) {
+    ASSERT_LT(steps, 100'000);
+    const Outcome outcome = run(rays, firm(Nanoseconds(steps * 100'000)));
+    if (outcome.status == Status::missed && !outcome.partial) continue;
+    const std::vector<std::string> some = rays.answers();
+    const std::uint32_t missing = rays.query->answer_info().missing;
+    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count(some, "")), missing) << describe(outcome);
+    EXPECT_EQ(outcome.partial, missing > 0) << describe(outcome);
+    for (std::uint32_t k = 0; k < capacity; ++k)
+      ASSERT_TRUE(some[k].empty() || some[k] == whole[k]) << "ray " << k;
+    // The last elements that are asked at first are answered.
+    cut_off_again = cut_off_again || (missing > 0 && missing < capacity / 10);
+    least = std::min(least, missing);
+  }
+  EXPECT_TRUE(cut_off_again);
 }
 
 /// At one of its readings on the database's thread somebody submits; when that is done, hardly any time is left.
