@@ -52,7 +52,7 @@ function(hil_room name)
 endfunction()
 
 # One test program per folder of tests.
-#   LABEL    what it needs: unit nothing, gpu a Vulkan device, scenario that and the built programs, vcan a real AF_CAN,
+#   LABEL    what it needs: unit nothing, gpu a Vulkan device, answers that and time on it, scenario that and the built programs, vcan a real AF_CAN,
 #            realtime a machine that keeps time, torture much time (built and run with tools/test --long alone); these two
 #            run alone
 #   THREADS  it has threads of its own: the thread sanitizer takes it, and no other
@@ -63,8 +63,8 @@ endfunction()
 # The target hil_tests_<label> builds all programs of a label; what sanitizers take is told in tools/test.
 function(hil_test name)
   cmake_parse_arguments(TEST "THREADS" "LABEL;TIMEOUT;RUNNER;PREFIX" "SOURCES;USES;LIBS" ${ARGN})
-  if(NOT TEST_LABEL MATCHES "^(unit|gpu|scenario|vcan|realtime|torture)$")
-    message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, scenario, vcan, realtime or torture, not '${TEST_LABEL}'")
+  if(NOT TEST_LABEL MATCHES "^(unit|gpu|answers|scenario|vcan|realtime|torture)$")
+    message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, answers, scenario, vcan, realtime or torture, not '${TEST_LABEL}'")
   endif()
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 300)
@@ -96,7 +96,7 @@ function(hil_test name)
   set(properties LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
   if(TEST_LABEL MATCHES "^(realtime|torture)$")
     list(APPEND properties RUN_SERIAL ON)
-  elseif(TEST_LABEL MATCHES "^(gpu|scenario)$")
+  elseif(TEST_LABEL MATCHES "^(gpu|answers|scenario)$")
     # lavapipe computes on all processors: two at once fill the pauses of one another, more only wait.
     cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
     math(EXPR half "(${processors} + 1) / 2")
