@@ -268,9 +268,9 @@ Result<void> GpuRayQuery::bind(gpu::Device& device, const accel::GeometryPool& p
                                       &tlas.instances(slot),
                                       &tlas.identity_texels(slot),
                                       &rays_,
-                                      &again_,
                                       &some_incomplete_,
                                       &tlas.places(slot),
+                                      &again_,
                                       &paused_};
       auto bindings = device.create_bindings(
           kernel.pipeline, std::span(buffers).first(gpu::shader_info(kernel.shader).bindings.size()));

@@ -8,8 +8,7 @@
 
 layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer rays;
-layout(set = 0, binding = 6) uniform usamplerBuffer again;
-layout(set = 0, binding = 7, scalar) writeonly buffer IncompleteBuffer {
+layout(set = 0, binding = 6, scalar) writeonly buffer IncompleteBuffer {
   uint some_incomplete;
   // A subgroup that goes through all rays of its group may leave some without an answer where loops have stopped (common/loops.glsl),
   // to which its own count of rounds should not let it come.
@@ -17,7 +16,7 @@ layout(set = 0, binding = 7, scalar) writeonly buffer IncompleteBuffer {
   uint some_paused;
 };
 #ifdef RAY_MOVING
-layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint places[]; };
+layout(set = 0, binding = 7, scalar) readonly buffer PlacesBuffer { uint places[]; };
 #endif
 
 Destination destination_of_hit(uint place) { return destination_of(args.hits, place, 8u * hit_pairs); }
@@ -39,14 +38,6 @@ struct Asked {
   uint instance_base;
   float share;  // of the window that has passed
 };
-
-// Of a place that is asked, or asked again.
-uint ray_at(uint place) {
-  return args.asked_again != 0u ? texelFetch(again, int(place >> 2))[place & 3u] & ~ray_begins_bit : place;
-}
-
-// Whether a ray that is asked again begins at this, and does not go on.
-bool begins_at(uint place) { return (texelFetch(again, int(place >> 2))[place & 3u] & ray_begins_bit) != 0u; }
 
 Asked read_ray(uint index) {
   const int base = int(index * ray_texels);

@@ -35,14 +35,18 @@ void main() {
   // Who has no place runs along for the others of its subgroup, with a ray that there is.
   bool asks = place < args.end;
   const uint kept_at = asks ? place : args.first;
-  const uint index = ray_at(kept_at);
+#ifdef RAY_PAUSES
+  const bool asked_again = args.asked_again != 0u;
+  const uint index = asked_again ? ray_again(kept_at) : kept_at;
+#else
+  const uint index = kept_at;
+#endif
   const Asked ray = read_ray(index);
 #ifdef RAY_LIST
   clear_list();
 #endif
 #ifdef RAY_PAUSES
-  const bool asked_again = args.asked_again != 0u;
-  const bool resumes = asked_again && !begins_at(kept_at);
+  const bool resumes = asked_again && !begins_again(kept_at);
   if (resumes && paused[pause_at(kept_at)] == 0u) asks = false;
   Way way = begin_way(asks ? args.root : ref_none, ray.lambda_max);
   if (asks && resumes) pause_or_resume(true, kept_at, way);
