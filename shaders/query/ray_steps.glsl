@@ -18,9 +18,10 @@ layout(set = 0, binding = 3) uniform samplerBuffer instances;
 // One group a level of a tree at most: a binary one has a level for each bit of a code (63) and of a place (32).
 const uint stack_size = paused_ray_groups;
 
-// What a search that may go on in another dispatch makes in one: so few that sixteen lanes, none of which can count what the others
+// What a search that may go on in another dispatch makes in one: about half a millisecond on lavapipe, so that others come in between;
+// and so few that sixteen lanes, none of which can count what the others
 // use up, come nowhere near max_rounds together.
-const uint rounds_at_once = 3000u;
+const uint rounds_at_once = 1000u;
 
 Instance instance_at(uint index) { return fetch_instance(instances, index); }
 
