@@ -65,7 +65,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   transaction.promised_cost = Nanoseconds(0);
   transaction.needed_cost = Nanoseconds(0);
   if (firm && now > deadline) {
-    outcome.lateness = now - deadline;
+    transaction.note_late(now);
     finish(transaction, Status::missed);
     return false;
   }

@@ -9,9 +9,8 @@ namespace {
 /// A sample's weight halves every 34 samples after it.
 constexpr double fading = 0.98;
 
-/// What lay above halves every 69 samples. Farther above than this lies what the operating system did.
+/// What lay above halves every 69 samples.
 constexpr double above_fading = 0.99;
-constexpr double most_above = 4.0;
 
 /// The largest of some samples is not the largest there will be.
 constexpr double more_than_seen = 1.25;

@@ -6,6 +6,9 @@
 
 namespace rtstdb::transaction {
 
+/// So far above their line samples are looked at; what lies farther is what the operating system did.
+inline constexpr double most_above = 4.0;
+
 void learn(query::CostSamples& samples, double count, double cost_ns) noexcept;
 /// Zero before the first sample. Where only one count was ever seen, more is taken to cost in proportion and less to cost
 /// the same.

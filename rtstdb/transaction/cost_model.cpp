@@ -10,6 +10,9 @@ namespace {
 /// Take between a tenth of a millisecond and a few on any device.
 constexpr std::uint32_t elements_unmeasured = 4096;
 
+/// What a run that was given up would have cost is known so well.
+constexpr double clearly_more = 1.1;
+
 /// A query that needs structures brought up more often than this is expected to need them.
 constexpr double seldom = 0.02;
 
@@ -117,6 +120,36 @@ CostModel::StructureParts CostModel::parts_of(const query::StructureWork& struct
   }
   if (structures.shapes > 0) parts[2] = {&shapes_, static_cast<double>(structures.shapes)};
   return parts;
+}
+
+void CostModel::learn_stopped(std::span<const query::Request> requests, Nanoseconds cost,
+                              const query::StructureWork& structures) noexcept {
+  double structures_ns = 0.0;
+  for (const Part& part : parts_of(structures))
+    if (part.samples != nullptr) structures_ns += predict_ns(*part.samples, part.count);
+  double foreseen_ns = 0.0;
+  double answered = 0.0;  // by what elements were foreseen to cost, where that is known
+  double whole = 0.0;
+  const bool all_known =
+      std::ranges::all_of(requests, [&](const query::Request& request) { return of(request).samples > 0; });
+  for (const query::Request& request : requests) {
+    const double own_ns = predict_ns(of(request), request.count);
+    const double weight = all_known ? own_ns : request.count;
+    foreseen_ns += own_ns;
+    whole += weight;
+    if (request.count > 0)
+      answered += weight * std::min(request.query->answered(), request.count) / request.count;
+  }
+  const auto cost_ns = static_cast<double>(cost.count());
+  const double predicted_ns = structures_ns + foreseen_ns;
+  double whole_ns = cost_ns;
+  if (answered > 0.0) {
+    whole_ns = structures_ns + std::max(0.0, cost_ns - structures_ns) * whole / answered;
+    // What the operating system took while few were answered is not what all of them cost.
+    if (all_known) whole_ns = std::clamp(whole_ns, cost_ns, std::max(cost_ns, most_above * predicted_ns));
+  }
+  if (whole_ns > clearly_more * predicted_ns)
+    learn_queries(requests, Nanoseconds(std::llround(whole_ns)), structures);
 }
 
 void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseconds cost,

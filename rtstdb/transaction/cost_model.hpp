@@ -49,6 +49,10 @@ class CostModel {
   /// others leave.
   void learn_queries(std::span<const query::Request> requests, Nanoseconds cost,
                      const query::StructureWork& structures = {}) noexcept;
+  /// A run that was given up, by what its queries had answered by then: what the whole of it would have cost, where that is
+  /// clearly more than was predicted. A run that is not done says nothing of what is cheaper.
+  void learn_stopped(std::span<const query::Request> requests, Nanoseconds cost,
+                     const query::StructureWork& structures) noexcept;
 
  private:
   /// One line that takes part in a cost.

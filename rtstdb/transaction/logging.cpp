@@ -17,7 +17,7 @@ Status Runner::write_through(TransactionImpl& transaction, const Running& runnin
   Outcome& outcome = transaction.draft();
   const ClockTime deadline = transaction.terms().deadline;
   if (transaction.is(DeadlineClass::firm) && clock_.now() > deadline) {
-    outcome.lateness = clock_.now() - deadline;
+    transaction.note_late(clock_.now());
     store_.discard();
     return Status::missed;
   }

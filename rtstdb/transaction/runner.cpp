@@ -13,7 +13,7 @@ Status Runner::run(TransactionImpl& transaction, query::Meanwhile* meanwhile) no
   const Terms& terms = transaction.terms();
   const ClockTime now = clock_.now();
   if (transaction.is(DeadlineClass::firm) && now > terms.deadline) {
-    outcome.lateness = now - terms.deadline;
+    transaction.note_late(now);
     return Status::missed;
   }
   outcome.started = now;
@@ -197,8 +197,9 @@ Status Runner::cancelled(TransactionImpl& transaction) noexcept {
 Status Runner::stopped(TransactionImpl& transaction, const Running& running) noexcept {
   if (transaction.is_to_be_cancelled()) return cancelled(transaction);
   if (running.gives_way) return Status::pending;
-  Outcome& outcome = transaction.draft();
-  outcome.lateness = clock_.now() - transaction.terms().deadline;
+  if (!clock_.is_virtual())
+    costs_.learn_stopped(transaction.requests(), running.queries_cost, running.structures);
+  transaction.note_late(clock_.now());
   return Status::missed;
 }
 
@@ -258,7 +259,7 @@ bool Runner::is_in_time(TransactionImpl& transaction, ClockTime now) noexcept {
   Outcome& outcome = transaction.draft();
   const ClockTime deadline = transaction.terms().deadline;
   if (transaction.is(DeadlineClass::firm) && now > deadline) {
-    outcome.lateness = now - deadline;
+    transaction.note_late(now);
     return false;
   }
   outcome.published = now;
@@ -272,7 +273,7 @@ Status Runner::done(TransactionImpl& transaction, const query::RowSource& rows) 
   const ClockTime deadline = transaction.terms().deadline;
   const bool may_be_late = transaction.is(DeadlineClass::hard) || transaction.is(DeadlineClass::soft);
   if (may_be_late && outcome.published > deadline) {
-    outcome.lateness = outcome.published - deadline;
+    transaction.note_late(outcome.published);
     return Status::late;
   }
   return outcome.truncated ? Status::truncated : Status::committed;

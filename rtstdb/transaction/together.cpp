@@ -68,7 +68,7 @@ Status Runner::begin_together(TransactionImpl& reader, const store::Snapshot& ve
   reader.shares = false;
   const ClockTime now = clock_.now();
   if (reader.is(DeadlineClass::firm) && now > reader.terms().deadline) {
-    outcome.lateness = now - reader.terms().deadline;
+    reader.note_late(now);
     return Status::missed;
   }
   outcome.started = now;

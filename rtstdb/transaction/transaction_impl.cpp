@@ -1,5 +1,7 @@
 #include "rtstdb/transaction/transaction_impl.hpp"
 
+#include <algorithm>
+
 #include <rtstdb/limits.hpp>
 #include <rtstdb/result.hpp>
 
@@ -154,6 +156,14 @@ void TransactionImpl::answer_reads(const query::RowSource& rows) noexcept {
     const EntityState* found = rows.find(read.id);
     read = found != nullptr ? *found : EntityState{};
   }
+}
+
+void TransactionImpl::note_late(ClockTime now) noexcept {
+  // Unsigned: a deadline may lie before all clocks.
+  const auto late_ns = static_cast<std::uint64_t>(now.time_since_epoch().count()) -
+                       static_cast<std::uint64_t>(terms_.deadline.time_since_epoch().count());
+  constexpr auto longest_ns = static_cast<std::uint64_t>(Nanoseconds::max().count());
+  outcome_.lateness = Nanoseconds(static_cast<std::int64_t>(std::min(late_ns, longest_ns)));
 }
 
 void TransactionImpl::mark_pending() noexcept {

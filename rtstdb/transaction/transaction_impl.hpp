@@ -71,6 +71,8 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   /// Asks as large a share of each batch as this of what was declared.
   void ask_parts(std::uint32_t share, std::uint32_t of) noexcept;
   Outcome& draft() noexcept { return outcome_; }
+  /// Its deadline had passed by then; the least there is has passed by the longest time there is.
+  void note_late(ClockTime now) noexcept;
   void answer_reads(const query::RowSource& rows) noexcept;
   void mark_pending() noexcept;
   /// Gives the transaction back to its owner, who may destroy it at once.

@@ -211,7 +211,8 @@ class Database {
   virtual const Recovery& recovery() const noexcept = 0;
   /// Lets the transaction that runs finish, cancels all that wait, writes down what is left to write and ends the log. From then on
   /// transactions are cancelled at once, and setup and looking into versions are misuse. Errors: file, when the disk refuses; what
-  /// durable() says is safe all the same. Again: does nothing.
+  /// durable() says is safe all the same. Again: does nothing. The log's directory is another database's to open once this one
+  /// is destroyed.
   virtual Result<void> close() = 0;
 
   // ---- looking in from outside the tick ----

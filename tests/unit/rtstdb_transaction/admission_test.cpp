@@ -58,6 +58,30 @@ TEST_F(Admission, CountsWhatIsLeftOfTheOneThatRuns) {
   EXPECT_LE(refused.earliest_feasible, refused.submitted + 19400us);
 }
 
+/// From then on elements cost so many times as much, and all that is asked is firm, at the deadline that is named: what comes too
+/// late is given up between two chunks, and no run is done.
+TEST_F(Admission, LearnsFromWhatItGivesUp) {
+  for (const int times : {2, 3, 8}) {
+    SCOPED_TRACE(times);
+    world_.executor.chunk = [&](const auto&, const auto&, std::uint32_t first, std::uint32_t end) {
+      world_.clock.advance(times * 1us * (end - first));
+    };
+    int broken = 0;
+    int kept_in_a_row = 0;
+    for (int k = 0; k < 200 && kept_in_a_row < 20; ++k) {
+      ask(*transaction_, large_, terms(DeadlineClass::firm, in(100us)), 20'000);
+      const Outcome refused = world_.execute(*transaction_);
+      if (refused.status != Status::refused) continue;  // one of many is let in
+      ask(*transaction_, large_, terms(DeadlineClass::firm, refused.earliest_feasible), 20'000);
+      const bool kept = world_.execute(*transaction_).status == Status::committed;
+      broken += kept ? 0 : 1;
+      kept_in_a_row = kept ? kept_in_a_row + 1 : 0;
+    }
+    EXPECT_EQ(kept_in_a_row, 20);
+    EXPECT_LE(broken, 5);
+  }
+}
+
 TEST_F(Admission, CountsAChunkOfTheOneThatItInterrupts) {
   const auto second = world_.make();
   SimulatedQuery other(1000);

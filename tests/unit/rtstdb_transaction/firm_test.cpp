@@ -70,6 +70,17 @@ TEST_F(FirmAtTheEdge, DeadlinePassesAfterPublishing) {
   EXPECT_EQ(world_.engine.counts().firm_handed_over_late, 1u);
 }
 
+TEST_F(FirmAtTheEdge, TheFirstInstantThereIsHasPassedByTheLongestTime) {
+  world_.clock.advance(1ms);
+  for (const DeadlineClass late : {DeadlineClass::firm, DeadlineClass::soft, DeadlineClass::hard}) {
+    transaction_->begin(terms(late, ClockTime::min()));
+    transaction_->update(entity_, row_of(2));
+    const Outcome& outcome = world_.execute(*transaction_);
+    EXPECT_EQ(outcome.status, late == DeadlineClass::firm ? Status::missed : Status::late);
+    EXPECT_EQ(outcome.lateness, Nanoseconds::max());
+  }
+}
+
 TEST_F(FirmAtTheEdge, TheDeadlineItselfIsInTime) {
   world_.executor.work = [this](const auto&, const auto&, const auto&) {
     world_.clock.advance(1ms);
