@@ -49,7 +49,8 @@ enum class LatePolicy : std::uint8_t {
 /// Whose answers a query's spans hold.
 struct AnswerInfo {
   std::uint32_t elements = 0;  ///< that the spans are about; 0: none
-  /// LatePolicy::partial: of them without an answer, and marked as incomplete.
+  /// LatePolicy::partial: of them those that the deadline left without an answer, marked as incomplete. Others are marked that were
+  /// cut short for another reason.
   std::uint32_t missing = 0;
   Version version = 0;  ///< the version that was asked
   WorldTime version_time{};
@@ -131,7 +132,8 @@ struct RayQueryOptions {
 /// way. They stay where they are as long as the query lives.
 /// A search takes as long as it takes, in several dispatches if need be, and between them others run and deadlines are looked
 /// at. It is cut short (HitStatus::incomplete) by LatePolicy::partial; where others take the structures from under it again
-/// and again, which takes three long searches at once; and in a tree of more than 96 levels, which nobody has seen.
+/// and again, as short queries of other shapes of geometry that deforms or of other times at the same version may do; and in a
+/// tree of more than 96 levels, which nobody has seen.
 /// Order: no answer depends on it. On a device whose subgroups have eight lanes, as lavapipe's have with 256 bits, nearest
 /// hits and RayMode::any take less time where eight neighbours in the batch, the first eight and so on, have one origin and
 /// carrier and run within 0.04 rad, as in the rows of a camera.
