@@ -9,10 +9,10 @@
 // Include with RAY_ANY or RAY_MOVING defined as for traverse.glsl.
 #ifndef RTSTDB_QUERY_PACKET_GLSL
 #define RTSTDB_QUERY_PACKET_GLSL
-#include "common/loops.glsl"
 #include "query/beam.glsl"
 #include "query/lanes.glsl"
 #include "query/ray_images.glsl"
+#include "query/ray_rounds.glsl"
 #include "query/ray_triangle.glsl"
 
 // One group a level of the trees at most, one lane a group.

@@ -37,10 +37,12 @@ void main() {
   const uint end = min(next + args.per_group, args.end);
   Own own = no_ray(read_ray(args.first));
   Errand errand = no_errand(own.world);
-  uint rounds = 0u;
+  uint rounds = max_rounds - rounds_at_first;
   do {
-    rounds += 4u;  // with those of loops_still_turn
+    const uint before = next;
     take_rays(own, next, end);
+    rounds = min(rounds, max_rounds) - (next - before) * (rounds_at_first / 8u);
+    rounds += 4u;  // with those of loops_still_turn
     uint done;
     bool cut_short;
     do {

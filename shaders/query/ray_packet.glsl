@@ -63,7 +63,7 @@ void main() {
     const Asked ray = read_ray(asks ? index : first);
     ++turn;
     // What one packet leaves of what it may have is there for those behind it.
-    const Found found = trace_together(asks, ray, entries, rounds, max_rounds / turns * turn);
+    const Found found = trace_together(asks, ray, entries, rounds, rounds_at_first * turn);
     if (asks) answer(index, found, ray);
   } while (turn < turns);
   if (!loops_still_turn(args.two)) some_left = 1u;

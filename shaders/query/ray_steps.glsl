@@ -6,7 +6,7 @@
 // another dispatch (ray_pause.glsl).
 #ifndef RTSTDB_QUERY_RAY_STEPS_GLSL
 #define RTSTDB_QUERY_RAY_STEPS_GLSL
-#include "common/loops.glsl"
+#include "query/ray_rounds.glsl"
 #include "query/together.glsl"
 #include "query/ray_slabs.glsl"
 
@@ -17,11 +17,6 @@ layout(set = 0, binding = 3) uniform samplerBuffer instances;
 
 // One group a level of a tree at most: a binary one has a level for each bit of a code (63) and of a place (32).
 const uint stack_size = paused_ray_groups;
-
-// What a search that may go on in another dispatch makes in one: about half a millisecond on lavapipe, so that others come in between;
-// and so few that sixteen lanes, none of which can count what the others
-// use up, come nowhere near max_rounds together.
-const uint rounds_at_once = 1000u;
 
 Instance instance_at(uint index) { return fetch_instance(instances, index); }
 
@@ -162,18 +157,25 @@ uint enter_entities(uint node, float share, Segment ray, float lambda_min, float
 }
 #endif
 
-// What is left of the way down a tree, but for its stack, and how many rounds the search has made.
+// What is left of the way down a tree, but for its stack, and how many rounds the search has made, of max_rounds: one that is given
+// fewer begins with the others made.
 struct Search {
   uint depth;
   uint rounds;
 };
 
-Search nothing_begun() { return Search(0u, 0u); }
+#ifdef RAY_PAUSES
+bool may_pause() { return args.asked_again != 0u; }
+#else
+bool may_pause() { return false; }
+#endif
+
+Search nothing_begun() { return Search(0u, may_pause() ? 0u : max_rounds - rounds_at_first); }
 
 // False: the search has made its rounds of this dispatch, and stands still as it is.
 bool may_go_on(Search search) {
 #ifdef RAY_PAUSES
-  return search.rounds < (args.asked_again != 0u ? rounds_at_once : max_rounds);
+  return search.rounds < (may_pause() ? rounds_at_once : max_rounds);
 #else
   return true;
 #endif
