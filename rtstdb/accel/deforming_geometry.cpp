@@ -125,20 +125,42 @@ void DeformingGeometry::adopt_tree(std::size_t place, std::span<const std::uint3
   places_[place].tree_is_new = false;
 }
 
+DeformingGeometry::Held* DeformingGeometry::holder_of(Version shape) noexcept {
+  const auto holder = std::ranges::find_if(
+      places_, [&](const Held& held) { return held.holds_shape && held.shape == shape; });
+  return holder == places_.end() ? nullptr : &*holder;
+}
+
 std::size_t DeformingGeometry::find(Version shape) noexcept {
-  for (std::size_t place = 0; place < places; ++place) {
-    if (!places_[place].holds_shape || places_[place].shape != shape) continue;
-    shown_place_ = place;
-    places_[place].last_shown = ++shows_;
-    return place;
-  }
-  return places;
+  Held* const held = holder_of(shape);
+  if (held == nullptr) return places;
+  shown_place_ = static_cast<std::size_t>(held - places_.data());
+  held->last_shown = ++shows_;
+  return shown_place_;
 }
 
 std::size_t DeformingGeometry::take_place() noexcept {
-  const auto oldest = std::ranges::min_element(places_, {}, &Held::last_shown);
+  const auto oldest = std::ranges::min_element(
+      places_, {}, [](const Held& held) { return std::pair(held.pins > 0, held.last_shown); });
+  RTSTDB_ASSERT(oldest->pins == 0);
   oldest->holds_shape = false;
   return static_cast<std::size_t>(oldest - places_.begin());
+}
+
+bool DeformingGeometry::pin(Version shape) noexcept {
+  Held* const held = holder_of(shape);
+  RTSTDB_ASSERT(held != nullptr);
+  const bool leaves_one =
+      std::ranges::any_of(places_, [&](const Held& other) { return &other != held && other.pins == 0; });
+  if (!leaves_one) return false;
+  ++held->pins;
+  return true;
+}
+
+void DeformingGeometry::unpin(Version shape) noexcept {
+  Held* const held = holder_of(shape);
+  RTSTDB_ASSERT(held != nullptr && held->pins > 0);
+  --held->pins;
 }
 
 void DeformingGeometry::upload(std::span<const glm::vec3> positions_m) {

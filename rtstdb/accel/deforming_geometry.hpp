@@ -68,8 +68,11 @@ class DeformingGeometry {
 
   /// The place of that shape, which is shown from now on; `places` when it has none.
   std::size_t find(Version shape) noexcept;
-  /// The place that was shown longest ago. What it held is gone.
+  /// The place that was shown longest ago, of those that are not pinned. What it held is gone.
   std::size_t take_place() noexcept;
+  /// Until unpin that shape, which has a place, stays there. Calls nest. False: it is not pinned, since no place would be left for others.
+  bool pin(Version shape) noexcept;
+  void unpin(Version shape) noexcept;
   /// Copies positions to where the device reads them, and looks whether the geometry is closed there.
   void upload(std::span<const glm::vec3> positions_m);
   void record_refit(std::size_t place, const RefitPasses& passes, gpu::Recorder& recorder) const;
@@ -99,7 +102,9 @@ class DeformingGeometry {
     Version shape = 0;
     Shown shown;
     std::uint64_t last_shown = 0;
+    std::uint32_t pins = 0;
   };
+  Held* holder_of(Version shape) noexcept;
 
   GeometryId id_;
   std::vector<glm::uvec3> triangles_;

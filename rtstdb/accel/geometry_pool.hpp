@@ -44,6 +44,10 @@ class GeometryPool {
   /// Differs from what it was when another version was shown, or the same one, and any shape has come to another
   /// place since; what was made of the table then is stale. Otherwise the same for the same version.
   std::uint64_t shown() const noexcept { return shown_; }
+  /// Until unpin the shapes of that version, which is shown, stay where they are, and others come to other places. Calls nest. False: they are
+  /// not pinned, since all places of a geometry but one hold others that are.
+  bool pin(const query::RowSource& rows) noexcept;
+  void unpin(const query::RowSource& rows) noexcept;
   /// How shapes came to the device since the pool was made.
   struct Counts {
     std::uint64_t refits = 0, builds = 0;  ///< a build comes after a refit of the same shape

@@ -101,6 +101,20 @@ bool GeometryPool::show(gpu::Device& device, const query::RowSource& rows, Submi
   return true;
 }
 
+bool GeometryPool::pin(const query::RowSource& rows) noexcept {
+  const auto refusing = std::ranges::find_if(deforming_, [&](DeformingGeometry& geometry) {
+    return !geometry.pin(rows.shape(geometry.id()).version);
+  });
+  for (auto pinned = deforming_.begin(); refusing != deforming_.end() && pinned != refusing; ++pinned)
+    pinned->unpin(rows.shape(pinned->id()).version);
+  return refusing == deforming_.end();
+}
+
+void GeometryPool::unpin(const query::RowSource& rows) noexcept {
+  for (DeformingGeometry& geometry : deforming_)
+    geometry.unpin(rows.shape(geometry.id()).version);
+}
+
 bool GeometryPool::build(gpu::Device& device, DeformingGeometry& geometry, const Placing& placing,
                          const query::RowSource& rows, Submit& submit) {
   const std::vector<glm::uvec3>& triangles = geometry.triangles();

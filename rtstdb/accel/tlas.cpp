@@ -82,19 +82,18 @@ WorldTime Tlas::ahead_of(WorldTime begin) noexcept {
   return last - begin < window_ahead ? last : begin + window_ahead;
 }
 
-Tlas::Slot& Tlas::least_used(const Slot* but) noexcept {
+Tlas::Slot* Tlas::least_used(const Slot* but) noexcept {
   Slot* least = nullptr;
   for (Slot& slot : slots_) {
     if (&slot != but && slot.pins == 0 && (least == nullptr || slot.last_used < least->last_used))
       least = &slot;
   }
-  RTSTDB_ASSERT(least != nullptr);
-  return *least;
+  return least;
 }
 
 bool Tlas::pin(std::uint32_t slot) noexcept {
   const auto pinned = std::ranges::count_if(slots_, [](const Slot& one) { return one.pins > 0; });
-  if (slots_[slot].pins == 0 && pinned + 3 > std::ssize(slots_)) return false;
+  if (slots_[slot].pins == 0 && pinned + 2 > std::ssize(slots_)) return false;
   ++slots_[slot].pins;
   return true;
 }
@@ -105,9 +104,12 @@ void Tlas::unpin(std::uint32_t slot) noexcept {
 }
 
 Tlas::Slot* Tlas::find(const query::RowSource& rows, const Wanted& wanted) noexcept {
+  const auto is_there = [&](const Slot& slot) {
+    return slot.version == rows.version() && slot.holds(wanted);
+  };
+  if (wanted.slot && is_there(slots_[*wanted.slot])) return &slots_[*wanted.slot];
   for (Slot& slot : slots_) {
-    if (slot.version == rows.version() && slot.holds(wanted) && !slot.is_superseded(rows.version(), wanted))
-      return &slot;
+    if (is_there(slot) && !slot.is_superseded(rows.version(), wanted)) return &slot;
   }
   return nullptr;
 }
@@ -401,7 +403,8 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted
   }
   const bool stands = slot != nullptr;
   if (!stands) {
-    slot = &least_used(nullptr);
+    slot = least_used(nullptr);
+    RTSTDB_ASSERT(slot != nullptr);
     if (!fill(*slot, rows, wanted, submit)) return std::nullopt;
     slot->contents = ++contents_;
   }

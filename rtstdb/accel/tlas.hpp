@@ -130,14 +130,16 @@ class Tlas {
     std::uint64_t elements = std::numeric_limits<std::uint64_t>::max();  ///< that will be asked
     /// GeometryPool::shown of that version; another one than a slot was made with makes it stale.
     std::uint64_t shapes = 0;
+    /// Looked at before all others: the one that was there the last time.
+    std::optional<std::uint32_t> slot = {};
   };
   /// Records what brings a slot to `rows` over the times wanted into the begun recorder of `submit`; nothing when a
   /// slot is there already. Scenes above small_build_max submit in between when their tree is
   /// built. Empty: the device is lost.
   std::optional<TlasView> prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit);
 
-  /// Until unpin a slot stays as it is, and others are brought to what is asked meanwhile. Calls nest. False: two slots have to be left
-  /// for those, and it is not pinned.
+  /// Until unpin a slot stays as it is, and others are brought to what is asked meanwhile. Calls nest. False: it is the last one that is
+  /// left for those, and it is not pinned.
   bool pin(std::uint32_t slot) noexcept;
   void unpin(std::uint32_t slot) noexcept;
 
@@ -212,7 +214,8 @@ class Tlas {
 
   /// The end of a window that begins at `begin` and reaches ahead.
   static WorldTime ahead_of(WorldTime begin) noexcept;
-  Slot& least_used(const Slot* but) noexcept;
+  /// Of those that are not pinned; none where there is no other.
+  Slot* least_used(const Slot* but) noexcept;
   Slot* find(const query::RowSource& rows, const Wanted& wanted) noexcept;
   /// The slot that a patch or a renewal brings there, whose changes are listed then; or none.
   Slot* find_near(const query::RowSource& rows, const Wanted& wanted) noexcept;

@@ -45,10 +45,11 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
       if (uses_ - ahead_.slot->last_used < most_patience) return;
       drop_ahead();
     }
-    Slot& slot = least_used(&used);
+    Slot* const slot = least_used(&used);
+    if (slot == nullptr) return;
     // Where each slot has a reader, one that lost it would take another's.
-    if (slot.filled && slot.next == nullptr && uses_ - slot.last_used < most_patience) return;
-    begin_ahead(used, slot, rows, wanted, *tree);
+    if (slot->filled && slot->next == nullptr && uses_ - slot->last_used < most_patience) return;
+    begin_ahead(used, *slot, rows, wanted, *tree);
   }
   ahead_.slot->last_used = ++uses_;
   const std::uint64_t due = due_ahead(wanted.times.last);

@@ -46,9 +46,11 @@ bool ChunkedRun::bring_up(accel::Submit& lane) noexcept {
   for (const Request& request : requests_)
     elements += request.count;
   const auto view = structures_.tlas.prepare(
-      rows_, {.times = times_, .elements = elements, .shapes = structures_.pool.shown()}, lane);
+      rows_, {.times = times_, .elements = elements, .shapes = structures_.pool.shown(), .slot = slot_},
+      lane);
   if (!view) return false;
   view_ = *view;
+  slot_ = view_.slot;
   return true;
 }
 
@@ -78,10 +80,12 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
 }
 
 Meanwhile::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
-  // Searches that pause would begin again in a slot that is made anew.
-  const bool pinned = pass == Pass::again && structures_.tlas.pin(view_.slot);
+  // Searches that pause would begin again in a slot that is made anew, and among shapes in other places.
+  const bool slot_stays = pass == Pass::again && structures_.tlas.pin(view_.slot);
+  const bool shapes_stay = pass == Pass::again && structures_.pool.pin(rows_);
   const Meanwhile::Gap gap = meanwhile_->between_chunks();
-  if (pinned) structures_.tlas.unpin(view_.slot);
+  if (shapes_stay) structures_.pool.unpin(rows_);
+  if (slot_stays) structures_.tlas.unpin(view_.slot);
   return gap;
 }
 

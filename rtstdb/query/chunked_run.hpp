@@ -82,7 +82,8 @@ class ChunkedRun {
   const TimeSpan times_;
   Meanwhile* const meanwhile_;
   accel::TlasView view_;
-  bool begun_ = false;  // the next lane, by bring_up
+  std::optional<std::uint32_t> slot_;  // of the view, once there is one
+  bool begun_ = false;                 // the next lane, by bring_up
 };
 
 }  // namespace rtstdb::query

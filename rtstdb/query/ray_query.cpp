@@ -26,7 +26,7 @@ constexpr std::uint32_t rays_per_block = 8192;
 /// From so many entities on rays gain by lanes that work for one another (shaders/query/crew.glsl).
 constexpr std::uint32_t entities_for_crew = 16;
 
-/// Where others take the structures from under a search so often, it is left incomplete.
+/// Where others take the structures from under searches in so many passes, those are left incomplete.
 constexpr std::uint32_t most_restarts = 16;
 
 /// Between these no product of the search leaves single precision.
@@ -290,16 +290,18 @@ void GpuRayQuery::arrange(std::uint32_t /*count*/) noexcept {
   std::ranges::fill(some_incomplete_.host_as<std::uint32_t>(), 0u);
   incomplete_.clear();
   answered_ = settled_ = window_ = restarts_ = 0;
+  some_restart_ = false;
 }
 
 std::uint32_t GpuRayQuery::ask_again() noexcept {
   std::uint32_t& some_paused = some_incomplete_.host_as<std::uint32_t>()[2];
-  const auto all = static_cast<std::uint32_t>(incomplete_.size());
-  if (restarts_ > most_restarts) settled_ = all;
-  if (std::exchange(some_paused, 0u) == 0 || settled_ == all) {
-    settled_ = std::min(settled_ + window_, all);
+  restarts_ += std::exchange(some_restart_, false) ? 1 : 0;
+  if (std::exchange(some_paused, 0u) == 0 || restarts_ > most_restarts) {
+    const auto all = static_cast<std::uint32_t>(incomplete_.size());
+    settled_ += window_;
     window_ = std::min(all - settled_, shared::paused_rays);
     searched_.fill(0);
+    restarts_ = 0;
   }
   return window_;
 }
@@ -331,13 +333,11 @@ void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noex
 void GpuRayQuery::record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
                                const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   const auto again = again_.host_as<std::uint32_t>();
-  bool some_restart = false;
   for (std::uint32_t i = range.first; i < range.end; ++i) {
     const std::uint64_t before = std::exchange(searched_[i], view.contents);
     again[i] = incomplete_[settled_ + i] | (before != view.contents ? shared::ray_begins_bit : 0u);
-    some_restart = some_restart || (before != 0 && before != view.contents);
+    some_restart_ = some_restart_ || (before != 0 && before != view.contents);
   }
-  restarts_ += some_restart ? 1 : 0;
   dispatch(range, true, rows, view, recorder);
 }
 

@@ -99,8 +99,10 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   std::uint32_t settled_ = 0;              // of them, those of which nothing is left to be asked
   std::uint32_t window_ = 0;               // so many behind those are asked again now,
   std::array<std::uint64_t, shared::paused_rays>
-      searched_{};              // and what their searches go through (TlasView::contents); 0: they begin
-  std::uint32_t restarts_ = 0;  // of searches, since what they went through was gone
+      searched_{};  // and what their searches go through (TlasView::contents); 0: they begin
+  std::uint32_t restarts_ =
+      0;  // passes in which some of those began again, since what they went through was gone
+  bool some_restart_ = false;  // in the pass under way
   gpu::DeviceLimits limits_;
   std::vector<Kernel> kernels_;
   gpu::HostMemory ray_memory_;               // the caller's spans: they stay where they are

@@ -131,9 +131,10 @@ struct RayQueryOptions {
 /// Rays and hits lie in memory of the host that the device reads and writes where it can: nothing is copied on the
 /// way. They stay where they are as long as the query lives.
 /// A search takes as long as it takes, in several dispatches if need be, and between them others run and deadlines are looked
-/// at. It is cut short (HitStatus::incomplete) by LatePolicy::partial; where others take the structures from under it again
-/// and again, as short queries of other shapes of geometry that deforms or of other times at the same version may do; and in a
-/// tree of more than 96 levels, which nobody has seen.
+/// at. It is cut short (HitStatus::incomplete) by LatePolicy::partial; in a tree of more than 96 levels, which nobody has
+/// seen; and where such searches stand in the midst of one another, each more urgent than the one before, and others yet ask
+/// again and again for something else. Kept for them are, from the least urgent one on, the shapes of geometry that
+/// deforms of one, and versions and times of three, or of one in a world of more than 131,072 entities.
 /// Order: no answer depends on it. On a device whose subgroups have eight lanes, as lavapipe's have with 256 bits, nearest
 /// hits and RayMode::any take less time where eight neighbours in the batch, the first eight and so on, have one origin and
 /// carrier and run within 0.04 rad, as in the rows of a camera.
