@@ -91,9 +91,10 @@ class PreparedQuery {
                                         TimeSpan& times) const noexcept = 0;
   /// Elements that the run under way has answered, or the last one, in whatever order the executor has them.
   virtual std::uint32_t answered() const noexcept = 0;
-  /// Of the first `answered` of them, those that are incomplete as long as they have not been asked again, which ended with
-  /// the run.
-  virtual std::uint32_t unsettled(std::uint32_t /*answered*/) const noexcept { return 0; }
+  /// Of the first `answered` of them, those that are incomplete.
+  virtual std::uint32_t incomplete(std::uint32_t answered) const noexcept = 0;
+  /// Whether some of those are still to be asked again.
+  virtual bool asks_again() const noexcept { return false; }
   /// Whether an answer of that run is incomplete or overflowed.
   virtual bool truncated() const noexcept = 0;
   /// The caller reads what the last run left from here on, of `count` elements. Of them all but the first `answered`, in

@@ -303,15 +303,10 @@ void GpuNearestQuery::unpack_again(PlaceRange range, const accel::TlasView& /*vi
   settled_ = range.end;
 }
 
-std::uint32_t GpuNearestQuery::unsettled(std::uint32_t answered) const noexcept {
-  const auto left = std::span(incomplete_).subspan(settled_);
-  return static_cast<std::uint32_t>(std::ranges::lower_bound(left, answered) - left.begin());
-}
-
-bool GpuNearestQuery::truncated() const noexcept {
-  return std::ranges::any_of(incomplete_, [&](std::uint32_t place) {
-    return answers_[places_.written()][order_.last()[place]].incomplete;
-  });
+std::uint32_t GpuNearestQuery::incomplete(std::uint32_t answered) const noexcept {
+  return static_cast<std::uint32_t>(std::ranges::count_if(incomplete_, [&](std::uint32_t place) {
+    return place < answered && answers_[places_.written()][order_.last()[place]].incomplete;
+  }));
 }
 
 void GpuNearestQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {

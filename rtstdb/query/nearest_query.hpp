@@ -41,9 +41,10 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                     const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override;
-  bool truncated() const noexcept override;
+  bool truncated() const noexcept override { return incomplete(answered_) > 0; }
   std::uint32_t answered() const noexcept override { return answered_; }
-  std::uint32_t unsettled(std::uint32_t answered) const noexcept override;
+  std::uint32_t incomplete(std::uint32_t answered) const noexcept override;
+  bool asks_again() const noexcept override { return settled_ < incomplete_.size(); }
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override;
   void let_fall() noexcept override { places_.let_fall(); }
 

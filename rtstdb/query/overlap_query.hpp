@@ -40,9 +40,10 @@ class GpuOverlapQuery final : public OverlapQuery, public GpuQuery {
   }
   bool truncated() const noexcept override { return runner_.truncated(); }
   std::uint32_t answered() const noexcept override { return runner_.answered(); }
-  std::uint32_t unsettled(std::uint32_t answered) const noexcept override {
-    return runner_.unsettled(answered);
+  std::uint32_t incomplete(std::uint32_t answered) const noexcept override {
+    return runner_.incomplete(answered);
   }
+  bool asks_again() const noexcept override { return runner_.asks_again(); }
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override {
     runner_.let_stand(answered, count);
   }

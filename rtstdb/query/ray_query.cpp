@@ -395,14 +395,14 @@ void GpuRayQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcep
   places_.let_stand(count);
 }
 
-std::uint32_t GpuRayQuery::unsettled(std::uint32_t answered) const noexcept {
-  return static_cast<std::uint32_t>(
-      std::ranges::count_if(std::span(incomplete_).subspan(settled_),
-                            [&](std::uint32_t ray) { return ray < answered && is_incomplete(ray); }));
+std::uint32_t GpuRayQuery::incomplete(std::uint32_t answered) const noexcept {
+  return static_cast<std::uint32_t>(std::ranges::count_if(
+      incomplete_, [&](std::uint32_t ray) { return ray < answered && is_incomplete(ray); }));
 }
 
-bool GpuRayQuery::truncated() const noexcept {
-  return std::ranges::any_of(incomplete_, [&](std::uint32_t ray) { return is_incomplete(ray); });
+bool GpuRayQuery::asks_again() const noexcept {
+  return std::ranges::any_of(std::span(incomplete_).subspan(settled_),
+                             [&](std::uint32_t ray) { return is_incomplete(ray); });
 }
 
 }  // namespace rtstdb::query

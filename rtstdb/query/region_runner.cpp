@@ -293,9 +293,10 @@ void RegionRunner::unpack_again(PlaceRange range, const accel::TlasView& view) n
   settled_ = range.end;
 }
 
-std::uint32_t RegionRunner::unsettled(std::uint32_t answered) const noexcept {
-  const auto left = std::span(incomplete_).subspan(settled_);
-  return static_cast<std::uint32_t>(std::ranges::lower_bound(left, answered) - left.begin());
+std::uint32_t RegionRunner::incomplete(std::uint32_t answered) const noexcept {
+  return static_cast<std::uint32_t>(std::ranges::count_if(incomplete_, [&](std::uint32_t place) {
+    return place < answered && answers_[places_.written()].of_regions[order_[place]].incomplete;
+  }));
 }
 
 bool RegionRunner::truncated() const noexcept {

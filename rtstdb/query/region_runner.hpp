@@ -61,7 +61,8 @@ class RegionRunner {
   bool truncated() const noexcept;
   // As PreparedQuery.
   std::uint32_t answered() const noexcept { return answered_; }
-  std::uint32_t unsettled(std::uint32_t answered) const noexcept;
+  std::uint32_t incomplete(std::uint32_t answered) const noexcept;
+  bool asks_again() const noexcept { return settled_ < incomplete_.size(); }
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept;
   void let_fall() noexcept { places_.let_fall(); }
   std::span<const RegionAnswer> answers() const noexcept {

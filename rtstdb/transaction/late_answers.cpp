@@ -18,10 +18,11 @@ bool may_be_partial(const TransactionImpl& transaction) noexcept {
 void let_stand(const query::Request& request, std::uint32_t answered,
                const TransactionImpl& transaction) noexcept {
   answered = std::min(answered, request.count);
+  const std::uint32_t missing = request.count - answered + request.query->incomplete(answered);
   request.query->let_stand(answered, request.count);
   const VersionInfo version = transaction.asked;
   request.query->info = {.elements = request.count,
-                         .missing = request.count - answered + request.query->unsettled(answered),
+                         .missing = missing,
                          .version = version.version,
                          .version_time = version.time,
                          .published = transaction.outcome().published};
@@ -47,8 +48,7 @@ bool are_enough(Running& running, const Clock& clock) noexcept {
   if (now + running.chunk <= transaction.terms().deadline) return false;
   return std::ranges::all_of(transaction.requests(), [](const query::Request& request) {
     const query::PreparedQuery& query = *request.query;
-    return may_be_partial(request) ||
-           (query.answered() >= request.count && query.unsettled(request.count) == 0);
+    return may_be_partial(request) || (query.answered() >= request.count && !query.asks_again());
   });
 }
 

@@ -43,6 +43,7 @@ class EngineSimulation::Query final : public RayQuery, public query::PreparedQue
   }
   const AnswerInfo& answer_info() const noexcept override { return info; }
   std::uint32_t answered() const noexcept override { return 0; }
+  std::uint32_t incomplete(std::uint32_t) const noexcept override { return 0; }
   bool truncated() const noexcept override { return is_truncated; }
   void let_stand(std::uint32_t, std::uint32_t) noexcept override {}
   void let_fall() noexcept override {}

@@ -32,6 +32,7 @@ class ListQuery final : public rtstdb::RayQuery, public rtstdb::query::PreparedQ
                                         rtstdb::query::TimeSpan& times) const noexcept override;
 
   std::uint32_t answered() const noexcept override { return capacity(); }
+  std::uint32_t incomplete(std::uint32_t) const noexcept override { return 0; }
   bool truncated() const noexcept override { return false; }
   void let_stand(std::uint32_t, std::uint32_t) noexcept override {}
   void let_fall() noexcept override {}

@@ -39,20 +39,19 @@ enum class LatePolicy : std::uint8_t {
   /// In a transaction without writes: what could be answered by the deadline. When all that is left to be answered are
   /// queries of this kind, the transaction ends when it would else pass its deadline, whatever its class: it is done, and
   /// truncated (Outcome::partial). A firm one that passes it nevertheless, or still has others to answer, is missed, and
-  /// the elements that were answered by then stand. Queries are answered in the order in which they were asked.
-  /// Elements without an answer are marked as incomplete. Batches are divided as usual (DatabaseOptions::chunk), and this
-  /// is looked at between chunks: of a batch that is not divided, all is answered or nothing. Never under a virtual clock.
-  /// In a transaction with writes as discard: there is no version that they could be answers to.
+  /// the elements that were answered by then stand, with those of long searches that were answered while it passed. Queries
+  /// are answered in the order in which they were asked. Elements without an answer are marked as incomplete. Batches are
+  /// divided as usual (DatabaseOptions::chunk), and this is looked at between chunks: of a batch that is not divided, all is
+  /// answered or nothing. Never under a virtual clock. In a transaction with writes as discard: there is no version that
+  /// they could be answers to.
   partial,
 };
 
 /// Whose answers a query's spans hold.
 struct AnswerInfo {
   std::uint32_t elements = 0;  ///< that the spans are about; 0: none
-  /// LatePolicy::partial: of them those that the deadline left without an answer, marked as incomplete. Others are marked that were
-  /// cut short for another reason.
-  std::uint32_t missing = 0;
-  Version version = 0;  ///< the version that was asked
+  std::uint32_t missing = 0;   ///< of them, those marked as incomplete, for whatever reason
+  Version version = 0;         ///< the version that was asked
   WorldTime version_time{};
   ClockTime published{};  ///< when they could first be read; zero where the transaction was missed
   bool stale =

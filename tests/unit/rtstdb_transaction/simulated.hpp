@@ -86,6 +86,7 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
   }
 
   std::uint32_t answered() const noexcept override { return answered_; }
+  std::uint32_t incomplete(std::uint32_t) const noexcept override { return 0; }
   bool truncated() const noexcept override { return is_truncated; }
   void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override {
     std::ranges::copy(hits_, kept_.begin());
