@@ -255,6 +255,8 @@ TEST_F(SearchLimits, ARegionFindsAllOrSaysThatItDidNot) {
     all.insert(all.end(), ids.begin(), ids.end());
     const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*query.value(), 70); });
     EXPECT_EQ(outcome.status, Status::truncated);
+    EXPECT_EQ(query.value()->answer_info().missing,
+              std::ranges::count_if(query.value()->answers(), &RegionAnswer::incomplete));
     for (std::uint32_t i = 0; i < 70; ++i) {
       const RegionAnswer& answer = query.value()->answers()[i];
       if (i == 33) {
