@@ -10,6 +10,8 @@
 #include <cerrno>
 #include <random>
 
+#include "rtstdb/log/file_size_signal.hpp"
+
 namespace rtstdb::log {
 namespace {
 
@@ -81,6 +83,7 @@ class PosixFile final : public DiskFile {
         names_are_counted_(names() > 0) {}
 
   DiskFault write(std::uint64_t offset, std::span<const std::byte> bytes) override {
+    const FileSizeSignalBlocked not_this_way;
     while (!bytes.empty()) {
       const auto piece = bytes.first(std::min(bytes.size(), most_bytes_per_call));
       const bool directly = direct_.takes(offset, piece);
@@ -101,6 +104,7 @@ class PosixFile final : public DiskFile {
   }
 
   DiskFault preallocate(std::uint64_t bytes) override {
+    const FileSizeSignalBlocked not_this_way;
     const int refused =
         unless_interrupted([&] { return ::fallocate(descriptor_.get(), 0, 0, static_cast<off_t>(bytes)); });
     if (refused == 0) return std::nullopt;

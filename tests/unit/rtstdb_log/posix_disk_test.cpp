@@ -3,9 +3,11 @@
 #include "rtstdb/log/posix_disk.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <filesystem>
 
 #include "rtstdb/log/directory.hpp"
@@ -52,6 +54,33 @@ TEST_F(PosixDiskTest, WritesReadsAndNames) {
   EXPECT_EQ(disk.list().value(), std::vector<std::string>{"b"});
   EXPECT_FALSE(disk.remove("b"));
   EXPECT_TRUE(disk.list().value().empty());
+}
+
+/// In a program that expects no signal. Both calls are refused, and the program lives; its own files are its own business.
+TEST_F(PosixDiskTest, AFileBeyondThePermittedSizeIsRefused) {
+  const auto outcome = [this] {
+    std::signal(SIGXFSZ, SIG_DFL);
+    const rlimit most{.rlim_cur = 8192, .rlim_max = RLIM_INFINITY};
+    ::setrlimit(RLIMIT_FSIZE, &most);
+    auto file = open_directory(path_).value()->create("a");
+    const DiskFault allocated = file.value()->preallocate(16384);
+    const DiskFault written = file.value()->write(16384, bytes(512, 7));
+    const bool refused = allocated && allocated->number == EFBIG && written && written->number == EFBIG;
+    const bool the_rest_is_written = !file.value()->write(0, bytes(4096, 7));
+    sigset_t waiting;
+    sigpending(&waiting);
+    std::exit(refused && the_rest_is_written && sigismember(&waiting, SIGXFSZ) == 0 ? 0 : 1);
+  };
+  EXPECT_EXIT(outcome(), testing::ExitedWithCode(0), "");
+  const auto of_the_program = [this] {
+    std::signal(SIGXFSZ, SIG_DFL);
+    const rlimit most{.rlim_cur = 8192, .rlim_max = RLIM_INFINITY};
+    ::setrlimit(RLIMIT_FSIZE, &most);
+    auto file = open_directory(path_).value()->create("b");
+    static_cast<void>(file.value()->preallocate(16384));
+    static_cast<void>(::truncate((path_ / "b").c_str(), 16384));
+  };
+  EXPECT_EXIT(of_the_program(), testing::KilledBySignal(SIGXFSZ), "");
 }
 
 TEST_F(PosixDiskTest, FaultsSayWhatAndWhere) {
