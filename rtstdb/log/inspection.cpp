@@ -260,8 +260,12 @@ class Inspection {
   void open_as_a_database_would() {
     auto recovered = recover(disk_);
     contents_.opens = recovered.ok();
-    if (!recovered) contents_.refusal = recovered.error().message;
-    if (recovered) contents_.opens_at = recovered.value().world.latest.version;
+    if (recovered) {
+      contents_.opens_at = recovered.value().world.latest.version;
+      return;
+    }
+    contents_.refusal = recovered.error().message;
+    contents_.opens_by_salvage = recover(disk_, {.salvage = true}).ok();
   }
 
   Disk& disk_;

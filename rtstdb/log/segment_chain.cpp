@@ -19,21 +19,28 @@ std::string id_in_words(std::uint64_t id) {
   return text;
 }
 
-/// None: there is none that is whole. A segment has its name only after that was on disk.
-Result<std::optional<SegmentHeader>> read_header(Disk& disk, std::uint64_t number) {
+struct FoundHeader {
+  std::optional<SegmentHeader> header;
+  std::string damage;  ///< why there is none
+};
+
+/// A segment has its name only after its header was on disk.
+Result<FoundHeader> read_header(Disk& disk, std::uint64_t number) {
   auto file = disk.open(segment_name(number));
   if (!file) return Error{ErrorCode::file, file.error().in_words()};
   SegmentHeader header;
   auto count = file.value()->read(0, std::as_writable_bytes(std::span(&header, 1)));
   if (!count) return Error{ErrorCode::file, count.error().in_words()};
-  if (count.value() != sizeof header || header.magic != segment_magic) return std::optional<SegmentHeader>();
-  if (header.checksum != header_checksum(header, header.database_id)) return std::optional<SegmentHeader>();
+  if (count.value() != sizeof header || header.magic != segment_magic ||
+      header.checksum != header_checksum(header, header.database_id))
+    return FoundHeader{.header = {}, .damage = "its header is damaged"};
   if (!is_known_format(header.format))
     return refuse(number, "it has format " + std::to_string(header.format) + ", and known are " +
                               std::to_string(oldest_format) + " to " + std::to_string(format_version));
-  // Renamed: what it is comes from the header, and nobody renames segments.
-  if (header.number != number) return refuse(number, "it was written as " + segment_name(header.number));
-  return std::optional(header);
+  // Nobody renames segments, or copies one over another: what had this name is lost.
+  if (header.number != number)
+    return FoundHeader{.header = {}, .damage = "it was written as " + segment_name(header.number)};
+  return FoundHeader{.header = header, .damage = {}};
 }
 
 /// Newest first.
@@ -45,12 +52,12 @@ struct Headers {
 Result<Headers> read_headers(Disk& disk, const std::vector<std::uint64_t>& segments) {
   Headers headers;
   for (auto number = segments.rbegin(); number != segments.rend(); ++number) {
-    auto header = read_header(disk, *number);
-    if (!header) return header.error();
-    if (header.value()) {
-      headers.readable.push_back(*header.value());
+    auto found = read_header(disk, *number);
+    if (!found) return found.error();
+    if (found.value().header) {
+      headers.readable.push_back(*found.value().header);
     } else if (headers.readable.empty()) {
-      headers.damage = segment_name(*number) + ": its header is damaged";
+      headers.damage = segment_name(*number) + ": " + found.value().damage;
     }
   }
   return headers;
@@ -101,9 +108,9 @@ Result<SegmentChain> find_chain(Disk& disk, const std::vector<std::uint64_t>& se
 
 Result<std::uint64_t> database_id_of(Disk& disk, const std::vector<std::uint64_t>& segments) {
   for (const std::uint64_t number : segments) {
-    auto header = read_header(disk, number);
-    if (!header) return header.error();
-    if (header.value()) return header.value()->database_id;
+    auto found = read_header(disk, number);
+    if (!found) return found.error();
+    if (found.value().header) return found.value().header->database_id;
   }
   return std::uint64_t{0};
 }

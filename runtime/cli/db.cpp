@@ -45,6 +45,7 @@ std::string json_of(const std::string& directory, const rtstdb::LogContents& con
   json["opens"] = contents.opens;
   json["opens_at_version"] = contents.opens ? Json(contents.opens_at) : Json(nullptr);
   json["refusal"] = contents.refusal;
+  json["opens_by_salvage"] = contents.opens_by_salvage;
   json["closed"] = contents.extent.closed;
   json["torn"] = contents.torn;
   json["first"] = point_json(contents.extent.first);
@@ -112,7 +113,9 @@ void print_damage(const rtstdb::LogContents& contents) {
     std::printf("  a database opens here all the same, at version %llu\n",
                 static_cast<unsigned long long>(contents.opens_at));
   else
-    std::printf("  a database does not open here but by salvage: %s\n", contents.refusal.c_str());
+    std::printf("  a database does not open here%s: %s\n",
+                contents.opens_by_salvage ? " but by salvage" : ", not even by salvage",
+                contents.refusal.c_str());
 }
 
 enum class Depth { info, verify };

@@ -66,8 +66,7 @@ class Segment:
         if magic != b"RTSTLOG1" or checksum != xxh3_64(self.data[:56], self.database):
             return
         check(self.format in FORMATS, f"segment {number}: format {self.format}")
-        check(told == number, f"segment {number}: written as {told}")
-        self.ok = True
+        self.ok = told == number  # else it was copied over another one, or renamed
 
     def header_at(self, at):
         """(flags, number, payload bytes, records, link, payload checksum, checksum), or None."""
@@ -319,7 +318,7 @@ def segments_from(segments, position):
     chosen, end = [], None
     for segment in reversed(segments):
         if not segment.ok:
-            check(chosen, f"segment {segment.number}: damaged header")
+            check(chosen, f"segment {segment.number}: damaged header, or another one's")
             continue
         if end is not None and (segment.first_group >= end or end <= position[2]):
             continue

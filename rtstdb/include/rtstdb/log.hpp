@@ -53,10 +53,12 @@ struct LogContents {
   std::string torn;
   /// Everything that is wrong, each with its file; empty: the log is whole.
   std::vector<std::string> damage;
-  /// Whether a database would open here without salvage, and the version that it would go on from; else why not.
+  /// Whether a database would open here without salvage, and the version that it would go on from; else why not, and whether it
+  /// would by salvage.
   bool opens = false;
   Version opens_at = 0;
   std::string refusal;
+  bool opens_by_salvage = false;
 };
 
 /// Reads every byte that counts: checksums, the chain of groups, each commit held to the world before it, each checkpoint to the world

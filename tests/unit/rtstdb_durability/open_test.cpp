@@ -11,8 +11,8 @@ namespace {
 
 class OpenALog : public testing::Test {
  protected:
-  void commit_some(int count) {
-    Life life(disk_, {});
+  void commit_some(int count, const LifeOptions& options = {}) {
+    Life life(disk_, options);
     for (int k = 0; k < count; ++k)
       ASSERT_TRUE(life.commit(model_, random_).done());
     ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
@@ -62,6 +62,45 @@ TEST_F(OpenALog, RefusesDamageAndSalvages) {
   EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
   ASSERT_TRUE(life.commit(model_, random_).done());
   EXPECT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+}
+
+/// Each in turn copied over the one before: salvage goes on from what is left, and what it writes opens without it.
+TEST_F(OpenALog, SalvagesSegmentsUnderOtherNames) {
+  LifeOptions small;
+  small.segment_bytes = 8192;
+  small.checkpoint_every_bytes = 0;
+  commit_some(200, small);
+  const auto whole = disk_.contents();
+  std::vector<std::string> names;
+  for (const auto& [name, bytes] : whole)
+    if (name.starts_with("segment.")) names.push_back(name);
+  ASSERT_GT(names.size(), 3u);
+  const Model model = model_;
+  for (std::size_t k = 0; k + 1 < names.size(); ++k) {
+    SCOPED_TRACE(names[k]);
+    auto contents = whole;
+    contents[names[k]] = whole.at(names[k + 1]);
+    disk_.set_contents(contents);
+    EXPECT_FALSE(open_log(disk_, log_options(small)).ok());
+    CommitLogOptions options = log_options(small);
+    options.durability.salvage = true;
+    auto salvaged = open_log(disk_, options);
+    ASSERT_TRUE(salvaged.ok()) << salvaged.error().message;
+    const Version version = salvaged.value()->recovery().version;
+    model_ = model;
+    model_.go_on_at(version);
+    {
+      Life life(std::move(salvaged).value(), small);
+      EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+      for (int more = 0; more < 5; ++more)
+        ASSERT_TRUE(life.commit(model_, random_).done());
+      ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+    }
+    auto again = open_log(disk_, log_options(small));
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    Life life(std::move(again).value(), small);
+    EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+  }
 }
 
 /// An older checkpoint helps where the newest can not be read, and the newest is as good as it was when it can be read again.

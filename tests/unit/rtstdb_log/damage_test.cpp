@@ -231,10 +231,46 @@ TEST_F(DamagedGroups, ASegmentOfAnotherDatabaseIsRefused) {
       << recovered.error().message;
 }
 
+/// Exchanged, copied over another one, or renamed: damage like any other, which salvage opens up to.
 TEST_F(DamagedGroups, ASegmentUnderAnotherNumberIsRefused) {
-  Contents contents = sample.contents;
-  std::swap(contents["segment.0000000001"], contents["segment.0000000002"]);
-  EXPECT_FALSE(recovered_from(contents).ok());
+  std::vector<std::string> names;
+  for (const auto& [name, bytes] : sample.contents)
+    if (name.starts_with("segment.")) names.push_back(name);
+  ASSERT_GT(names.size(), 3u);
+  const auto expect_damage = [&](const Contents& contents, std::size_t first, const std::string& what) {
+    EXPECT_FALSE(recovered_from(contents).ok()) << what;
+    const auto salvaged = recovered_from(contents, {.salvage = true});
+    ASSERT_TRUE(salvaged.ok()) << what << ": " << salvaged.error().message;
+    expect_known(sample, salvaged.value());
+    EXPECT_EQ(salvaged.value().report.log.end, LogEnd::damaged);
+    Version before = 0;
+    for (const GroupPlace& group : groups)
+      if (group.file < names[first]) before = group.header.last_version;
+    EXPECT_EQ(salvaged.value().world.latest.version, before) << what;
+  };
+  for (std::size_t first = 0; first < names.size(); ++first) {
+    for (std::size_t second = first + 1; second < names.size(); ++second) {
+      Contents exchanged = sample.contents;
+      std::swap(exchanged[names[first]], exchanged[names[second]]);
+      expect_damage(exchanged, first, names[first] + " and " + names[second] + " exchanged");
+      Contents copied = sample.contents;
+      copied[names[first]] = copied[names[second]];
+      expect_damage(copied, first, names[second] + " copied over " + names[first]);
+      copied = sample.contents;
+      copied[names[second]] = copied[names[first]];
+      expect_damage(copied, second, names[first] + " copied over " + names[second]);
+    }
+  }
+  Contents renamed = sample.contents;
+  auto newest = renamed.extract(names.back());
+  newest.key() = "segment.0000000099";
+  renamed.insert(std::move(newest));
+  const auto recovered = recovered_from(renamed);
+  ASSERT_FALSE(recovered.ok());
+  EXPECT_NE(recovered.error().message.find("segment.0000000099: it was written as " + names.back()),
+            std::string::npos)
+      << recovered.error().message;
+  EXPECT_TRUE(recovered_from(renamed, {.salvage = true}).ok());
 }
 
 TEST_F(DamagedGroups, AFormatThatIsNotKnownIsRefused) {

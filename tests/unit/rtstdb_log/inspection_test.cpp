@@ -186,6 +186,24 @@ TEST(LogInspection, WhatWasCutOffIsNoDamage) {
   EXPECT_EQ(contents.opens_at, contents.extent.last.version);
 }
 
+/// What it says of salvage is what salvage does.
+TEST(LogInspection, TellsWhetherSalvageOpens) {
+  const SampleLog sample = make_sample({.seed = 6, .commits = 30, .checkpoints = false});
+  Contents exchanged = sample.contents;
+  std::swap(exchanged["segment.0000000001"], exchanged["segment.0000000002"]);
+  LogContents contents = contents_of(exchanged);
+  EXPECT_FALSE(contents.opens);
+  EXPECT_TRUE(contents.opens_by_salvage);
+  EXPECT_NE(contents.refusal, "");
+  const SampleLog other = make_sample({.seed = 6, .database_id = 99, .commits = 30, .checkpoints = false});
+  Contents foreign = sample.contents;
+  foreign["segment.0000000002"] = other.contents.at("segment.0000000002");
+  contents = contents_of(foreign);
+  EXPECT_FALSE(contents.opens);
+  EXPECT_FALSE(contents.opens_by_salvage);
+  EXPECT_NE(contents.refusal.find("it belongs to database"), std::string::npos) << contents.refusal;
+}
+
 TEST(LogInspection, NoDatabaseIsRefused) {
   SimulatedDisk disk(1);
   EXPECT_FALSE(inspect(disk).ok());
