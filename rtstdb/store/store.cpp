@@ -104,8 +104,8 @@ bool Store::keeps_after(Version version, const WriteSet& set) const noexcept {
 std::variant<Snapshot, BadInput> Store::read(const ReadAt& read_at, ReadFor purpose) const noexcept {
   if (read_at.kind == ReadAt::Kind::latest) return latest_snapshot();
   const bool by_time = read_at.kind == ReadAt::Kind::time;
-  if (by_time && read_at.time >= ends_at_)
-    return refusal(BadInputReason::beyond_history, seconds(read_at.time), seconds(ends_at_));
+  if (by_time && ends_at_ && read_at.time >= *ends_at_)
+    return refusal(BadInputReason::beyond_history, seconds(read_at.time), seconds(*ends_at_));
   if (by_time ? read_at.time >= latest_.time : read_at.version == latest_.version) return latest_snapshot();
 
   const auto found = by_time ? versions_.at_time(read_at.time) : versions_.find(read_at.version);
@@ -119,6 +119,7 @@ std::variant<Snapshot, BadInput> Store::read(const ReadAt& read_at, ReadFor purp
   BadInput fault =
       refusal(too_old ? BadInputReason::snapshot_too_old : BadInputReason::unknown_version,
               by_time ? -1.0 : static_cast<double>(read_at.version), static_cast<double>(oldest.version));
+  fault.version = by_time ? Version{0} : read_at.version;
   fault.values[2] = seconds(read_at.time);
   fault.values[3] = seconds(oldest.time);
   return fault;

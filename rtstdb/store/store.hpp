@@ -158,7 +158,7 @@ class Store {
 
   VersionInfo latest_;
   Version next_version_ = 1;
-  WorldTime ends_at_ = WorldTime::max();
+  std::optional<WorldTime> ends_at_;
 
   // changed_between names each index once: an index with the current mark is in the list already.
   mutable std::vector<std::uint64_t> marks_;

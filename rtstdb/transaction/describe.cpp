@@ -45,7 +45,7 @@ std::string about_position(const BadInput& fault) {
 
 std::string about_version(const BadInput& fault) {
   const std::string asked = fault.values[0] < 0.0 ? sentence("world time %.9f s", fault.values[2])
-                                                  : sentence("version %.0f", fault.values[0]);
+                                                  : sentence("version %llu", number(fault.version));
   if (fault.reason == BadInputReason::unknown_version)
     return asked + " belongs to no version that was published";
   return asked + sentence(" is no longer kept: the oldest kept version is %.0f, from %.9f s on",
@@ -123,6 +123,7 @@ std::string fault_itself(const BadInput& fault) {
 std::string place_of(const Outcome& outcome) {
   switch (outcome.bad_input.reason) {
     case BadInputReason::world_time_goes_back:
+    case BadInputReason::beyond_history:
     case BadInputReason::snapshot_too_old:
     case BadInputReason::unknown_version:
       return "";

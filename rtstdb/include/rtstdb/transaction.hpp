@@ -108,6 +108,7 @@ struct BadInput {
   EntityId entity;
   double values[4] = {};
   bool in_geometry_update = false;
+  Version version = 0;  ///< snapshot_too_old, unknown_version: that was asked for; 0 where it was by time
 };
 
 /// Why a transaction was cancelled.

@@ -50,6 +50,14 @@ TEST_F(ThreeVersions, AsOfATimeReadsTheVersionThatCoversIt) {
   EXPECT_EQ(version_at(19), 1u);
   EXPECT_EQ(version_at(20), 3u) << "of two versions of one time the later covers it";
   EXPECT_EQ(version_at(1'000'000), 3u);
+  EXPECT_EQ(read(store_, ReadAt::as_of(WorldTime::max())).version(), 3u);
+}
+
+TEST_F(ThreeVersions, AreAllThatIsKnownWhereTheyEnd) {
+  store_.ends_at(world_time_ns(25));
+  EXPECT_EQ(read(store_, ReadAt::as_of(world_time_ns(24))).version(), 3u);
+  EXPECT_EQ(refused(store_, ReadAt::as_of(world_time_ns(25))).reason, BadInputReason::beyond_history);
+  EXPECT_EQ(refused(store_, ReadAt::as_of(WorldTime::max())).reason, BadInputReason::beyond_history);
 }
 
 TEST_F(ThreeVersions, RefusesVersionsThatNeverWere) {

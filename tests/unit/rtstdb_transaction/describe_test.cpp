@@ -59,6 +59,19 @@ TEST(Describe, BadInputNamesPlaceAndValues) {
   transaction->begin(pinned);
   EXPECT_EQ(describe(world.execute(*transaction)),
             "bad_input: version 40 belongs to no version that was published; nothing was done");
+  pinned.read_at = ReadAt::pinned(~Version{0});
+  transaction->begin(pinned);
+  EXPECT_EQ(
+      describe(world.execute(*transaction)),
+      "bad_input: version 18446744073709551615 belongs to no version that was published; nothing was done");
+  Outcome beyond;
+  beyond.status = Status::bad_input;
+  beyond.bad_input.reason = BadInputReason::beyond_history;
+  beyond.bad_input.values[0] = 3.0;
+  beyond.bad_input.values[1] = 2.0;
+  EXPECT_EQ(describe(beyond),
+            "bad_input: the world at 3.000000000 s is not known: this history ends before 2.000000000 s; "
+            "nothing was done");
   BadInput too_old;
   too_old.reason = BadInputReason::snapshot_too_old;
   too_old.values[0] = -1.0;
