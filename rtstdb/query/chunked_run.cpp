@@ -157,8 +157,9 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
       if (most != 0) filled += static_cast<double>(left) / most;
     } else {
       const auto taken = static_cast<std::uint32_t>(room);
-      next.element +=
-          pass == Pass::all ? (taken + places_per_group - 1) / places_per_group * places_per_group : taken;
+      const std::uint32_t step =
+          pass == Pass::all ? fewest_places(structures_.device.limits().processors) : 1;
+      next.element += (taken + step - 1) / step * step;
       next.element = std::min(next.element, total(next.request, pass));
       filled = 1.0;
     }

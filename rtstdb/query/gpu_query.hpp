@@ -29,7 +29,7 @@ class GpuQuery : public PreparedQuery {
   /// device. Places count in that order from here on.
   virtual void arrange(std::uint32_t count) noexcept = 0;
   /// The elements at these places to device form, and the dispatch that answers them. Ranges of a batch begin at
-  /// multiples of places_per_group; two of them may be under way at a time, and their views may differ in all but the
+  /// multiples of fewest_places; two of them may be under way at a time, and their views may differ in all but the
   /// version.
   virtual void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                       const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;

@@ -19,10 +19,18 @@ struct Spread {
   std::uint32_t groups = 0;
 };
 
+/// Neighbours stay together by so many: a subgroup, on lavapipe with 256 bits.
+inline constexpr std::uint32_t neighbours = 8;
+
+/// A batch is divided at multiples of this: fewer would leave a processor with nothing to do, or lanes of a subgroup. `processors`: of a
+/// software device; else none.
+constexpr std::uint32_t fewest_places(std::uint32_t processors) noexcept {
+  return processors == 0 ? places_per_group : std::min(neighbours * processors, places_per_group);
+}
+
 /// A software device gives each group to one of its `processors`, so a small batch takes groups enough for all of them, and none
-/// gets much more than another. Neighbours stay together by eights: a subgroup there. Other devices (none) get full groups.
+/// gets much more than another. Other devices (none) get full groups.
 constexpr Spread spread_out(std::uint32_t places, std::uint32_t processors) noexcept {
-  constexpr std::uint32_t neighbours = 8;
   const auto divided_up = [](std::uint32_t a, std::uint32_t b) { return a / b + (a % b != 0 ? 1 : 0); };
   const std::uint32_t full = divided_up(places, places_per_group);
   if (processors == 0 || full == 0) return {places_per_group, full};
