@@ -32,6 +32,9 @@ void Engine::end_wait() noexcept {
 query::Meanwhile::Gap Engine::between_chunks() noexcept {
   receive();
   Running& running = runner_.running().innermost();
+  // A shared run has a gap where searches take longer than was thought: who is not answered by then goes on alone, with a deadline and
+  // gaps of his own.
+  if (!running.others.empty()) return Gap::stop;
   const TransactionImpl& transaction = *running.transaction;
   if (transaction.is_to_be_cancelled()) return Gap::stop;
   look_at_budget(running);

@@ -172,8 +172,16 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
   if (report.status == query::RunStatus::stopped) return stopped(transaction, running);
   if (transaction.is_to_be_cancelled()) return cancelled(transaction);
-  outcome.partial = report.status == query::RunStatus::partial;
-  outcome.truncated = report.status == query::RunStatus::truncated || outcome.partial;
+  const auto lacks_some = [](const query::Request& request) {
+    return request.query->answered() < request.count || request.query->incomplete(request.count) > 0;
+  };
+  outcome.partial =
+      report.status == query::RunStatus::partial && std::ranges::any_of(transaction.requests(), lacks_some);
+  // One that was ended with its last chunk may have overflowed.
+  const auto is_truncated = [](const query::Request& request) { return request.query->truncated(); };
+  outcome.truncated = report.status == query::RunStatus::truncated || outcome.partial ||
+                      (report.status == query::RunStatus::partial &&
+                       std::ranges::any_of(transaction.requests(), is_truncated));
   return std::nullopt;
 }
 

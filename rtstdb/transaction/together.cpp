@@ -56,8 +56,8 @@ void Runner::read_together(std::span<TransactionImpl* const> readers, std::span<
     if (!readers[k]->shares) continue;
     Outcome& outcome = readers[k]->draft();
     outcome.computed = computed;
-    outcome.shared_with = taking_part - 1;
     statuses[k] = end_together(*readers[k], report, running, version);
+    if (statuses[k] != Status::pending) outcome.shared_with = taking_part - 1;
   }
   running_.pop();
 }
@@ -99,8 +99,13 @@ Status Runner::end_together(TransactionImpl& reader, const query::RunReport& rep
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
   if (reader.is_to_be_cancelled()) return cancelled(reader);
   const auto requests = reader.requests();
+  const auto is_left = [](const query::Request& one) {
+    return one.query->answered() < one.count || one.query->asks_again();
+  };
+  if (report.status == query::RunStatus::stopped && std::ranges::any_of(requests, is_left))
+    return Status::pending;
   outcome.truncated =
-      report.status == query::RunStatus::truncated &&
+      report.status != query::RunStatus::done &&
       std::ranges::any_of(requests, [](const query::Request& one) { return one.query->truncated(); });
   Nanoseconds promised{0};
   const auto add = [&](const TransactionImpl& one) {
