@@ -138,6 +138,7 @@ struct StructureWork {
 struct RunReport {
   RunStatus status = RunStatus::done;
   std::int64_t gpu_ns = 0;
+  Nanoseconds waited{0};  ///< until the device was done with those in whose gap this ran
   StructureWork structures = {};
 };
 

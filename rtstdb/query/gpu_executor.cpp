@@ -1,5 +1,6 @@
 #include "rtstdb/query/gpu_executor.hpp"
 
+#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -120,12 +121,14 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   for (const Request& request : requests) {
     if (!is_here(*static_cast<GpuQuery*>(request.query))) return lost_report;
   }
+  const auto came = std::chrono::steady_clock::now();
   // Those whose gap this is. They ask for their slots again, so that nothing of theirs has to stay.
   for (std::uint32_t outer = 0; outer < depth_; ++outer) {
     for (accel::Submit& lane : epoch.lanes[outer]) {
       if (!lane.finish()) return lost_report;
     }
   }
+  const auto waited = std::chrono::steady_clock::now() - came;
   Lanes& lanes = epoch.lanes[depth_++];
   ++epoch.structures.runs;
   for (accel::Submit& lane : lanes)
@@ -133,6 +136,7 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   const accel::Tlas::Counts trees = epoch.tlas.counts();
   const accel::GeometryPool::Counts shapes = epoch.pool.counts();
   RunReport report = ChunkedRun(epoch.structures, lanes, rows, requests, times, meanwhile).run();
+  report.waited = std::chrono::duration_cast<Nanoseconds>(waited);
   // Together with those in its gaps, if there were any.
   report.structures = {
       .refitted = epoch.tlas.counts().refits + epoch.tlas.counts().patches > trees.refits + trees.patches,

@@ -166,6 +166,7 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   const ClockTime begun = clock_.now();
   const query::RunReport report = executor_.run(rows, transaction.requests(), times, meanwhile);
   outcome.computed = clock_.now();
+  if (!clock_.is_virtual()) running.interrupted += report.waited;
   running.queries_cost = outcome.computed - begun - running.interrupted;
   running.structures = report.structures;
   outcome.gpu_time = Nanoseconds(report.gpu_ns);

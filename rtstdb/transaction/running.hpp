@@ -24,8 +24,8 @@ struct Running {
   Nanoseconds queries_cost{0};               ///< of that, interruptions are no part
   query::StructureWork structures;
   std::optional<ClockTime> stands_since;  ///< when it was interrupted; none while it gets on
-  Nanoseconds interrupted{0};             ///< spent on others in its gaps
-  bool gives_way = false;                 ///< it stops to be begun anew
+  Nanoseconds interrupted{0};  ///< spent on others in its gaps, and on the device's way out of theirs
+  bool gives_way = false;      ///< it stops to be begun anew
   // Where answers may be partial.
   std::optional<ClockTime> last_gap;  ///< when others had run in it
   Nanoseconds chunk{0};               ///< from the gap before to this one

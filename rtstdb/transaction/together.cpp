@@ -52,6 +52,7 @@ void Runner::read_together(std::span<TransactionImpl* const> readers, std::span<
     report = executor_.run(version, std::span(together_).first(requests_together_), times, meanwhile);
   const ClockTime computed = clock_.now();
   running.queries_cost = computed - begun;
+  if (!clock_.is_virtual()) running.queries_cost -= report.waited;
   for (std::size_t k = 0; k < readers.size(); ++k) {
     if (!readers[k]->shares) continue;
     Outcome& outcome = readers[k]->draft();

@@ -148,7 +148,8 @@ struct Outcome {
   /// Late: published - deadline. Missed: how long the deadline had passed when the transaction was given up.
   Nanoseconds lateness{0};
   Nanoseconds predicted_cost{0}, actual_cost{0};  ///< started to published, but for `interrupted`
-  Nanoseconds interrupted{0};                     ///< spent on more urgent transactions, which ran in between
+  /// Spent on others: on more urgent ones, which ran in between, and until the device was done with a chunk of a less urgent one.
+  Nanoseconds interrupted{0};
   /// Times it was begun anew, since it stood in the way of a reserved one. The timestamps are those of the last time.
   std::uint32_t restarts = 0;
   /// Other small readers of the same version whose queries the device had in the same submission; of what that cost, a part in

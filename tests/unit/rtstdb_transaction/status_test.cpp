@@ -61,6 +61,21 @@ TEST_F(Statuses, CommittedWithItsFiveInstants) {
   EXPECT_EQ(world_.engine.latest().version, 2u);
 }
 
+TEST_F(Statuses, WhatItWaitsForTheDeviceIsNotItsCost) {
+  world_.executor.work = [&](const auto&, const auto&, const auto&) {
+    world_.clock.advance(5ms);
+    return query::RunReport{.waited = 4ms};
+  };
+  for (int k = 0; k < 40; ++k) {
+    const auto transaction = change(terms(DeadlineClass::soft, now_ + 1s));
+    const Outcome& outcome = world_.execute(*transaction);
+    EXPECT_EQ(outcome.published - outcome.started, 5ms);
+    EXPECT_EQ(outcome.interrupted, 4ms);
+    EXPECT_EQ(outcome.actual_cost, 1ms);
+    EXPECT_TRUE(k < 39 || outcome.predicted_cost == 1ms);
+  }
+}
+
 TEST_F(Statuses, HardAndSoftMayBeLateAndSayByHowMuch) {
   executor_takes(5ms);
   for (const DeadlineClass deadline_class : {DeadlineClass::hard, DeadlineClass::soft}) {
