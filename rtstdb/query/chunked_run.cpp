@@ -17,12 +17,11 @@ constexpr double nearly_full = 0.95;
 RunReport ChunkedRun::run() noexcept {
   const auto ended = [&](RunStatus status) {
     // What is still under way writes into the queries' buffers.
-    std::int64_t gpu_ns = 0;
     for (accel::Submit& lane : lanes_) {
       if (!lane.finish()) status = RunStatus::device_lost;
-      gpu_ns += lane.take_gpu_ns();
+      gpu_ns_ += lane.take_gpu_ns();
     }
-    return RunReport{.status = status, .gpu_ns = gpu_ns};
+    return RunReport{.status = status, .gpu_ns = gpu_ns_};
   };
   // What setup took is not this transaction's.
   for (accel::Submit& lane : lanes_)
@@ -49,6 +48,7 @@ bool ChunkedRun::bring_up(accel::Submit& lane) noexcept {
       rows_, {.times = times_, .elements = elements, .shapes = structures_.pool.shown(), .slot = slot_},
       lane);
   if (!view) return false;
+  brought_up_ = view->contents != view_.contents;
   view_ = *view;
   slot_ = view_.slot;
   return true;
@@ -67,16 +67,25 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
     if (!at_end(next)) {
       if (!std::exchange(begun_, false)) lane.begin();
       under_way = take(next, pass);
+      if (std::exchange(brought_up_, false)) under_way->thought_ns = 0.0;
       record(*under_way, pass, lane.recorder());
       if (!lane.start()) return RunStatus::device_lost;
     }
     if (!before) continue;
-    if (!other.finish()) return RunStatus::device_lost;
+    if (!finish(other, *before)) return RunStatus::device_lost;
     unpack(*before, pass);
     if (!under_way) break;
     if (const auto ended = gap(other, !at_end(next), lane, *under_way, pass)) return ended;
   }
   return std::nullopt;
+}
+
+bool ChunkedRun::finish(accel::Submit& lane, const Chunk& chunk) noexcept {
+  if (!lane.finish()) return false;
+  const std::int64_t took_ns = lane.take_gpu_ns();
+  gpu_ns_ += took_ns;
+  if (chunk.thought_ns > 0.0) pace_.learn(chunk.thought_ns, took_ns);
+  return true;
 }
 
 Meanwhile::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
@@ -90,6 +99,7 @@ Meanwhile::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
 }
 
 std::optional<RunStatus> ChunkedRun::ask_again() noexcept {
+  pace_ = {};
   while (true) {
     bool some = false;
     for (std::size_t k = 0; k < requests_.size(); ++k) {
@@ -150,23 +160,30 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
   double filled = 0.0;
   while (!at_end(next) && filled < nearly_full) {
     const std::uint32_t left = total(next.request, pass) - next.element;
-    const std::uint32_t most = per_chunk(next.request, pass);
+    const double thought_most = per_chunk(next.request, pass);
+    const double most = pace_.share() * thought_most;
     const double room = std::ceil((1.0 - filled) * most);
-    if (most == 0 || room >= left) {
-      next.element += left;
-      if (most != 0) filled += static_cast<double>(left) / most;
-    } else {
-      const auto taken = static_cast<std::uint32_t>(room);
-      const std::uint32_t step =
-          pass == Pass::all ? fewest_places(structures_.device.limits().processors) : 1;
-      next.element += (taken + step - 1) / step * step;
-      next.element = std::min(next.element, total(next.request, pass));
+    std::uint32_t taken = left;
+    if (most > 0.0 && room < left) {
+      taken = std::min(at_least(static_cast<std::uint32_t>(room), next.request, pass), left);
       filled = 1.0;
+    } else if (most > 0.0) {
+      filled += taken / most;
     }
+    if (most > 0.0)
+      chunk.thought_ns +=
+          taken / thought_most * static_cast<double>(requests_[next.request].chunk_time.count());
+    next.element += taken;
     chunk.end = next;
     pass_over(next, pass);
   }
   return chunk;
+}
+
+std::uint32_t ChunkedRun::at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept {
+  if (pass == Pass::again) return std::max(elements, query(request).least_asked_again());
+  const std::uint32_t step = fewest_places(structures_.device.limits().processors);
+  return (elements + step - 1) / step * step;
 }
 
 std::uint32_t ChunkedRun::total(std::size_t request, Pass pass) const noexcept {

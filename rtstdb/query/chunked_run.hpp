@@ -9,6 +9,7 @@
 
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas.hpp"
+#include "rtstdb/query/chunk_pace.hpp"
 #include "rtstdb/query/gpu_query.hpp"
 
 namespace rtstdb::query {
@@ -47,6 +48,7 @@ class ChunkedRun {
   };
   struct Chunk {
     Cursor begin, end;
+    double thought_ns = 0.0;  // what it should take; 0: no matter, structures are brought up with it
   };
 
   /// Begins the lane. False: the device is lost.
@@ -62,9 +64,13 @@ class ChunkedRun {
   std::optional<RunStatus> gap(accel::Submit& next, bool more, accel::Submit& other, const Chunk& under_way,
                                Pass pass) noexcept;
   Chunk take(Cursor& next, Pass pass) const noexcept;
+  /// What was started last in this lane is done. False: the device is lost.
+  bool finish(accel::Submit& lane, const Chunk& chunk) noexcept;
   /// Past requests that nothing is left of.
   void pass_over(Cursor& next, Pass pass) const noexcept;
   bool at_end(const Cursor& next) const noexcept { return next.request == requests_.size(); }
+  /// So many or, where fewer would spare the device nothing, more.
+  std::uint32_t at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept;
   std::uint32_t total(std::size_t request, Pass pass) const noexcept;
   std::uint32_t per_chunk(std::size_t request, Pass pass) const noexcept;
   void record(const Chunk& chunk, Pass pass, gpu::Recorder& recorder) noexcept;
@@ -84,6 +90,9 @@ class ChunkedRun {
   accel::TlasView view_;
   std::optional<std::uint32_t> slot_;  // of the view, once there is one
   bool begun_ = false;                 // the next lane, by bring_up
+  bool brought_up_ = false;            // with structures that did not stand
+  ChunkPace pace_;
+  std::int64_t gpu_ns_ = 0;
 };
 
 }  // namespace rtstdb::query

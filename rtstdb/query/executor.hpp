@@ -113,8 +113,10 @@ class PreparedQuery {
 struct Request {
   PreparedQuery* query = nullptr;
   std::uint32_t count = 0;
-  /// Elements that take about half of what an urgent transaction may wait; 0: the batch is not divided.
+  /// Elements that take about `chunk_time` where none is costlier than others; 0: the batch is not divided.
   std::uint32_t per_chunk = 0;
+  /// Half of what an urgent transaction may wait. Where chunks take longer, those that follow are smaller.
+  Nanoseconds chunk_time{0};
 };
 
 enum class RunStatus : std::uint8_t {

@@ -190,7 +190,8 @@ void Runner::divide(TransactionImpl& transaction) const noexcept {
   const bool may_be_divided = chunk_ > Nanoseconds(0) && !clock_.is_virtual();
   double halves = 0.0;
   for (query::Request& request : transaction.requests()) {
-    request.per_chunk = may_be_divided ? costs_.elements_in(request, chunk_ / 2) : 0;
+    request.chunk_time = chunk_ / 2;
+    request.per_chunk = may_be_divided ? costs_.elements_in(request, request.chunk_time) : 0;
     if (may_be_divided) halves += static_cast<double>(request.count) / request.per_chunk;
   }
   if (halves > 2.0) return;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "rtstdb/open_database.hpp"
+#include "rtstdb/query/chunk_pace.hpp"
 #include "rtstdb/query/spread.hpp"
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/random_scene.hpp"
@@ -44,6 +45,34 @@ TEST(SpreadOut, CoversEachPlaceOnceAndIsNoSlowerThanFullGroups) {
 TEST(SpreadOut, ManyFillTheirGroups) {
   for (std::uint32_t processors = 1; processors <= 33; ++processors)
     EXPECT_EQ(query::spread_out(1'000'000, processors).per_group, 64u) << processors;
+}
+
+TEST(ChunkPace, ChunksAreSmallerWhereTheyTakeLonger) {
+  query::ChunkPace pace;
+  EXPECT_EQ(pace.share(), 1.0);
+  pace.learn(500e3, 500'000);
+  EXPECT_EQ(pace.share(), 1.0);
+  for (int k = 0; k < 2; ++k)
+    pace.learn(500e3, 20'000'000);
+  EXPECT_DOUBLE_EQ(pace.share(), 1.0 / 40.0);
+  for (int k = 0; k < 2; ++k)
+    pace.learn(500e3 / 40.0, 500'000);
+  EXPECT_DOUBLE_EQ(pace.share(), 1.0 / 40.0) << "as large as they should be";
+  for (int k = 0; k < 2; ++k)
+    pace.learn(500e3 / 40.0, 12'500);
+  EXPECT_EQ(pace.share(), 1.0);
+  for (int k = 0; k < 2; ++k)
+    pace.learn(500e3, 1'000);
+  EXPECT_EQ(pace.share(), 1.0) << "none is larger than was thought";
+}
+
+/// The host wakes late, and both are done.
+TEST(ChunkPace, OneThatIsSeenLateIsNoLonger) {
+  query::ChunkPace pace;
+  for (int k = 0; k < 20; ++k) {
+    pace.learn(500e3, k % 2 == 0 ? 900'000 : 100'000);
+    EXPECT_EQ(pace.share(), k == 0 ? 500e3 / 900e3 : 1.0);
+  }
 }
 
 class BatchSizes : public testing::TestWithParam<std::uint32_t> {

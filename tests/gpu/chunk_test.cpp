@@ -361,6 +361,19 @@ TEST_F(Urgent, QueriesPassSearchesThatWillPause) {
   EXPECT_LT(median_wait(many, 200), std::chrono::milliseconds(5));
 }
 
+/// By what the others take, a chunk would hold hundreds of the costly ones.
+TEST_F(Urgent, QueriesPassCostlyRaysBehindCheapOnes) {
+  open({.chunk = Nanoseconds(1'000'000)});
+  create(row_of(DatabaseTest::add(pile(3'000)), {0.0, 0.0, 50.0}), at_s(5.1));
+  const Ray cheap = ray_from({0.0f, 0.0f, 45.0f}, {0, 0, -1}, at_s(5.1));
+  const Ray costly = ray_from({0.0f, 0.0f, 45.0f}, {0, 0, 1}, at_s(5.1));
+  rays_.assign(64, cheap);
+  constexpr std::uint32_t known = 60'000;
+  std::vector<Ray> many(600'000, costly);
+  std::fill_n(many.begin(), known, cheap);
+  EXPECT_LT(median_wait(many, known), std::chrono::milliseconds(3));
+}
+
 /// Those that are under way are let finish, which are as many as processors have lanes.
 TEST_F(Urgent, QueriesPassRegionsThatTakeLong) {
   open({.chunk = Nanoseconds(1'000'000)});
