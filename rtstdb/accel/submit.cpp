@@ -46,6 +46,7 @@ bool Submit::start() {
 
 bool Submit::finish() {
   if (under_way_ == 0) return !lost_;
+  seen_late_ = timed_by_host_ && timeline_.wait(under_way_, 0) == gpu::WaitResult::done;
   if (meanwhile_ != nullptr) meanwhile_->begin_wait();
   const gpu::WaitResult waited =
       timeline_.wait(std::exchange(under_way_, 0), std::numeric_limits<std::int64_t>::max());

@@ -31,6 +31,8 @@ class Submit {
   /// Waits for what was started; asked again, it says the same. False: the device is lost.
   bool finish();
   bool run() { return start() && finish(); }
+  /// Of a device that is timed by the host: what was finished last had been done before finish was called, and took less than was measured.
+  bool seen_late() const noexcept { return seen_late_; }
   /// Time that the device spent on all runs since the last call. A device that is the processor itself is timed
   /// by the host, from the submission until the wait is over: lavapipe draws a scene with all its threads for each
   /// timestamp, which takes longer than a small dispatch.
@@ -44,6 +46,7 @@ class Submit {
   std::uint64_t under_way_ = 0;  // its number; 0: nothing
   bool lost_ = false;
   bool timed_by_host_ = false;
+  bool seen_late_ = false;
   std::int64_t gpu_ns_ = 0;
   query::Meanwhile* meanwhile_ = nullptr;
 };

@@ -84,7 +84,7 @@ bool ChunkedRun::finish(accel::Submit& lane, const Chunk& chunk) noexcept {
   if (!lane.finish()) return false;
   const std::int64_t took_ns = lane.take_gpu_ns();
   gpu_ns_ += took_ns;
-  if (chunk.thought_ns > 0.0) pace_.learn(chunk.thought_ns, took_ns);
+  if (chunk.thought_ns > 0.0) pace_.learn({chunk.thought_ns, static_cast<double>(took_ns), lane.seen_late()});
   return true;
 }
 
@@ -99,7 +99,7 @@ Meanwhile::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
 }
 
 std::optional<RunStatus> ChunkedRun::ask_again() noexcept {
-  pace_ = {};
+  pace_ = ChunkPace(chunk_ns());
   while (true) {
     bool some = false;
     for (std::size_t k = 0; k < requests_.size(); ++k) {
@@ -145,7 +145,8 @@ std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::
   }
   if (structures_.runs == runs) return std::nullopt;
   if (!bring_up(next)) return RunStatus::device_lost;
-  if (more) return std::nullopt;
+  // Structures that had to be made anew are by themselves, so that it is seen what the chunk takes.
+  if (more && !std::exchange(brought_up_, false)) return std::nullopt;
   begun_ = false;
   return next.run() ? std::nullopt : std::optional(RunStatus::device_lost);
 }
@@ -178,6 +179,10 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
     pass_over(next, pass);
   }
   return chunk;
+}
+
+std::int64_t ChunkedRun::chunk_ns() const noexcept {
+  return requests_.empty() ? 0 : requests_.front().chunk_time.count();
 }
 
 std::uint32_t ChunkedRun::at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept {

@@ -34,7 +34,8 @@ class ChunkedRun {
         rows_(rows),
         requests_(requests),
         times_(times),
-        meanwhile_(meanwhile) {}
+        meanwhile_(meanwhile),
+        pace_(chunk_ns()) {}
 
   /// What is under way of others has been waited for: this writes what the device reads.
   RunReport run() noexcept;
@@ -69,6 +70,7 @@ class ChunkedRun {
   /// Past requests that nothing is left of.
   void pass_over(Cursor& next, Pass pass) const noexcept;
   bool at_end(const Cursor& next) const noexcept { return next.request == requests_.size(); }
+  std::int64_t chunk_ns() const noexcept;
   /// So many or, where fewer would spare the device nothing, more.
   std::uint32_t at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept;
   std::uint32_t total(std::size_t request, Pass pass) const noexcept;

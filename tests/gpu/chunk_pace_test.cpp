@@ -1,0 +1,114 @@
+// Chunks of a run follow what the last ones took, whatever is done in its gaps. On the executor itself, so that every gap is filled.
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "rtstdb/query/gpu_executor.hpp"
+#include "rtstdb/query/ray_query.hpp"
+#include "tests/gpu/dense_meshes.hpp"
+#include "tests/gpu/gaps.hpp"
+#include "tests/gpu/gpu_test.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+constexpr Nanoseconds chunk_time{500'000};
+constexpr std::uint32_t most = 65'536;
+
+class PacedRuns : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto created = query::GpuExecutor::create(
+        [](const std::vector<std::byte>&) { return gpu::Device::open(gpu::test::test_device_options(true)); },
+        {});
+    ASSERT_TRUE(created.ok()) << created.error().message;
+    executor_ = std::move(created).value();
+    const auto low = executor_->add_geometry(std::make_shared<TriangleMesh>(pile(30)), {});
+    const auto high = executor_->add_geometry(std::make_shared<TriangleMesh>(pile(1'000)), {});
+    ASSERT_TRUE(low.ok() && high.ok());
+    states_ = {{.id = {0, 1}, .row = row_of(high.value(), {0.0, 0.0, 5.0}), .written_by = 1}};
+    for (std::uint32_t i = 1; i < 300; ++i) {
+      states_.push_back(
+          {.id = {i, 1}, .row = row_of(low.value(), {1000.0 + 5.0 * i, 0.0, 0.0}), .written_by = 1});
+    }
+    large_ = prepare();
+    small_ = prepare();
+    for (int k = 0; k < 5; ++k)
+      whole_ = std::min(whole_, ask(*large_, std::vector(most, cheap()), world(1), nullptr));
+    per_chunk_ = static_cast<std::uint32_t>(chunk_time.count() * most / whole_.count());
+  }
+  void TearDown() override {
+    for (const std::string& message : executor_->device_health().validation_messages)
+      ADD_FAILURE() << "validation layer: " << message;
+  }
+  static Ray cheap() { return ray_from({}, {0, 1, 0}); }
+  static Ray costly() { return ray_from({}, {0, 0, 1}); }
+  OneWorld world(Version version) const { return {states_, version, 0, {}}; }
+
+  std::unique_ptr<query::GpuRayQuery> prepare() {
+    auto made = executor_->prepare<query::GpuRayQuery>(RayQueryOptions{.name = "rays", .capacity = most});
+    EXPECT_TRUE(made.ok());
+    return std::move(made).value();
+  }
+  /// What it took.
+  Nanoseconds ask(query::GpuRayQuery& query, std::span<const Ray> rays, const query::RowSource& rows,
+                  query::Meanwhile* meanwhile) {
+    std::ranges::copy(rays, query.rays().begin());
+    const auto count = static_cast<std::uint32_t>(rays.size());
+    query::TimeSpan times;
+    EXPECT_FALSE(query.check(count, rows, times));
+    const query::Request request{
+        .query = &query, .count = count, .per_chunk = per_chunk_, .chunk_time = chunk_time};
+    const auto begun = SteadyClock::now();
+    EXPECT_EQ(executor_->run(rows, std::span(&request, 1), times, meanwhile).status, query::RunStatus::done);
+    const auto took = SteadyClock::now() - begun;
+    query.let_stand(count, count);
+    return std::chrono::duration_cast<Nanoseconds>(took);
+  }
+
+  std::vector<EntityState> states_;
+  std::unique_ptr<query::GpuExecutor> executor_;
+  std::unique_ptr<query::GpuRayQuery> large_, small_;
+  Nanoseconds whole_ = Nanoseconds::max();
+  std::uint32_t per_chunk_ = most;
+};
+
+/// Others commit there, for longer than a chunk takes.
+TEST_F(PacedRuns, WorkOfTheHostInGapsIsNotTheChunks) {
+  const auto gaps_where = [&](std::chrono::microseconds each_takes) {
+    Gaps gaps([each_takes] {
+      const auto until = SteadyClock::now() + each_takes;
+      while (SteadyClock::now() < until) {
+      }
+    });
+    ask(*large_, std::vector(most, cheap()), world(1), &gaps);
+    return gaps.count;
+  };
+  const int as_thought = static_cast<int>(most / per_chunk_);
+  EXPECT_LT(gaps_where(std::chrono::microseconds(1'000)), 4 * as_thought + 10);
+  EXPECT_LT(gaps_where(std::chrono::microseconds(3'000)), 4 * as_thought + 10);
+}
+
+/// More versions than there are slots: the run's own is made anew after each gap.
+TEST_F(PacedRuns, ChunksAreSmallerWhereOthersTakeTheSlotInEachGap) {
+  std::vector<Ray> rays(most, costly());
+  std::fill_n(rays.begin(), most / 3, cheap());
+  std::vector<Nanoseconds> waits;
+  Gaps gaps([&] {
+    for (Version other = 10; other < 16; ++other) {
+      const Nanoseconds took = ask(*small_, std::span(rays).first(8), world(other), nullptr);
+      if (other == 10) waits.push_back(took);
+    }
+  });
+  ask(*large_, rays, world(1), &gaps);
+  std::ranges::sort(waits);
+  ASSERT_GT(waits.size(), 20u);
+  EXPECT_LT(waits[waits.size() / 2], std::chrono::milliseconds(5));
+}
+
+}  // namespace
+}  // namespace rtstdb::test
