@@ -140,7 +140,6 @@ struct StructureWork {
 struct RunReport {
   RunStatus status = RunStatus::done;
   std::int64_t gpu_ns = 0;
-  Nanoseconds waited{0};  ///< until the device was done with those in whose gap this ran
   StructureWork structures = {};
 };
 
@@ -158,6 +157,8 @@ class Meanwhile {
   /// From here to end_wait others may commit.
   virtual void begin_wait() noexcept = 0;
   virtual void end_wait() noexcept = 0;
+  /// A run that stands in the gap of another begins, `time` after it was called: until then the device was busy with that one.
+  virtual void waited_for_outer(Nanoseconds /*time*/) noexcept {}
   /// A chunk is done and others are to come. Inside the call the executor may be run again, on any version and with
   /// other queries, also with gaps of its own, and others may commit.
   virtual Gap between_chunks() noexcept = 0;

@@ -128,7 +128,9 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
       if (!lane.finish()) return lost_report;
     }
   }
-  const auto waited = std::chrono::steady_clock::now() - came;
+  if (meanwhile != nullptr && depth_ > 0)
+    meanwhile->waited_for_outer(
+        std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now() - came));
   Lanes& lanes = epoch.lanes[depth_++];
   ++epoch.structures.runs;
   for (accel::Submit& lane : lanes)
@@ -136,7 +138,6 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   const accel::Tlas::Counts trees = epoch.tlas.counts();
   const accel::GeometryPool::Counts shapes = epoch.pool.counts();
   RunReport report = ChunkedRun(epoch.structures, lanes, rows, requests, times, meanwhile).run();
-  report.waited = std::chrono::duration_cast<Nanoseconds>(waited);
   // Together with those in its gaps, if there were any.
   report.structures = {
       .refitted = epoch.tlas.counts().refits + epoch.tlas.counts().patches > trees.refits + trees.patches,

@@ -129,6 +129,7 @@ class Engine final : private query::Meanwhile, private LogOwner {
   // gaps.cpp: what is done while a transaction waits for the device, and between its chunks.
   void begin_wait() noexcept override;
   void end_wait() noexcept override;
+  void waited_for_outer(Nanoseconds time) noexcept override;
   Gap between_chunks() noexcept override;
   /// The relief's thread: while a transaction waits for the device, admits or refuses what comes; and carries out those
   /// that only write, since they need no device, where the one that waits only reads. So a tick's write waits

@@ -1,5 +1,7 @@
 // The engine in the waits and gaps of a transaction that asks: others pass it there.
 
+#include <utility>
+
 #include "rtstdb/transaction/engine.hpp"
 #include "rtstdb/transaction/late_answers.hpp"
 
@@ -29,6 +31,12 @@ void Engine::end_wait() noexcept {
   waits_for_device_.store(false, std::memory_order_relaxed);
 }
 
+void Engine::waited_for_outer(Nanoseconds time) noexcept {
+  if (clock_.is_virtual()) return;
+  runner_.running().innermost().interrupted += time;
+  if (Running* const outer = runner_.running().around()) outer->got_on += time;
+}
+
 query::Meanwhile::Gap Engine::between_chunks() noexcept {
   receive();
   Running& running = runner_.running().innermost();
@@ -50,7 +58,8 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
       carry_out(*next, &transaction);
       receive();
     }
-    running.interrupted += clock_.now() - *running.stands_since;
+    running.interrupted +=
+        clock_.now() - *running.stands_since - std::exchange(running.got_on, Nanoseconds(0));
     running.stands_since.reset();
     running.gives_way = has_to_give_way(transaction);
     if (running.gives_way) return Gap::stop;

@@ -166,10 +166,10 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   const ClockTime begun = clock_.now();
   const query::RunReport report = executor_.run(rows, transaction.requests(), times, meanwhile);
   outcome.computed = clock_.now();
-  if (!clock_.is_virtual()) running.interrupted += report.waited;
   running.queries_cost = outcome.computed - begun - running.interrupted;
   running.structures = report.structures;
-  outcome.gpu_time = Nanoseconds(report.gpu_ns);
+  // A device that the host times may have been done before it was looked at.
+  outcome.gpu_time = std::min(Nanoseconds(report.gpu_ns), running.queries_cost);
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
   if (report.status == query::RunStatus::stopped) return stopped(transaction, running);
   if (transaction.is_to_be_cancelled()) return cancelled(transaction);

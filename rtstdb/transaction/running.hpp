@@ -24,8 +24,10 @@ struct Running {
   Nanoseconds queries_cost{0};               ///< of that, interruptions are no part
   query::StructureWork structures;
   std::optional<ClockTime> stands_since;  ///< when it was interrupted; none while it gets on
-  Nanoseconds interrupted{0};  ///< spent on others in its gaps, and on the device's way out of theirs
-  bool gives_way = false;      ///< it stops to be begun anew
+  Nanoseconds interrupted{
+      0};  ///< spent on others in its gaps, and until the device was done with the one whose gap this is
+  Nanoseconds got_on{0};   ///< so long the device was busy with it while it stood
+  bool gives_way = false;  ///< it stops to be begun anew
   // Where answers may be partial.
   std::optional<ClockTime> last_gap;  ///< when others had run in it
   Nanoseconds chunk{0};               ///< from the gap before to this one
@@ -51,6 +53,8 @@ class RunningStack {
   std::uint32_t depth() const noexcept { return count_; }
   /// Misuse when empty.
   Running& innermost() noexcept { return entries_[count_ - 1]; }
+  /// In whose gap the innermost runs, or null.
+  Running* around() noexcept { return count_ > 1 ? &entries_[count_ - 2] : nullptr; }
   std::span<const Running> all() const noexcept { return std::span(entries_).first(count_); }
   bool one_is_staged() const noexcept { return std::ranges::any_of(all(), &Running::staged); }
 

@@ -51,8 +51,7 @@ void Runner::read_together(std::span<TransactionImpl* const> readers, std::span<
   if (taking_part > 0)
     report = executor_.run(version, std::span(together_).first(requests_together_), times, meanwhile);
   const ClockTime computed = clock_.now();
-  running.queries_cost = computed - begun;
-  if (!clock_.is_virtual()) running.queries_cost -= report.waited;
+  running.queries_cost = computed - begun - running.interrupted;
   for (std::size_t k = 0; k < readers.size(); ++k) {
     if (!readers[k]->shares) continue;
     Outcome& outcome = readers[k]->draft();
@@ -88,6 +87,7 @@ Status Runner::begin_together(TransactionImpl& reader, const store::Snapshot& ve
   reader.asked = {version.version(), version.time()};
   for (query::Request& request : reader.requests()) {
     request.per_chunk = 0;
+    request.query->answered_in_time = 0;
     together_[requests_together_++] = request;
   }
   reader.shares = true;
@@ -116,7 +116,9 @@ Status Runner::end_together(TransactionImpl& reader, const query::RunReport& rep
   for (const TransactionImpl* other : running.others)
     add(*other);
   outcome.actual_cost = part_of(running.queries_cost, reader.promised_cost, promised);
-  outcome.gpu_time = part_of(Nanoseconds(report.gpu_ns), reader.promised_cost, promised);
+  outcome.gpu_time =
+      part_of(std::min(Nanoseconds(report.gpu_ns), running.queries_cost), reader.promised_cost, promised);
+  outcome.interrupted = running.interrupted;
   if (!is_in_time(reader, clock_.now())) return Status::missed;
   return done(reader, version);
 }

@@ -125,6 +125,7 @@ class SimulatedExecutor final : public query::Executor {
   query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
                        const query::TimeSpan& times, query::Meanwhile* meanwhile) noexcept override {
     using enum query::RunStatus;
+    if (outer_takes > Nanoseconds(0) && meanwhile != nullptr) meanwhile->waited_for_outer(outer_takes);
     for (const query::Request& request : requests)
       dynamic_cast<SimulatedQuery&>(*request.query).answer(0, chunk ? 0 : request.count, lambda);
     if (chunk) {
@@ -146,6 +147,8 @@ class SimulatedExecutor final : public query::Executor {
       chunk;
   /// What happens while a run waits for the device; none: it never waits.
   std::function<void()> while_waiting;
+  Nanoseconds outer_takes{
+      0};               ///< of what `work` or a chunk takes, so much is told to be for whoever's gap this is
   float lambda = 0.0f;  ///< of all hits
 
  private:

@@ -62,10 +62,8 @@ TEST_F(Statuses, CommittedWithItsFiveInstants) {
 }
 
 TEST_F(Statuses, WhatItWaitsForTheDeviceIsNotItsCost) {
-  world_.executor.work = [&](const auto&, const auto&, const auto&) {
-    world_.clock.advance(5ms);
-    return query::RunReport{.waited = 4ms};
-  };
+  executor_takes(5ms);
+  world_.executor.outer_takes = 4ms;
   for (int k = 0; k < 40; ++k) {
     const auto transaction = change(terms(DeadlineClass::soft, now_ + 1s));
     const Outcome& outcome = world_.execute(*transaction);
@@ -73,6 +71,7 @@ TEST_F(Statuses, WhatItWaitsForTheDeviceIsNotItsCost) {
     EXPECT_EQ(outcome.interrupted, 4ms);
     EXPECT_EQ(outcome.actual_cost, 1ms);
     EXPECT_TRUE(k < 39 || outcome.predicted_cost == 1ms);
+    EXPECT_LE(outcome.gpu_time, outcome.actual_cost);
   }
 }
 
