@@ -59,10 +59,11 @@ endfunction()
 #   RUNNER   a program that sets the stage: the whole of it then runs as one test, RUNNER PROGRAM
 #   PREFIX   stands before the tests' names where another program has tests of the same; ctest would give both the properties
 #            of one of them. Those of torture have "Long/".
+#   SEPARATE those of its sources that have names of their own in common with others: sanitizer builds compile the rest several as one
 #   TIMEOUT  in seconds, 300 unless told; three times as long with sanitizers. It ends what hangs, on slow machines too.
 # The target hil_tests_<label> builds all programs of a label; what sanitizers take is told in tools/test.
 function(hil_test name)
-  cmake_parse_arguments(TEST "THREADS" "LABEL;TIMEOUT;RUNNER;PREFIX" "SOURCES;USES;LIBS" ${ARGN})
+  cmake_parse_arguments(TEST "THREADS" "LABEL;TIMEOUT;RUNNER;PREFIX" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
   if(NOT TEST_LABEL MATCHES "^(unit|gpu|answers|scenario|vcan|realtime|torture)$")
     message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, answers, scenario, vcan, realtime or torture, not '${TEST_LABEL}'")
   endif()
@@ -80,6 +81,11 @@ function(hil_test name)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # what is tested is fast; the tests compile fast
   hil_precompile(${name} hil_test_headers GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+
+  if(HIL_SANITIZE)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    set_source_files_properties(${TEST_SEPARATE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  endif()
 
   if(HIL_SANITIZE MATCHES "thread" AND NOT TEST_THREADS)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)  # one thread has no races

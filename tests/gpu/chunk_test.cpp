@@ -91,7 +91,7 @@ bool same(const std::vector<Words>& a, const std::vector<Words>& b) {
   return a.size() == b.size() && silent <= a.size() / 50;
 }
 
-constexpr std::uint32_t asked = 1000;
+constexpr std::uint32_t batch_size = 500;
 
 /// Every kind of query, each over the same elements in a world made from the same seed, among them some that take more than a
 /// dispatch gives.
@@ -116,11 +116,11 @@ class Chunks : public DatabaseTest {
                     at_s(5.0 + 0.01 * k));
     const auto entities = database().snapshot({}).value();
     const auto t = at_s(5.1);
-    rays_.resize(asked);
-    points_.resize(asked);
-    regions_.resize(asked);
-    overlaps_.resize(asked);
-    for (std::uint32_t i = 0; i < asked; ++i) {
+    rays_.resize(batch_size);
+    points_.resize(batch_size);
+    regions_.resize(batch_size);
+    overlaps_.resize(batch_size);
+    for (std::uint32_t i = 0; i < batch_size; ++i) {
       rays_[i] = i % 100 == 7 ? ray_from({}, {0, 0, 1}, t) : random_ray(random, entities, scene, t, 0.5);
       points_[i] = random_point(random, entities, scene, t, 0.5);
       regions_[i] = random_region(random, entities, scene, t, 0.5);
@@ -144,7 +144,7 @@ class Chunks : public DatabaseTest {
   template <class Query, class Elements, class Source>
   Asker asker(std::shared_ptr<Query> query, Elements elements, const Source& source) {
     std::ranges::copy(source, elements.begin());
-    return {[query](Transaction& transaction) { transaction.ask(*query, asked); },
+    return {[query](Transaction& transaction) { transaction.ask(*query, batch_size); },
             [query] {
               if constexpr (requires { query->hits(); })
                 return words_of(query->hits());
@@ -153,22 +153,22 @@ class Chunks : public DatabaseTest {
             }};
   }
   Asker prepared(RayQueryOptions options) {
-    options.capacity = asked;
+    options.capacity = batch_size;
     const std::shared_ptr<RayQuery> query = std::move(database().prepare(options)).value();
     return asker(query, query->rays(), rays_);
   }
   Asker prepared(NearestQueryOptions options) {
-    options.capacity = asked;
+    options.capacity = batch_size;
     const std::shared_ptr<NearestQuery> query = std::move(database().prepare(options)).value();
     return asker(query, query->points(), points_);
   }
   Asker prepared(RegionQueryOptions options) {
-    options.capacity = asked;
+    options.capacity = batch_size;
     const std::shared_ptr<RegionQuery> query = std::move(database().prepare(options)).value();
     return asker(query, query->regions(), regions_);
   }
   Asker prepared(OverlapQueryOptions options) {
-    options.capacity = asked;
+    options.capacity = batch_size;
     const std::shared_ptr<OverlapQuery> query = std::move(database().prepare(options)).value();
     return asker(query, query->overlaps(), overlaps_);
   }
@@ -336,7 +336,7 @@ TEST_F(Urgent, QueriesPassLargeBatches) {
   make_world(Nanoseconds(1'000'000), false);
   std::vector<Ray> many(400'000);
   for (std::size_t i = 0; i < many.size(); ++i)
-    many[i] = rays_[i % asked];
+    many[i] = rays_[i % batch_size];
   EXPECT_LT(median_wait(many, 400'000), std::chrono::milliseconds(5));
 }
 

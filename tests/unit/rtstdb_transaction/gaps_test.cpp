@@ -16,8 +16,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::uint32_t unmeasured_chunk = 4096;  // elements, before anything is known of a kind
-
 /// Each chunk takes 500 us; at the n-th one something happens.
 class Gaps : public testing::Test {
  protected:

@@ -9,7 +9,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::uint32_t unmeasured_chunk = 4096;
 constexpr std::uint32_t batch = 8 * unmeasured_chunk;
 
 /// Each chunk of 4096 elements takes 500 us.

@@ -9,8 +9,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::uint32_t unmeasured_chunk = 4096;
-
 /// Each chunk of 4096 elements takes 500 us; what happens in the second one of a large batch is a test's own.
 class Reserving : public testing::Test {
  protected:

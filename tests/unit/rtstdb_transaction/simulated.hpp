@@ -116,6 +116,8 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
   std::uint32_t answered_ = 0, readable_ = 0;
 };
 
+constexpr std::uint32_t unmeasured_chunk = 4096;  ///< elements, before anything is known of a kind
+
 /// Does what `work` says; by default costs nothing.
 class SimulatedExecutor final : public query::Executor {
  public:

@@ -32,7 +32,7 @@ bool holds(const std::string& written) {
   return condition->bind(indices).holds(values);
 }
 
-Diagnostics mistakes_of(const std::string& written) {
+Diagnostics mistakes_in(const std::string& written) {
   Diagnostics diagnostics;
   EXPECT_FALSE(parse(written, diagnostics)) << written;
   return diagnostics;
@@ -89,25 +89,25 @@ TEST(Condition, PlacesReachIntoFoldedText) {
 }
 
 TEST(Condition, MistakesStandAtTheirCharacter) {
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a >"), 1, 11,
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a >"), 1, 11,
                               "the condition ends where a signal or a number is expected"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a"), 1, 9, "the condition ends where a comparison"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a == 1 && b == 2"), 1, 15, "found '&'; write and"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("\"a == 1 || b == 2\""), 1, 16, "write or"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("\"! a == 1\""), 1, 9, "write not"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a = 1"), 1, 10, "write =="));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("1 < a < 2"), 1, 14, "can not be chained"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("1 < 2"), 1, 8, "two numbers"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 50 km/h"), 1, 15, "found 'km'"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 50km"), 1, 14, "numbers have no unit here"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("(a > 1"), 1, 14, "the condition ends where and, or, or ')'"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 1)"), 1, 13, "found ')'"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 1 b < 2"), 1, 14, "found 'b'"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 010"), 1, 12, "leading zero"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a > 1e400"), 1, 12, "too large"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a..b > 1"), 1, 8, "'a..b' is not a signal's name"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a > and"), 1, 12, "found 'and'"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a > $"), 1, 12, "found '$'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a"), 1, 9, "the condition ends where a comparison"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a == 1 && b == 2"), 1, 15, "found '&'; write and"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("\"a == 1 || b == 2\""), 1, 16, "write or"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("\"! a == 1\""), 1, 9, "write not"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a = 1"), 1, 10, "write =="));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("1 < a < 2"), 1, 14, "can not be chained"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("1 < 2"), 1, 8, "two numbers"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 50 km/h"), 1, 15, "found 'km'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 50km"), 1, 14, "numbers have no unit here"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("(a > 1"), 1, 14, "the condition ends where and, or, or ')'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 1)"), 1, 13, "found ')'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 1 b < 2"), 1, 14, "found 'b'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 010"), 1, 12, "leading zero"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 1e400"), 1, 12, "too large"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a..b > 1"), 1, 8, "'a..b' is not a signal's name"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a > and"), 1, 12, "found 'and'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a > $"), 1, 12, "found '$'"));
 }
 
 TEST(Condition, BoundsAreExact) {
@@ -115,16 +115,16 @@ TEST(Condition, BoundsAreExact) {
   for (std::size_t i = 1; i < Condition::max_comparisons; ++i)
     most += " or a == 0";
   EXPECT_FALSE(holds(most));
-  EXPECT_TRUE(is_only_mistake(mistakes_of(most + " or a == 1"), 1,
+  EXPECT_TRUE(is_only_mistake(mistakes_in(most + " or a == 1"), 1,
                               static_cast<std::uint32_t>(8 + most.size() + 4), "more than 256 comparisons"));
   const auto nested = [](std::size_t levels) {
     return std::string(levels, '(') + "a == 1" + std::string(levels, ')');
   };
   EXPECT_TRUE(holds(nested(Condition::max_nesting)));
-  EXPECT_TRUE(is_only_mistake(mistakes_of(nested(Condition::max_nesting + 1)), 1, 8 + Condition::max_nesting,
+  EXPECT_TRUE(is_only_mistake(mistakes_in(nested(Condition::max_nesting + 1)), 1, 8 + Condition::max_nesting,
                               "nested deeper than 32"));
   EXPECT_TRUE(
-      is_only_mistake(mistakes_of("a == 1" + std::string(Condition::max_text_bytes, ' ') + "or b == 1"), 1, 8,
+      is_only_mistake(mistakes_in("a == 1" + std::string(Condition::max_text_bytes, ' ') + "or b == 1"), 1, 8,
                       "at most 8192 bytes"));
 }
 
