@@ -15,7 +15,6 @@ class ChunkPace {
     bool seen_late = false;
   };
 
-  ChunkPace() = default;
   /// A chunk should take `chunk_ns`. Those that take less than `least_ns` are mostly what a dispatch takes by itself.
   explicit ChunkPace(std::int64_t chunk_ns) noexcept
       : room_(chunk_ns > 0 ? std::max(least_ns / static_cast<double>(chunk_ns), 1.0) : 1.0) {}
