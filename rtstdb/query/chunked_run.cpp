@@ -148,7 +148,9 @@ std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::
   // Structures that had to be made anew are by themselves, so that it is seen what the chunk takes.
   if (more && !std::exchange(brought_up_, false)) return std::nullopt;
   begun_ = false;
-  return next.run() ? std::nullopt : std::optional(RunStatus::device_lost);
+  const bool is_up = next.run();
+  gpu_ns_ += next.take_gpu_ns();
+  return is_up ? std::nullopt : std::optional(RunStatus::device_lost);
 }
 
 void ChunkedRun::pass_over(Cursor& next, Pass pass) const noexcept {

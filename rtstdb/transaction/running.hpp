@@ -24,8 +24,8 @@ struct Running {
   Nanoseconds queries_cost{0};               ///< of that, interruptions are no part
   query::StructureWork structures;
   std::optional<ClockTime> stands_since;  ///< when it was interrupted; none while it gets on
-  Nanoseconds interrupted{
-      0};  ///< spent on others in its gaps, and until the device was done with the one whose gap this is
+  /// Spent on others in its gaps, and until the device was done with the one whose gap this is.
+  Nanoseconds interrupted{0};
   Nanoseconds got_on{0};   ///< so long the device was busy with it while it stood
   bool gives_way = false;  ///< it stops to be begun anew
   // Where answers may be partial.

@@ -1,8 +1,10 @@
 // Chunks of a run follow what the last ones took, whatever is done in its gaps. On the executor itself, so that every gap is filled.
 
+#include "rtstdb/query/chunk_pace.hpp"
+
 #include <algorithm>
 #include <chrono>
-#include <functional>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -18,6 +20,59 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 constexpr Nanoseconds chunk_time{500'000};
 constexpr std::uint32_t most = 65'536;
+
+/// Twice, since two chunks are under way.
+void learn_twice(query::ChunkPace& pace, const query::ChunkPace::Chunk& chunk) {
+  for (int k = 0; k < 2; ++k)
+    pace.learn(chunk);
+}
+
+TEST(ChunkPace, ChunksAreSmallerWhereTheyTakeLonger) {
+  query::ChunkPace pace(500'000);
+  EXPECT_EQ(pace.share(), 1.0);
+  pace.learn({500e3, 500e3});
+  EXPECT_EQ(pace.share(), 1.0);
+  learn_twice(pace, {500e3, 20e6});
+  EXPECT_DOUBLE_EQ(pace.share(), 1.0 / 40.0);
+  learn_twice(pace, {12.5e3, 500e3});
+  EXPECT_DOUBLE_EQ(pace.share(), 1.0 / 40.0) << "as large as they should be";
+  learn_twice(pace, {12.5e3, 12.5e3});
+  EXPECT_EQ(pace.share(), 1.0);
+  learn_twice(pace, {500e3, 1e3});
+  EXPECT_EQ(pace.share(), 1.0) << "none is larger than was thought";
+}
+
+TEST(ChunkPace, OneThatIsSeenLateIsNoLonger) {
+  query::ChunkPace pace(500'000);
+  for (int k = 0; k < 20; ++k) {
+    pace.learn({500e3, k % 2 == 0 ? 900e3 : 100e3, k % 2 != 0});
+    EXPECT_EQ(pace.share(), k == 0 ? 500e3 / 900e3 : 1.0);
+  }
+}
+
+/// The host was elsewhere: they become no smaller for that, and larger again where they were small.
+TEST(ChunkPace, WhatTheHostDidMeanwhileIsNotTheChunks) {
+  query::ChunkPace pace(500'000);
+  for (int k = 0; k < 20; ++k) {
+    pace.learn({500e3, 5e6, true});
+    EXPECT_EQ(pace.share(), 1.0);
+  }
+  learn_twice(pace, {500e3, 50e6});
+  learn_twice(pace, {5e3, 500e3});
+  EXPECT_DOUBLE_EQ(pace.share(), 0.01);
+  for (int k = 0; k < 10; ++k) {
+    pace.learn({500e3 * pace.share(), 5e6, true});
+    EXPECT_DOUBLE_EQ(pace.share(), std::min(0.02 * std::pow(2.0, k), 1.0));
+  }
+}
+
+/// Every dispatch takes as long by itself as a chunk should.
+TEST(ChunkPace, ChunksAreNotMostlyDispatches) {
+  query::ChunkPace pace(50'000);
+  for (int k = 0; k < 100; ++k)
+    pace.learn({50e3 * pace.share(), 80e3 + 50e3 * pace.share()});
+  EXPECT_EQ(pace.share(), 1.0);
+}
 
 class PacedRuns : public testing::Test {
  protected:

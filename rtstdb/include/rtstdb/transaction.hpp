@@ -155,8 +155,8 @@ struct Outcome {
   /// Other small readers of the same version whose queries the device had in the same submission; of what that cost, a part in
   /// proportion to what was predicted is this one's actual cost.
   std::uint32_t shared_with = 0;
-  Nanoseconds gpu_time{
-      0};  ///< of the actual cost, spent on the device, or at most that where the host has to time it
+  /// Of the actual cost, spent on the device, or at most that where the host has to time it.
+  Nanoseconds gpu_time{0};
   ClockTime earliest_feasible{};  ///< refused: the earliest deadline that is admitted when asked for at once
   /// Group, sync: what it wrote is on disk, and was at that instant. False and done: group, and the disk refused.
   bool durable = false;
