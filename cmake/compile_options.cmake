@@ -7,7 +7,7 @@ target_compile_options(hil_compile_options INTERFACE
   # One arithmetic on every machine: no fused multiply-add behind the source's back.
   -ffp-contract=off)
 
-option(HIL_PRECOMPILE "compile what most tests include once, and with sanitizers what most rooms include" OFF)
+option(HIL_COMPILE_TOGETHER "compile what most sources include once, and several sources as one" OFF)
 set(HIL_SANITIZE "" CACHE STRING "sanitizers, comma separated: address,undefined or thread")
 if(HIL_SANITIZE)
   add_compile_options(-fsanitize=${HIL_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)

@@ -2,11 +2,11 @@
 # each room has an include root of its own (a link farm in the build tree), so a wrong arrow does not compile.
 # Headers are included by their path in the repository: #include "rtstdb/gpu/device.hpp".
 
-# What most tests include is compiled once, and with sanitizers what most rooms include. Not in the dev preset, whose tree
-# is also for ccache and tools that can not read GCC's precompiled headers, and where a source that lacks an include is
-# found.
+# What most sources include is compiled once, and up to eight sources as one: a third of the time that they take alone. Not in
+# the dev preset: its tree is also for ccache and tools that can not read GCC's precompiled headers, few sources are compiled
+# behind a change, and a source that lacks an include is found.
 function(hil_precompile name collection)
-  if(NOT HIL_PRECOMPILE)
+  if(NOT HIL_COMPILE_TOGETHER)
     return()
   endif()
   if(NOT TARGET ${collection})
@@ -25,9 +25,18 @@ function(hil_precompile name collection)
   target_precompile_headers(${name} REUSE_FROM ${collection})
 endfunction()
 
-#   SEPARATE  sources have names of their own in common: sanitizer builds do not compile several of them as one
+# Several sources of a target as one, but for those that are named `separate`: they have names of their own in common with others, or
+# a test has another one in their place (hil_broken in tests/torture).
+function(hil_compile_as_one name separate)
+  if(HIL_COMPILE_TOGETHER)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    set_source_files_properties(${separate} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  endif()
+endfunction()
+
+#   SEPARATE  those of its sources that are not compiled as one with others
 function(hil_room name)
-  cmake_parse_arguments(ROOM "SEPARATE" "PATH" "SOURCES;USES;LIBS" ${ARGN})
+  cmake_parse_arguments(ROOM "" "PATH" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
   set(root ${PROJECT_BINARY_DIR}/rooms/${name})
   get_filename_component(parent ${ROOM_PATH} DIRECTORY)
   file(REMOVE_RECURSE ${root})  # a stale link would be written through
@@ -38,12 +47,8 @@ function(hil_room name)
     target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${root}>)
     target_link_libraries(${name} PRIVATE hil_compile_options PUBLIC ${ROOM_USES} ${ROOM_LIBS})
     set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-    if(HIL_SANITIZE)
-      hil_precompile(${name} hil_room_headers)
-      if(NOT ROOM_SEPARATE)
-        set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-      endif()
-    endif()
+    hil_precompile(${name} hil_room_headers)
+    hil_compile_as_one(${name} "${ROOM_SEPARATE}")
   else()
     add_library(${name} INTERFACE)
     target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${root}>)
@@ -59,7 +64,7 @@ endfunction()
 #   RUNNER   a program that sets the stage: the whole of it then runs as one test, RUNNER PROGRAM
 #   PREFIX   stands before the tests' names where another program has tests of the same; ctest would give both the properties
 #            of one of them. Those of torture have "Long/".
-#   SEPARATE those of its sources that have names of their own in common with others: sanitizer builds compile the rest several as one
+#   SEPARATE as for rooms
 #   TIMEOUT  in seconds, 300 unless told; three times as long with sanitizers. It ends what hangs, on slow machines too.
 # The target hil_tests_<label> builds all programs of a label; what sanitizers take is told in tools/test.
 function(hil_test name)
@@ -81,11 +86,7 @@ function(hil_test name)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # what is tested is fast; the tests compile fast
   hil_precompile(${name} hil_test_headers GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
-
-  if(HIL_SANITIZE)
-    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-    set_source_files_properties(${TEST_SEPARATE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-  endif()
+  hil_compile_as_one(${name} "${TEST_SEPARATE}")
 
   if(HIL_SANITIZE MATCHES "thread" AND NOT TEST_THREADS)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)  # one thread has no races

@@ -102,7 +102,8 @@ Result<void> check_file(const std::filesystem::path& path) {
 }
 
 Error too_large() {
-  return {ErrorCode::capacity, "holds more than " + std::to_string(max_triangles_total) + " triangles"};
+  const std::string most = std::to_string(max_triangles_total);
+  return {ErrorCode::capacity, "holds more than " + most + " triangles"};
 }
 
 /// Appends one mesh of the file; points and lines are left out, and neither STL nor glTF has polygons.
