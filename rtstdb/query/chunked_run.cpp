@@ -9,6 +9,9 @@ namespace {
 /// One that is asked alone takes about as long as so many in a group.
 constexpr std::uint32_t alone_is_worth = 8;
 
+/// What a chunk takes however few are in it, about: how dear they are it does not say.
+constexpr double dispatch_ns = 100e3;
+
 /// A chunk that is as full as this takes nothing more in.
 constexpr double nearly_full = 0.95;
 
@@ -72,7 +75,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
       if (!lane.start()) return RunStatus::device_lost;
     }
     if (!before) continue;
-    if (!finish(other, *before)) return RunStatus::device_lost;
+    if (!finish(other, *before, pass)) return RunStatus::device_lost;
     unpack(*before, pass);
     if (!under_way) break;
     if (const auto ended = gap(other, !at_end(next), lane, *under_way, pass)) return ended;
@@ -80,12 +83,26 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
   return std::nullopt;
 }
 
-bool ChunkedRun::finish(accel::Submit& lane, const Chunk& chunk) noexcept {
+bool ChunkedRun::finish(accel::Submit& lane, const Chunk& chunk, Pass pass) noexcept {
   if (!lane.finish()) return false;
   const std::int64_t took_ns = lane.take_gpu_ns();
   gpu_ns_ += took_ns;
-  if (chunk.thought_ns > 0.0) pace_.learn({chunk.thought_ns, static_cast<double>(took_ns), lane.seen_late()});
+  if (chunk.thought_ns > 0.0) learn(chunk, static_cast<double>(took_ns), lane.seen_late(), pass);
   return true;
+}
+
+void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool seen_late, Pass pass) noexcept {
+  const std::size_t request = chunk.begin.request;
+  if (request >= known_) {
+    pace_.begin_with(requests_[request].first_share);
+    known_ = request + 1;
+  }
+  pace_.learn({chunk.thought_ns, took_ns, seen_late});
+  const bool is_short = took_ns <= static_cast<double>(requests_[request].chunk_time.count());
+  if (pass == Pass::again || seen_late || is_short) return;
+  const double dearness = (took_ns - dispatch_ns) / chunk.thought_ns;
+  each_part(chunk, pass,
+            [&](GpuQuery& query, PlaceRange) { query.dearness = std::max(query.dearness, dearness); });
 }
 
 Meanwhile::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
@@ -108,6 +125,7 @@ std::optional<RunStatus> ChunkedRun::ask_again() noexcept {
     }
     if (!some) return std::nullopt;
     if (const auto status = gap_between_passes()) return status;
+    known_ = 0;
     if (const auto status = run_pass(Pass::again)) return status;
   }
 }
@@ -164,7 +182,7 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
   while (!at_end(next) && filled < nearly_full) {
     const std::uint32_t left = total(next.request, pass) - next.element;
     const double thought_most = per_chunk(next.request, pass);
-    const double most = pace_.share() * thought_most;
+    const double most = share(next.request) * thought_most;
     const double room = std::ceil((1.0 - filled) * most);
     std::uint32_t taken = left;
     if (most > 0.0 && room < left) {
@@ -183,10 +201,6 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
   return chunk;
 }
 
-std::int64_t ChunkedRun::chunk_ns() const noexcept {
-  return requests_.empty() ? 0 : requests_.front().chunk_time.count();
-}
-
 std::uint32_t ChunkedRun::at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept {
   if (pass == Pass::again) return std::max(elements, query(request).least_asked_again());
   const std::uint32_t step = fewest_places(structures_.device.limits().processors);
@@ -202,6 +216,10 @@ std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexce
   const std::uint32_t most = meanwhile_ != nullptr ? requests_[request].per_chunk : 0;
   return pass == Pass::all || most == 0 ? most
                                         : std::max(query(request).least_asked_again(), most / alone_is_worth);
+}
+
+double ChunkedRun::share(std::size_t request) const noexcept {
+  return request < known_ ? pace_.share() : std::min(pace_.share(), requests_[request].first_share);
 }
 
 template <class Each>

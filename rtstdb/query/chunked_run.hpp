@@ -66,15 +66,20 @@ class ChunkedRun {
                                Pass pass) noexcept;
   Chunk take(Cursor& next, Pass pass) const noexcept;
   /// What was started last in this lane is done. False: the device is lost.
-  bool finish(accel::Submit& lane, const Chunk& chunk) noexcept;
+  bool finish(accel::Submit& lane, const Chunk& chunk, Pass pass) noexcept;
+  void learn(const Chunk& chunk, double took_ns, bool seen_late, Pass pass) noexcept;
   /// Past requests that nothing is left of.
   void pass_over(Cursor& next, Pass pass) const noexcept;
+  std::int64_t chunk_ns() const noexcept {
+    return requests_.empty() ? 0 : requests_.front().chunk_time.count();
+  }
   bool at_end(const Cursor& next) const noexcept { return next.request == requests_.size(); }
-  std::int64_t chunk_ns() const noexcept;
   /// So many or, where fewer would spare the device nothing, more.
   std::uint32_t at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept;
   std::uint32_t total(std::size_t request, Pass pass) const noexcept;
   std::uint32_t per_chunk(std::size_t request, Pass pass) const noexcept;
+  /// Of these, so much is a chunk.
+  double share(std::size_t request) const noexcept;
   void record(const Chunk& chunk, Pass pass, gpu::Recorder& recorder) noexcept;
   void unpack(const Chunk& chunk, Pass pass) noexcept;
   template <class Each>
@@ -94,6 +99,7 @@ class ChunkedRun {
   bool begun_ = false;                 // the next lane, by bring_up
   bool brought_up_ = false;            // with structures that did not stand
   ChunkPace pace_;
+  std::size_t known_ = 0;  // requests of the pass that a chunk was learnt from, and all before them
   std::int64_t gpu_ns_ = 0;
 };
 

@@ -66,7 +66,8 @@ struct TimeSpan {
 /// What something has cost so far, by how many there were: fading sums, of which transaction/cost_line.hpp makes sense.
 struct CostSamples {
   double weight = 0.0, counts = 0.0, costs = 0.0, counts_squared = 0.0, counts_costs = 0.0;
-  double above = 1.0;  ///< the last samples lay so many times above what had been expected, at most
+  double above = 1.0;       ///< the last samples lay so many times above what had been expected, at most
+  double dearest_ns = 0.0;  ///< an element where some cost far more than was expected; fades
   std::uint64_t samples = 0;
 };
 
@@ -78,6 +79,8 @@ class PreparedQuery {
   double share_ns = 0.0;    ///< of the last run's cost
   double structures = 0.0;  ///< share of the last times it was asked that structures had to be brought up
   std::uint32_t answered_in_time = 0;  ///< of the run under way
+  double dearness =
+      0.0;  ///< of that: its costliest chunk took so many times what was thought; 0: not divided
   AnswerInfo info;
 
   explicit PreparedQuery(LatePolicy late = LatePolicy::discard) : late_(late) {}
@@ -115,6 +118,8 @@ struct Request {
   std::uint32_t count = 0;
   /// Elements that take about `chunk_time` where none is costlier than others; 0: the batch is not divided.
   std::uint32_t per_chunk = 0;
+  /// Of those, so much until it is seen what the first take: they may cost more than was thought.
+  double first_share = 1.0;
   /// Half of what an urgent transaction may wait. Where chunks take longer, those that follow are smaller.
   Nanoseconds chunk_time{0};
 };

@@ -12,6 +12,9 @@ constexpr double fading = 0.98;
 /// What lay above halves every 69 samples.
 constexpr double above_fading = 0.99;
 
+/// So does what the dearest elements cost above the others, every 44: they may be asked seldom.
+constexpr double dearest_fading = 1.0 - 1.0 / 64.0;
+
 /// The largest of some samples is not the largest there will be.
 constexpr double more_than_seen = 1.25;
 
@@ -46,6 +49,16 @@ void learn(query::CostSamples& samples, double count, double cost_ns) noexcept {
   ++samples.samples;
 }
 
+void learn_dearest(query::CostSamples& samples, double count, double element_ns) noexcept {
+  const double mean_ns = per_element_ns(samples, count);
+  samples.dearest_ns = mean_ns + std::max(samples.dearest_ns - mean_ns, 0.0) * dearest_fading;
+  if (element_ns > most_above * mean_ns) samples.dearest_ns = std::max(samples.dearest_ns, element_ns);
+}
+
+double dearest_element_ns(const query::CostSamples& samples, double count) noexcept {
+  return std::max(samples.dearest_ns, per_element_ns(samples, count));
+}
+
 double predict_ns(const query::CostSamples& samples, double count) noexcept {
   if (samples.samples == 0) return 0.0;
   if (const auto line = fitted(samples)) return line->base_ns + line->slope_ns * count;
@@ -58,8 +71,9 @@ double promised_ns(const query::CostSamples& samples, double count) noexcept {
 }
 
 double per_element_ns(const query::CostSamples& samples, double count) noexcept {
-  if (const auto line = fitted(samples)) return line->slope_ns;
-  return count > 0.0 ? predict_ns(samples, count) / count : 0.0;
+  const double mean_ns = count > 0.0 ? predict_ns(samples, count) / count : 0.0;
+  const auto line = fitted(samples);
+  return line ? std::max(line->slope_ns, mean_ns / 4.0) : mean_ns;
 }
 
 }  // namespace rtstdb::transaction

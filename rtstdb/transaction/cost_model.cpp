@@ -7,8 +7,20 @@ namespace rtstdb::transaction {
 
 namespace {
 
-/// Take between a tenth of a millisecond and a few on any device.
-constexpr std::uint32_t elements_unmeasured = 4096;
+/// As many elements of a kind that was never asked are thought to fill a chunk, which begins with few of them.
+constexpr double unmeasured = 4096.0;
+constexpr double first_unmeasured = 64.0;
+
+/// Where it was, with so much of a chunk: others of the batch may cost more, and chunks of two sizes tell dispatches from elements.
+constexpr double first_of_known = 0.5;
+
+/// Chunks that are thought to take less are mostly what a dispatch takes by itself. As their elements' cost is learnt with it, chunks
+/// would become ever smaller.
+constexpr Nanoseconds least_chunk{200'000};
+
+/// Fewer elements than this are not divided for what others cost: what seems dear may be what the operating system took, and to divide
+/// them would double what they take.
+constexpr std::uint32_t few_elements = 512;
 
 /// What a run that was given up would have cost is known so well.
 constexpr double clearly_more = 1.1;
@@ -92,11 +104,46 @@ CostModel::Pieces CostModel::longest_pieces() const noexcept {
               std::llround(promised_ns(writes_, most_rows_) + promised_ns(positions_, most_positions_)))};
 }
 
-std::uint32_t CostModel::elements_in(const query::Request& request, Nanoseconds time) const noexcept {
-  const query::CostSamples& samples = of(request);
-  const double one_ns = per_element_ns(samples, request.count);
-  if (samples.samples == 0 || one_ns <= 0.0) return elements_unmeasured;
-  return static_cast<std::uint32_t>(std::clamp(static_cast<double>(time.count()) / one_ns, 1.0, 1e9));
+void CostModel::divide(std::span<query::Request> requests, Nanoseconds chunk) const noexcept {
+  double chunks = 0.0;
+  for (query::Request& request : requests) {
+    request.chunk_time = std::max(chunk, least_chunk);
+    const auto chunk_ns = static_cast<double>(request.chunk_time.count());
+    const query::CostSamples& samples = of(request);
+    const double learnt_ns = per_element_ns(samples, request.count);
+    const bool is_known = learnt_ns > 0.0;
+    const double most = is_known ? std::clamp(chunk_ns / learnt_ns, 1.0, 1e9) : unmeasured;
+    request.per_chunk = static_cast<std::uint32_t>(most);
+    request.first_share = 1.0;
+    if (request.count >= few_elements && is_known)
+      request.first_share = std::min(learnt_ns / dearest_element_ns(samples, request.count), 1.0);
+    // What others of the kind cost says little.
+    if (!is_known || (request.count >= few_elements && request.query->cost.samples < own_samples_needed))
+      request.first_share = std::min(request.first_share, first_unmeasured / most);
+    chunks += request.count / (most * request.first_share);
+  }
+  for (query::Request& request : requests) {
+    request.first_share = std::min(request.first_share, first_of_known);
+    if (chunks <= 2.0) request.per_chunk = 0;
+  }
+}
+
+void CostModel::learn_dearest(std::span<const query::Request> requests, Nanoseconds cost,
+                              const query::StructureWork& structures) noexcept {
+  double thought_ns = 0.0;
+  for (const query::Request& request : requests)
+    thought_ns += predict_ns(of(request), request.count);
+  const double whole = thought_ns > 0.0 ? static_cast<double>(cost.count()) / thought_ns : 0.0;
+  for (const query::Request& request : requests) {
+    if (request.count < few_elements) continue;
+    const double chunk_ns = static_cast<double>(request.chunk_time.count());
+    const double element_ns = request.per_chunk > 0 ? request.query->dearness * chunk_ns / request.per_chunk
+                              : structures.any()    ? 0.0
+                                                    : whole * per_element_ns(of(request), request.count);
+    transaction::learn_dearest(kinds_[static_cast<std::size_t>(request.query->kind())], request.count,
+                               element_ns);
+    transaction::learn_dearest(request.query->cost, request.count, element_ns);
+  }
 }
 
 void CostModel::learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept {

@@ -39,8 +39,9 @@ class CostModel {
     Nanoseconds structures{0}, commit{0};
   };
   Pieces longest_pieces() const noexcept;
-  /// As many elements as take so long, one at least, where the request has its count.
-  std::uint32_t elements_in(const query::Request& request, Nanoseconds time) const noexcept;
+  /// Sets how requests are divided into chunks that take so long: not at all where all of them together take no more than two of these,
+  /// also if their elements cost what the dearest did.
+  void divide(std::span<query::Request> requests, Nanoseconds chunk) const noexcept;
 
   /// A transaction with those writes took so long, its queries not counted. Bringing a shape to the device is part of
   /// the queries that want it.
@@ -49,6 +50,9 @@ class CostModel {
   /// others leave.
   void learn_queries(std::span<const query::Request> requests, Nanoseconds cost,
                      const query::StructureWork& structures = {}) noexcept;
+  /// Before what the run as a whole cost is learnt, and also of one that came to nothing: how dear elements of it were.
+  void learn_dearest(std::span<const query::Request> requests, Nanoseconds cost,
+                     const query::StructureWork& structures) noexcept;
   /// A run that was given up, by what its queries had answered by then: what the whole of it would have cost, where that is
   /// clearly more than was predicted. A run that is not done says nothing of what is cheaper.
   void learn_stopped(std::span<const query::Request> requests, Nanoseconds cost,

@@ -161,8 +161,10 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   }
   divide(transaction);
   transaction.asked = {rows.version(), rows.time()};
-  for (const query::Request& request : transaction.requests())
+  for (const query::Request& request : transaction.requests()) {
     request.query->answered_in_time = 0;
+    request.query->dearness = 0.0;
+  }
   const ClockTime begun = clock_.now();
   const query::RunReport report = executor_.run(rows, transaction.requests(), times, meanwhile);
   outcome.computed = clock_.now();
@@ -171,6 +173,8 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   // A device that the host times may have been done before it was looked at.
   outcome.gpu_time = std::min(Nanoseconds(report.gpu_ns), running.queries_cost);
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
+  if (!clock_.is_virtual())
+    costs_.learn_dearest(transaction.requests(), running.queries_cost, report.structures);
   if (report.status == query::RunStatus::stopped) return stopped(transaction, running);
   if (transaction.is_to_be_cancelled()) return cancelled(transaction);
   const auto lacks_some = [](const query::Request& request) {
@@ -187,14 +191,10 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
 }
 
 void Runner::divide(TransactionImpl& transaction) const noexcept {
-  const bool may_be_divided = chunk_ > Nanoseconds(0) && !clock_.is_virtual();
-  double halves = 0.0;
-  for (query::Request& request : transaction.requests()) {
-    request.chunk_time = chunk_ / 2;
-    request.per_chunk = may_be_divided ? costs_.elements_in(request, request.chunk_time) : 0;
-    if (may_be_divided) halves += static_cast<double>(request.count) / request.per_chunk;
+  if (chunk_ > Nanoseconds(0) && !clock_.is_virtual()) {
+    costs_.divide(transaction.requests(), chunk_ / 2);
+    return;
   }
-  if (halves > 2.0) return;
   for (query::Request& request : transaction.requests())
     request.per_chunk = 0;
 }

@@ -66,12 +66,50 @@ TEST(ChunkPace, WhatTheHostDidMeanwhileIsNotTheChunks) {
   }
 }
 
-/// Every dispatch takes as long by itself as a chunk should.
+/// Where the first may cost more than was thought: few until they are seen, and soon as many as elsewhere.
+TEST(ChunkPace, ItMayBeginSmall) {
+  query::ChunkPace pace(500'000);
+  learn_twice(pace, {500e3, 500e3});
+  pace.begin_with(1.0 / 256.0);
+  EXPECT_EQ(pace.share(), 1.0 / 256.0);
+  for (int k = 0; k < 12; ++k)
+    pace.learn({500e3 * pace.share(), 80e3 + 500e3 * pace.share()});
+  EXPECT_GE(pace.share(), 1.0);
+  pace.begin_with(1.0 / 256.0);
+  learn_twice(pace, {500e3 / 256.0, 5e6});
+  EXPECT_LT(pace.share(), 1.0 / 256.0) << "dearer still";
+  const double share = pace.share();
+  pace.begin_with(0.5);
+  EXPECT_EQ(pace.share(), share) << "never larger for it";
+}
+
+/// What a chunk takes however few are in it; the device's own time for all of them is 100 chunks of those that are thought to be one.
+double share_of_dispatches(double dispatch_ns, double chunk_ns, double thought_too_much) {
+  query::ChunkPace pace(static_cast<std::int64_t>(chunk_ns));
+  pace.begin_with(0.5);
+  double took_ns = 0.0, by_dispatches_ns = 0.0, longest_ns = 0.0;
+  for (double left_ns = 100.0 * chunk_ns; left_ns > 0.0;) {
+    const double own_ns = std::min(pace.share() * chunk_ns / thought_too_much, left_ns);
+    left_ns -= own_ns;
+    by_dispatches_ns += dispatch_ns;
+    took_ns += dispatch_ns + own_ns;
+    longest_ns = std::max(longest_ns, dispatch_ns + own_ns);
+    pace.learn({own_ns * thought_too_much, dispatch_ns + own_ns});
+  }
+  EXPECT_LT(longest_ns, std::max(4.0 * chunk_ns, 2.5e6)) << "and still nobody waits long";
+  return by_dispatches_ns / took_ns;
+}
+
+/// Also where what such batches took was learnt with their dispatches, so that elements are thought to be dearer than they are.
 TEST(ChunkPace, ChunksAreNotMostlyDispatches) {
-  query::ChunkPace pace(50'000);
-  for (int k = 0; k < 100; ++k)
-    pace.learn({50e3 * pace.share(), 80e3 + 50e3 * pace.share()});
-  EXPECT_EQ(pace.share(), 1.0);
+  for (const double chunk_ns : {200e3, 500e3, 5e6}) {
+    for (const double dispatch_ns : {1e3, 80e3, 200e3, 400e3}) {
+      for (const double thought_too_much : {1.0, 3.0, 30.0}) {
+        EXPECT_LT(share_of_dispatches(dispatch_ns, chunk_ns, thought_too_much), 0.7)
+            << chunk_ns << ' ' << dispatch_ns << ' ' << thought_too_much;
+      }
+    }
+  }
 }
 
 class PacedRuns : public testing::Test {

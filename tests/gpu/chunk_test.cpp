@@ -270,6 +270,33 @@ TEST_F(Chunks, AnswerAsTheWholeBatchWithOthersInTheirGaps) {
   EXPECT_GT(urgent_done, 100u);
 }
 
+/// What they took is learnt with the dispatches of their chunks; so chunks would become ever smaller and batches ever dearer.
+TEST_F(Chunks, CostNoMoreTheMoreOftenTheyAreAsked) {
+  constexpr std::uint32_t many = 20'000;
+  const auto cost = [&](Nanoseconds chunk) {
+    make_world(chunk, false);
+    const auto query = prepare_rays(RayMode::closest, false, many);
+    const auto transaction = database().make_transaction({.max_queries = 1});
+    std::vector<Nanoseconds> costs;
+    for (int k = 0; k < 60; ++k) {
+      for (std::size_t i = 0; i < many; ++i)
+        query->rays()[i] = rays_[i % batch_size];
+      transaction->begin({});
+      transaction->ask(*query, many);
+      const Outcome& outcome = database().execute(*transaction);
+      EXPECT_TRUE(outcome.done());
+      if (k >= 40) costs.push_back(outcome.actual_cost);
+    }
+    std::ranges::sort(costs);
+    return costs[costs.size() / 2];
+  };
+  const Nanoseconds whole = cost(Nanoseconds(0));
+  const Nanoseconds divided = cost(Nanoseconds(50'000));
+  RecordProperty("whole_ns", std::to_string(whole.count()));
+  RecordProperty("divided_ns", std::to_string(divided.count()));
+  EXPECT_LT(divided, 6 * whole);
+}
+
 /// A crowd of batches without end, and the median time that an urgent small query waits for its answers beside them.
 class Urgent : public Chunks {
  protected:
@@ -311,6 +338,17 @@ class Urgent : public Chunks {
     return waits[waits.size() / 2];
   }
 
+  Nanoseconds wait_of_urgent_one(Transaction& urgent, RayQuery& small) {
+    std::ranges::copy(std::span(rays_).last(64), small.rays().begin());
+    Terms terms;
+    terms.importance = 1;
+    urgent.begin(terms);
+    urgent.ask(small, 64);
+    const Outcome& outcome = database().execute(urgent);
+    EXPECT_TRUE(outcome.done());
+    return outcome.published - outcome.submitted;
+  }
+
   Nanoseconds one_of_the_crowd_{0};
 
  private:
@@ -319,14 +357,7 @@ class Urgent : public Chunks {
     std::vector<Nanoseconds> waits;
     for (int k = 0; k < 60; ++k) {
       std::this_thread::sleep_for(std::chrono::milliseconds(3));
-      std::ranges::copy(std::span(rays_).last(64), small.rays().begin());
-      Terms terms;
-      terms.importance = 1;
-      urgent->begin(terms);
-      urgent->ask(small, 64);
-      const Outcome& outcome = database().execute(*urgent);
-      EXPECT_TRUE(outcome.done());
-      waits.push_back(outcome.published - outcome.submitted);
+      waits.push_back(wait_of_urgent_one(*urgent, small));
     }
     return waits;
   }
@@ -372,6 +403,38 @@ TEST_F(Urgent, QueriesPassCostlyRaysBehindCheapOnes) {
   std::vector<Ray> many(600'000, costly);
   std::fill_n(many.begin(), known, cheap);
   EXPECT_LT(median_wait(many, known), std::chrono::milliseconds(3));
+}
+
+/// Nothing is known of its kind, and each of them takes some 50 us.
+TEST_F(Urgent, QueriesPassTheFirstBatchOfItsKind) {
+  open({.chunk = Nanoseconds(1'000'000)});
+  const GeometryId crowded = DatabaseTest::add(pile(3'000));
+  create(row_of(crowded, {0.0, 0.0, 50.0}), at_s(5.1));
+  constexpr std::uint32_t many = 8'000;
+  auto large = database().prepare(NearestQueryOptions{.name = "first", .capacity = many});
+  ASSERT_TRUE(large.ok());
+  for (Nearest& point : large.value()->points()) {
+    point.point_m = {0.0f, 0.0f, 50.0f};
+    point.t = at_s(5.1);
+  }
+  const auto small = prepare_rays(RayMode::closest, false, 64);
+  rays_.assign(64, ray_from({0.0f, 0.0f, 45.0f}, {0, 0, -1}, at_s(5.1)));
+  const auto urgent = database().make_transaction({.max_queries = 1});
+  const auto flood = database().make_transaction({.max_queries = 1});
+  for (int k = 0; k < 20; ++k)
+    wait_of_urgent_one(*urgent, *small);
+  flood->begin({});
+  flood->ask(*large.value(), many);
+  database().submit(*flood);
+  std::vector<Nanoseconds> waits;
+  for (int k = 0; k < 5; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(3));
+    waits.push_back(wait_of_urgent_one(*urgent, *small));
+  }
+  database().cancel(*flood);
+  EXPECT_EQ(database().wait(*flood).status, Status::cancelled) << "a batch is no crowd";
+  std::ranges::sort(waits);
+  EXPECT_LT(waits[waits.size() / 2], std::chrono::milliseconds(5));
 }
 
 /// Those that are under way are let finish, which are as many as processors have lanes.

@@ -123,6 +123,82 @@ TEST(CostModel, StructuresAreMeasuredApart) {
   EXPECT_NEAR(predicted(rows(0)), 50'000.0, 2'000.0) << "it needed them the last times";
 }
 
+/// As the model divides one that asks so many; chunks of half a millisecond.
+query::Request divided(const CostModel& model, SimulatedQuery& query, std::uint32_t count) {
+  query::Request request{&query, count};
+  model.divide(std::span(&request, 1), Nanoseconds(500'000));
+  return request;
+}
+
+TEST(CostModel, WhatWasNeverAskedBeginsWithFew) {
+  const CostModel model;
+  SimulatedQuery query(10'000);
+  EXPECT_EQ(divided(model, query, 100).per_chunk, 0u);
+  const query::Request request = divided(model, query, 1'000);
+  EXPECT_EQ(request.per_chunk, 4'096u);
+  EXPECT_DOUBLE_EQ(request.first_share * request.per_chunk, 64.0);
+}
+
+TEST(CostModel, WhatOthersOfItsKindCostSaysLittle) {
+  CostModel model;
+  SimulatedQuery known(10'000), unknown(10'000);
+  const query::Request request{&known, 1'000};
+  for (std::uint64_t k = 0; k < CostModel::own_samples_needed; ++k)
+    model.learn_queries(std::span(&request, 1), Nanoseconds(500'000));
+  EXPECT_EQ(divided(model, known, 1'900).per_chunk, 0u);
+  EXPECT_EQ(divided(model, known, 2'100).per_chunk, 1'000u);
+  EXPECT_EQ(divided(model, known, 2'100).first_share, 0.5);
+  EXPECT_DOUBLE_EQ(divided(model, unknown, 1'900).first_share * 1'000.0, 64.0);
+  EXPECT_EQ(divided(model, unknown, 500).per_chunk, 0u) << "few are not divided for what is not known";
+}
+
+TEST(CostModel, WhereSomeWereFarDearerABatchBeginsWithFew) {
+  CostModel model;
+  SimulatedQuery query(10'000);
+  const auto run = [&](const query::Request& request, Nanoseconds cost,
+                       const query::StructureWork& structures = {}) {
+    model.learn_dearest(std::span(&request, 1), cost, structures);
+    model.learn_queries(std::span(&request, 1), Nanoseconds(500'000));
+  };
+  const query::Request whole{&query, 1'000}, hundred{&query, 100};
+  const std::span few(&hundred, 1);
+  for (int k = 0; k < 20; ++k)
+    run(whole, Nanoseconds(1'500'000));
+  EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "a machine that is busy";
+  run(whole, Nanoseconds(50'000'000), {.refitted = true, .rows = 1'000, .entities = 1'000});
+  EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "structures";
+  model.learn_dearest(few, Nanoseconds(50'000'000), {});
+  EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "so few tell nothing";
+
+  run(whole, Nanoseconds(50'000'000));
+  const query::Request request = divided(model, query, 1'900);
+  EXPECT_EQ(request.per_chunk, 1'000u);
+  EXPECT_NEAR(request.first_share, 0.01, 1e-6);
+  EXPECT_EQ(divided(model, query, 500).per_chunk, 0u);
+  for (int k = 0; k < 60; ++k)
+    run(whole, Nanoseconds(500'000));
+  EXPECT_NEAR(divided(model, query, 1'900).first_share, 0.025, 0.002) << "it fades";
+  for (int k = 0; k < 500; ++k)
+    run(whole, Nanoseconds(500'000));
+  EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u);
+
+  query.dearness = 200.0;
+  run({.query = &query, .count = 1'000, .per_chunk = 1'000, .chunk_time = Nanoseconds(500'000)},
+      Nanoseconds(500'000));
+  EXPECT_NEAR(divided(model, query, 1'900).first_share, 0.005, 1e-6) << "one chunk of them";
+}
+
+TEST(CostModel, NoChunkIsMostlyItsDispatch) {
+  CostModel model;
+  SimulatedQuery query(10'000);
+  query::Request request{&query, 10'000};
+  for (int k = 0; k < 20; ++k)
+    model.learn_queries(std::span(&request, 1), Nanoseconds(10'000'000));
+  model.divide(std::span(&request, 1), Nanoseconds(20'000));
+  EXPECT_EQ(request.per_chunk, 200u);
+  EXPECT_EQ(request.chunk_time, Nanoseconds(200'000));
+}
+
 TEST(CostModel, PredictsOnlyWhatItHasSeenEnoughOf) {
   CostModel model;
   SimulatedQuery rays(1000, 0, query::QueryKind::ray_closest);
