@@ -56,8 +56,9 @@ void Runner::read_together(std::span<TransactionImpl* const> readers, std::span<
     if (!readers[k]->shares) continue;
     Outcome& outcome = readers[k]->draft();
     outcome.computed = computed;
+    outcome.shared_with = taking_part - 1;
     statuses[k] = end_together(*readers[k], report, running, version);
-    if (statuses[k] != Status::pending) outcome.shared_with = taking_part - 1;
+    if (statuses[k] == Status::pending) outcome.shared_with = 0;
   }
   running_.pop();
 }
@@ -119,7 +120,9 @@ Status Runner::end_together(TransactionImpl& reader, const query::RunReport& rep
   outcome.gpu_time =
       part_of(std::min(Nanoseconds(report.gpu_ns), running.queries_cost), reader.promised_cost, promised);
   outcome.interrupted = running.interrupted;
-  if (!is_in_time(reader, clock_.now())) return Status::missed;
+  const ClockTime now = clock_.now();
+  if (outcome.shared_with == 0) outcome.actual_cost = now - outcome.started - outcome.interrupted;
+  if (!is_in_time(reader, now)) return Status::missed;
   return done(reader, version);
 }
 

@@ -166,6 +166,21 @@ TEST_F(Together, WhatIsWrongWithOneIsItsOwn) {
   EXPECT_EQ(outcome(5).shared_with, 2u);
 }
 
+TEST_F(Together, WhoIsLeftAloneHasTheWholeCost) {
+  world_.clock.per_reading_ns = 300;
+  gather([&] {
+    submit(0);
+    reader(1).begin({});
+    reader(1).expect_exists({9, 9});
+    reader(1).ask(*queries_[1], 20);
+    world_.engine.submit(reader(1));
+  });
+  EXPECT_EQ(outcome(1).status, Status::conflict);
+  EXPECT_EQ(outcome(0).status, Status::committed);
+  EXPECT_EQ(outcome(0).shared_with, 0u);
+  EXPECT_EQ(outcome(0).actual_cost, outcome(0).published - outcome(0).started - outcome(0).interrupted);
+}
+
 TEST_F(Together, DeadlinesCancelAndTruncationAreEachOnesOwn) {
   truncated_ = true;
   queries_[3]->is_truncated = true;
