@@ -70,6 +70,13 @@ void check_numbers(const char* option, const std::vector<double>& numbers) {
     if (!std::isfinite(number)) refuse(std::string(option) + ": not every number is finite");
 }
 
+/// The numbers from the `first` on.
+void check_sizes(const char* option, const std::vector<double>& numbers, std::size_t first) {
+  for (std::size_t k = first; k < numbers.size(); ++k)
+    if (numbers[k] < 0.0)
+      refuse(std::string(option) + ": a size of " + std::to_string(numbers[k]) + " m is negative");
+}
+
 glm::vec3 vector(const std::vector<double>& numbers, std::size_t first = 0) {
   return {static_cast<float>(numbers[first]), static_cast<float>(numbers[first + 1]),
           static_cast<float>(numbers[first + 2])};
@@ -186,6 +193,8 @@ int region(const Arguments& arguments) {
   if (arguments.sphere.empty() == arguments.box.empty()) refuse("a region is a --sphere or a --box");
   check_numbers("--sphere", arguments.sphere);
   check_numbers("--box", arguments.box);
+  check_sizes("--sphere", arguments.sphere, 3);
+  check_sizes("--box", arguments.box, 3);
   rtstdb::Region region;
   if (!arguments.sphere.empty()) {
     region.shape = rtstdb::RegionShape::sphere;

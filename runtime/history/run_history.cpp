@@ -112,7 +112,7 @@ std::vector<std::string> names_in(const Items& items, const NameOf& name_of) {
 fs::path find_log(const fs::path& directory) {
   std::error_code error;
   if (!fs::is_directory(directory, error))
-    throw HistoryError(Kind::file, directory.string() + " is no directory");
+    throw HistoryError(Kind::file, "'" + directory.string() + "' is no directory");
   if (is_log(directory)) return directory;
   if (is_log(directory / "database")) return directory / "database";
   const auto why = [&] {

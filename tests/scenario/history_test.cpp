@@ -140,7 +140,9 @@ TEST_F(TwoBlocks, WhatCanNotBeAnsweredIsRefusedWithItsReason) {
   says(refusal({"near", "post", "--at", "9223372036.8s"}), "no run lasts as long");
   says(refusal({"region", "--at", "1s"}), "a region is a --sphere or a --box");
   says(refusal({"region", "--sphere", "0,0,0,-1", "--at", "1s"}),
-       "quaternion whose length is not between 1e-6 and 1e6: (-1");
+       "--sphere: a size of -1.000000 m is negative");
+  says(refusal({"region", "--box", "0,0,0,1,-2,1", "--at", "1s"}),
+       "--box: a size of -2.000000 m is negative");
   says(refusal({"ray", "--origin", "0,0,0", "--direction", "0,0,0", "--at", "1s"}), "has no length");
   says(refusal({"ray", "--origin", "0,0,0", "--direction", "1,nan,0", "--at", "1s"}),
        "not every number is finite");

@@ -37,7 +37,7 @@ const char* to_string(DurabilityMode mode) noexcept;
 
 struct DurabilityOptions {
   /// Where the log is; made when it is not there, its parent must be. Empty: nothing is written down, whatever else stands here but
-  /// for the modes group and sync, which are refused.
+  /// for the modes group and sync, which are refused; and volatile_only is with a directory.
   std::filesystem::path directory{};
   DurabilityMode mode = DurabilityMode::async;
   /// Async: commits wait that long for others to be written with them. 0 to max_option_duration_ns.
