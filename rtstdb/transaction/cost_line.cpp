@@ -9,8 +9,8 @@ namespace {
 /// A sample's weight halves every 34 samples after it.
 constexpr double fading = 0.98;
 
-/// What lay above halves every 69 samples.
-constexpr double above_fading = 0.99;
+/// What lay above halves every 693 samples: who keeps 999 promises of 1,000 remembers what happens once in so many.
+constexpr double above_fading = 0.999;
 
 /// So does what the dearest elements cost above the others, every 44: they may be asked seldom.
 constexpr double dearest_fading = 1.0 - 1.0 / 64.0;
