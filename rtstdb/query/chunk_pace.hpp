@@ -50,7 +50,8 @@ class ChunkPace {
       return;
     }
     tell_dispatch_from_elements(chunk);
-    if (by_elements_ < least_by_elements && took_ns < chunks * std::max(1.5 * chunk_ns_, dispatch_ns)) {
+    if (by_elements_ < least_by_elements &&
+        took_ns < chunks * std::max(1.5 * chunk_ns_, longest_dispatch_ns)) {
       const double doubled = 2.0 * thought_ns / (chunks * chunk_ns_);
       share = std::max(share, std::min(doubled, weight_ >= few ? most_share : most_));
       most_ = std::max(most_, share);
@@ -79,7 +80,7 @@ class ChunkPace {
   static constexpr double fading = 0.85, least_variance = 0.04, few = 3.0;
   static constexpr double least_by_elements = 0.5;
   /// A dispatch takes no longer by itself, also on a busy machine: who waits for more waits for elements.
-  static constexpr double dispatch_ns = 800e3;
+  static constexpr double longest_dispatch_ns = 800e3;
   double chunk_ns_, share_ = 1.0, most_ = 1.0;
   Chunk before_;
   double by_elements_ = 1.0;  // so much of what chunks take, as far as is known
