@@ -25,9 +25,10 @@ void raise_to(std::atomic<std::int64_t>& largest, Nanoseconds value) noexcept {
     largest.store(value.count(), std::memory_order_relaxed);
 }
 
+/// To the nanosecond, so that what is refused never reads as the limit.
 std::string in_ms(Nanoseconds time) {
   char text[40];
-  std::snprintf(text, sizeof text, "%.6g ms", static_cast<double>(time.count()) * 1e-6);
+  std::snprintf(text, sizeof text, "%.15g ms", static_cast<double>(time.count()) / 1e6);
   return text;
 }
 
