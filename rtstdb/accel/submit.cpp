@@ -1,8 +1,11 @@
 #include "rtstdb/accel/submit.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <limits>
+
+#include "shaders/shared/halt.h"
 
 namespace rtstdb::accel {
 namespace {
@@ -12,6 +15,14 @@ constexpr std::uint32_t end_slot = 1;
 
 std::int64_t nanoseconds(std::chrono::steady_clock::duration duration) noexcept {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(duration).count();
+}
+
+// What shaders read and write meanwhile.
+std::atomic_ref<std::uint32_t> wanted(const gpu::Buffer& halt) noexcept {
+  return std::atomic_ref(halt.host_as<shared::HaltWords>()[0].wanted);
+}
+std::atomic_ref<std::uint32_t> first_left_in(const gpu::Buffer& halt) noexcept {
+  return std::atomic_ref(halt.host_as<shared::HaltWords>()[0].first_left);
 }
 
 }  // namespace
@@ -26,6 +37,13 @@ Result<Submit> Submit::create(gpu::Device& device, std::shared_ptr<DeviceFree> d
   if (!timeline) return timeline.error();
   submit.timeline_ = std::move(timeline).value();
   submit.timed_by_host_ = device.info().software;
+  if (!device.info().software) return submit;
+  auto halt = device.create_buffer({.name = "halt",
+                                    .size_bytes = sizeof(shared::HaltWords),
+                                    .memory = gpu::Memory::readback,
+                                    .addressed = true});
+  if (!halt) return halt.error();
+  submit.halt_ = std::move(halt).value();
   return submit;
 }
 
@@ -35,21 +53,26 @@ void Submit::begin() {
   if (!timed_by_host_) recorder_.timestamp(begin_slot);
 }
 
-bool Submit::start() {
+bool Submit::start(std::chrono::nanoseconds whole_for) {
   if (!timed_by_host_) recorder_.timestamp(end_slot);
   recorder_.end();
+  whole_for_ = whole_for;
+  if (halt_) {
+    wanted(halt_).store(0, std::memory_order_relaxed);
+    first_left_in(halt_).store(std::numeric_limits<std::uint32_t>::max(), std::memory_order_relaxed);
+  }
   started_ = std::chrono::steady_clock::now();
   under_way_ = timeline_.submit(recorder_);
   lost_ = under_way_ == 0;
   return !lost_;
 }
 
-bool Submit::finish() {
+bool Submit::finish(bool awaited, Submit* behind) {
   if (under_way_ == 0) return !lost_;
   seen_late_ = timed_by_host_ && timeline_.wait(under_way_, 0) == gpu::WaitResult::done;
   if (meanwhile_ != nullptr) meanwhile_->begin_wait();
-  const gpu::WaitResult waited =
-      timeline_.wait(std::exchange(under_way_, 0), std::numeric_limits<std::int64_t>::max());
+  const gpu::WaitResult waited = wait(awaited, behind);
+  under_way_ = 0;
   const auto finished = std::chrono::steady_clock::now();
   if (meanwhile_ != nullptr) meanwhile_->end_wait();
   lost_ = waited != gpu::WaitResult::done;
@@ -58,6 +81,31 @@ bool Submit::finish() {
                             : timeline_.elapsed_ns(recorder_, begin_slot, end_slot);
   *device_free_ = finished;
   return true;
+}
+
+gpu::WaitResult Submit::wait(bool awaited, Submit* behind) {
+  if (halt_ && whole_for_.count() > 0) {
+    DeviceFree look = std::max(started_, *device_free_) + whole_for_;
+    while (true) {
+      const auto left = look - std::chrono::steady_clock::now();
+      const gpu::WaitResult waited = timeline_.wait(under_way_, nanoseconds(left));
+      if (waited != gpu::WaitResult::timeout) return waited;
+      if (awaited || (meanwhile_ != nullptr && meanwhile_->is_awaited())) break;
+      look = std::chrono::steady_clock::now() + whole_for_ / 2;
+    }
+    halt();
+    if (behind != nullptr) behind->halt();
+  }
+  return timeline_.wait(under_way_, std::numeric_limits<std::int64_t>::max());
+}
+
+void Submit::halt() noexcept {
+  wanted(halt_).store(1, std::memory_order_relaxed);
+}
+
+std::uint32_t Submit::first_left() const noexcept {
+  return halt_ ? first_left_in(halt_).load(std::memory_order_relaxed)
+               : std::numeric_limits<std::uint32_t>::max();
 }
 
 }  // namespace rtstdb::accel

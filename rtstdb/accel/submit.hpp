@@ -2,6 +2,8 @@
 // One recorder and one timeline used in turn: record, start, finish. Several may be under way at a time; the device
 // takes them in the order of their starts.
 
+#include <glm/vec2.hpp>
+
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -26,11 +28,18 @@ class Submit {
   void begin();
   /// From now on finish() tells this about its waits; null: nobody.
   void while_waiting(query::Meanwhile* meanwhile) noexcept { meanwhile_ = meanwhile; }
-  /// Ends the recorder and submits it. False: the device is lost.
-  bool start();
-  /// Waits for what was started; asked again, it says the same. False: the device is lost.
-  bool finish();
+  /// Ends the recorder and submits it. False: the device is lost. `whole_for`: when the device has been at it for so long, finish() may
+  /// halt it; zero: never.
+  bool start(std::chrono::nanoseconds whole_for = std::chrono::nanoseconds(0));
+  /// Waits for what was started; asked again, it says the same. False: the device is lost. Halted it is where somebody waits for it to
+  /// end (`awaited`, or Meanwhile::is_awaited), and `behind` with it, which was started after it.
+  bool finish(bool awaited = false, Submit* behind = nullptr);
   bool run() { return start() && finish(); }
+
+  /// For dispatches that can be halted (shaders/common/halt.glsl); zero where none can be: the device does not share the host's memory.
+  glm::uvec2 halt_address() const noexcept { return halt_ ? halt_.address() : glm::uvec2(0); }
+  /// Of what was finished last: the first of its elements that did not begin, since it was halted; or beyond all.
+  std::uint32_t first_left() const noexcept;
   /// Of a device that is timed by the host: what was finished last had been done before finish was called, and took less than was measured.
   bool seen_late() const noexcept { return seen_late_; }
   /// Time that the device spent on all runs since the last call. A device that is the processor itself is timed
@@ -39,11 +48,17 @@ class Submit {
   std::int64_t take_gpu_ns() noexcept { return std::exchange(gpu_ns_, 0); }
 
  private:
+  /// For what is under way.
+  gpu::WaitResult wait(bool awaited, Submit* behind);
+  void halt() noexcept;
+
   gpu::Recorder recorder_;
   gpu::Timeline timeline_;
   std::shared_ptr<DeviceFree> device_free_;
   DeviceFree started_;
   std::uint64_t under_way_ = 0;  // its number; 0: nothing
+  gpu::Buffer halt_;             // HaltWords; none where the device does not share the host's memory
+  std::chrono::nanoseconds whole_for_{0};
   bool lost_ = false;
   bool timed_by_host_ = false;
   bool seen_late_ = false;

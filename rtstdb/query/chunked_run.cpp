@@ -66,29 +66,65 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
   for (std::uint32_t turn = 0; under_way || !at_end(next); ++turn) {
     accel::Submit& lane = lanes_[turn % 2];
     accel::Submit& other = lanes_[(turn + 1) % 2];
-    const std::optional<Chunk> before = std::exchange(under_way, std::nullopt);
+    std::optional<Chunk> before = std::exchange(under_way, std::nullopt);
+    if (before && other.first_left() < before->elements) {
+      // It was halted for whoever ran in the gap: the next one begins with what it left.
+      if (!finish(other, *before, pass, nullptr)) return RunStatus::device_lost;
+      unpack(*before, pass);
+      next = std::exchange(before, std::nullopt)->end;
+    }
     if (!at_end(next)) {
       if (!std::exchange(begun_, false)) lane.begin();
       under_way = take(next, pass);
       if (std::exchange(brought_up_, false)) under_way->thought_ns = 0.0;
-      record(*under_way, pass, lane.recorder());
-      if (!lane.start()) return RunStatus::device_lost;
+      record(*under_way, pass, lane);
+      if (!lane.start(pass == Pass::all ? whole_for_ : std::chrono::nanoseconds(0)))
+        return RunStatus::device_lost;
     }
     if (!before) continue;
-    if (!finish(other, *before, pass)) return RunStatus::device_lost;
+    if (!finish(other, *before, pass, under_way ? &lane : nullptr)) return RunStatus::device_lost;
     unpack(*before, pass);
-    if (!under_way) break;
-    if (const auto ended = gap(other, !at_end(next), lane, *under_way, pass)) return ended;
+    if (before->halted) {
+      // The one behind it is halted as well, and what it did is done once more.
+      if (std::exchange(under_way, std::nullopt)) {
+        if (!lane.finish()) return RunStatus::device_lost;
+        gpu_ns_ += lane.take_gpu_ns();
+      }
+      next = before->end;
+    }
+    if (!under_way && at_end(next)) break;
+    if (const auto ended = gap(other, !at_end(next), lane, under_way, pass)) return ended;
   }
   return std::nullopt;
 }
 
-bool ChunkedRun::finish(accel::Submit& lane, const Chunk& chunk, Pass pass) noexcept {
-  if (!lane.finish()) return false;
+bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Submit* behind) noexcept {
+  if (!lane.finish(false, behind)) return false;
   const std::int64_t took_ns = lane.take_gpu_ns();
   gpu_ns_ += took_ns;
+  if (lane.first_left() < chunk.elements) cut(chunk, lane.first_left(), pass);
+  // Where others kept it from beginning at all, it gets more time.
+  whole_for_ = chunk.elements == 0 ? 2 * whole_for_ : usual_whole_for();
   if (chunk.thought_ns > 0.0) learn(chunk, static_cast<double>(took_ns), lane.seen_late(), pass);
   return true;
+}
+
+void ChunkedRun::cut(Chunk& chunk, std::uint32_t first_left, Pass pass) noexcept {
+  Cursor at = chunk.begin;
+  std::uint32_t before = 0;
+  for (PlaceRange range = part(chunk, at.request, pass); first_left >= before + (range.end - range.first);
+       range = part(chunk, at.request, pass)) {
+    before += range.end - range.first;
+    at = {at.request + 1, 0};
+  }
+  // Neighbours stay together.
+  const std::uint32_t answered = (first_left - before) / neighbours * neighbours;
+  at.element += answered;
+  const std::uint32_t elements = before + answered;
+  chunk.thought_ns *= static_cast<double>(elements) / chunk.elements;
+  chunk.elements = elements;
+  chunk.end = at;
+  chunk.halted = true;
 }
 
 void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool seen_late, Pass pass) noexcept {
@@ -146,7 +182,7 @@ std::optional<RunStatus> ChunkedRun::gap_between_passes() noexcept {
 }
 
 std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::Submit& other,
-                                         const Chunk& under_way, Pass pass) noexcept {
+                                         std::optional<Chunk>& under_way, Pass pass) noexcept {
   if (meanwhile_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
   switch (let_others_run(pass)) {
@@ -154,9 +190,9 @@ std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::
       return RunStatus::stopped;
     case Meanwhile::Gap::enough:
       // Whoever ran in the gap may have brought the slot to another version: what was found could not be named any more.
-      if (structures_.runs != runs) return RunStatus::partial;
-      if (!other.finish()) return RunStatus::device_lost;
-      unpack(under_way, pass);
+      if (structures_.runs != runs || !under_way) return RunStatus::partial;
+      if (!finish(other, *under_way, pass, nullptr)) return RunStatus::device_lost;
+      unpack(*under_way, pass);
       return RunStatus::partial;
     case Meanwhile::Gap::go_on:
       break;
@@ -195,6 +231,7 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
       chunk.thought_ns +=
           taken / thought_most * static_cast<double>(requests_[next.request].chunk_time.count());
     next.element += taken;
+    chunk.elements += taken;
     chunk.end = next;
     pass_over(next, pass);
   }
@@ -222,21 +259,29 @@ double ChunkedRun::share(std::size_t request) const noexcept {
   return request < known_ ? pace_.share() : std::min(pace_.share(), requests_[request].first_share);
 }
 
+PlaceRange ChunkedRun::part(const Chunk& chunk, std::size_t request, Pass pass) const noexcept {
+  return {request == chunk.begin.request ? chunk.begin.element : 0,
+          request == chunk.end.request ? chunk.end.element : total(request, pass)};
+}
+
 template <class Each>
 void ChunkedRun::each_part(const Chunk& chunk, Pass pass, Each each) noexcept {
   for (std::size_t k = chunk.begin.request; k <= chunk.end.request; ++k) {
-    const PlaceRange range{k == chunk.begin.request ? chunk.begin.element : 0,
-                           k == chunk.end.request ? chunk.end.element : total(k, pass)};
+    const PlaceRange range = part(chunk, k, pass);
     if (range.first < range.end) each(query(k), range);
   }
 }
 
-void ChunkedRun::record(const Chunk& chunk, Pass pass, gpu::Recorder& recorder) noexcept {
+void ChunkedRun::record(const Chunk& chunk, Pass pass, accel::Submit& lane) noexcept {
+  std::uint32_t before = 0;
   each_part(chunk, pass, [&](GpuQuery& query, PlaceRange range) {
-    if (pass == Pass::all)
-      query.record(range, rows_, structures_.tlas, view_, recorder);
-    else
-      query.record_again(range, rows_, structures_.tlas, view_, recorder);
+    if (pass == Pass::all) {
+      const HaltAt halt{.words = lane.halt_address(), .from = before - range.first};
+      query.record(range, rows_, structures_.tlas, view_, halt, lane.recorder());
+    } else {
+      query.record_again(range, rows_, structures_.tlas, view_, lane.recorder());
+    }
+    before += range.end - range.first;
   });
 }
 

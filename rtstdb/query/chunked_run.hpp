@@ -1,8 +1,10 @@
 #pragma once
 // One run of the executor: structures brought to the version, then the batches in chunks, two of which are under way at
-// a time, so that the device finds the next one when it is done with one. Between them others may run.
+// a time, so that the device finds the next one when it is done with one. Between them others may run. Where somebody waits for that and
+// a chunk takes longer than was thought, it is halted, and the next one begins with what it left.
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -35,7 +37,8 @@ class ChunkedRun {
         requests_(requests),
         times_(times),
         meanwhile_(meanwhile),
-        pace_(chunk_ns()) {}
+        pace_(chunk_ns()),
+        whole_for_(usual_whole_for()) {}
 
   /// What is under way of others has been waited for: this writes what the device reads.
   RunReport run() noexcept;
@@ -49,6 +52,8 @@ class ChunkedRun {
   };
   struct Chunk {
     Cursor begin, end;
+    std::uint32_t elements = 0;
+    bool halted = false;      // it was meant to end later
     double thought_ns = 0.0;  // what it should take; 0: no matter, structures are brought up with it
   };
 
@@ -62,16 +67,23 @@ class ChunkedRun {
   /// Before each of them.
   std::optional<RunStatus> gap_between_passes() noexcept;
   /// Between two chunks of a pass. `next` is the lane that the next chunk takes, if there is one; `under_way` the chunk in the other.
-  std::optional<RunStatus> gap(accel::Submit& next, bool more, accel::Submit& other, const Chunk& under_way,
-                               Pass pass) noexcept;
+  std::optional<RunStatus> gap(accel::Submit& next, bool more, accel::Submit& other,
+                               std::optional<Chunk>& under_way, Pass pass) noexcept;
   Chunk take(Cursor& next, Pass pass) const noexcept;
-  /// What was started last in this lane is done. False: the device is lost.
-  bool finish(accel::Submit& lane, const Chunk& chunk, Pass pass) noexcept;
+  /// What was started last in this lane is done, or halted: then the chunk ends where it was. `behind`: what was started after it, if
+  /// anything was, which is halted with it. False: the device is lost.
+  bool finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Submit* behind) noexcept;
+  /// Of the chunk only the elements before this one were answered.
+  void cut(Chunk& chunk, std::uint32_t first_left, Pass pass) noexcept;
   void learn(const Chunk& chunk, double took_ns, bool seen_late, Pass pass) noexcept;
   /// Past requests that nothing is left of.
   void pass_over(Cursor& next, Pass pass) const noexcept;
   std::int64_t chunk_ns() const noexcept {
     return requests_.empty() ? 0 : requests_.front().chunk_time.count();
+  }
+  /// A chunk that takes so long may be halted: two are what somebody urgent waits for.
+  std::chrono::nanoseconds usual_whole_for() const noexcept {
+    return std::chrono::nanoseconds(2 * chunk_ns());
   }
   bool at_end(const Cursor& next) const noexcept { return next.request == requests_.size(); }
   /// So many or, where fewer would spare the device nothing, more.
@@ -80,8 +92,10 @@ class ChunkedRun {
   std::uint32_t per_chunk(std::size_t request, Pass pass) const noexcept;
   /// Of these, so much is a chunk.
   double share(std::size_t request) const noexcept;
-  void record(const Chunk& chunk, Pass pass, gpu::Recorder& recorder) noexcept;
+  void record(const Chunk& chunk, Pass pass, accel::Submit& lane) noexcept;
   void unpack(const Chunk& chunk, Pass pass) noexcept;
+  /// What it has of a request's places; misuse where the request is not between its first and its last.
+  PlaceRange part(const Chunk& chunk, std::size_t request, Pass pass) const noexcept;
   template <class Each>
   void each_part(const Chunk& chunk, Pass pass, Each each) noexcept;
   GpuQuery& query(std::size_t request) const noexcept {
@@ -99,6 +113,7 @@ class ChunkedRun {
   bool begun_ = false;                 // the next lane, by bring_up
   bool brought_up_ = false;            // with structures that did not stand
   ChunkPace pace_;
+  std::chrono::nanoseconds whole_for_;
   std::size_t known_ = 0;  // requests of the pass that a chunk was learnt from, and all before them
   std::int64_t gpu_ns_ = 0;
 };

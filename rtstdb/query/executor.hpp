@@ -69,6 +69,7 @@ struct CostSamples {
   double above = 1.0;       ///< the last samples lay so many times above what had been expected, at most
   double dearest_ns = 0.0;  ///< an element where some cost far more than was expected; fades
   std::uint64_t samples = 0;
+  int unlike_in_a_row = 0;  ///< the last so many lay far above what was expected; negative: far below
 };
 
 /// A prepared query as the engine sees it; implemented beside RayQuery and its like.
@@ -162,6 +163,8 @@ class Meanwhile {
   /// From here to end_wait others may commit.
   virtual void begin_wait() noexcept = 0;
   virtual void end_wait() noexcept = 0;
+  /// Asked within a wait: whether a gap would be of use now. Then the chunk under way may end early.
+  virtual bool is_awaited() noexcept { return false; }
   /// A run that stands in the gap of another begins, `time` after it was called: until then the device was busy with that one.
   virtual void waited_for_outer(Nanoseconds /*time*/) noexcept {}
   /// A chunk is done and others are to come. Inside the call the executor may be run again, on any version and with

@@ -125,7 +125,7 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   // Those whose gap this is. They ask for their slots again, so that nothing of theirs has to stay.
   for (std::uint32_t outer = 0; outer < depth_; ++outer) {
     for (accel::Submit& lane : epoch.lanes[outer]) {
-      if (!lane.finish()) return lost_report;
+      if (!lane.finish(true)) return lost_report;
     }
   }
   if (meanwhile != nullptr && depth_ > 0)

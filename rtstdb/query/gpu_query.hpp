@@ -2,6 +2,8 @@
 // A prepared query as the GPU executor sees it: pack what the caller filled in, record its dispatch, unpack
 // the answers.
 
+#include <glm/vec2.hpp>
+
 #include <memory>
 
 #include "rtstdb/accel/geometry_pool.hpp"
@@ -12,6 +14,12 @@
 #include "rtstdb/threads/fork_join.hpp"
 
 namespace rtstdb::query {
+
+/// How a dispatch learns that it is to begin with no more elements (shaders/common/halt.glsl).
+struct HaltAt {
+  glm::uvec2 words{0};     ///< address of the HaltWords of its chunk; zero: it is never halted
+  std::uint32_t from = 0;  ///< number in the chunk of the element at place 0; may wrap
+};
 
 class GpuQuery : public PreparedQuery {
  public:
@@ -29,11 +37,11 @@ class GpuQuery : public PreparedQuery {
   /// device. Places count in that order from here on.
   virtual void arrange(std::uint32_t count) noexcept = 0;
   /// The elements at these places to device form, and the dispatch that answers them. Ranges of a batch begin at
-  /// multiples of fewest_places; two of them may be under way at a time, and their views may differ in all but the
+  /// multiples of neighbours; two of them may be under way at a time, and their views may differ in all but the
   /// version.
   virtual void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
-                      const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
-  /// Answers to the caller's span.
+                      const accel::TlasView& view, const HaltAt& halt, gpu::Recorder& recorder) noexcept = 0;
+  /// Answers to the caller's span. Where it was halted, of the range that was recorded those before the first that is left.
   virtual void unpack(PlaceRange range, const accel::TlasView& view) noexcept = 0;
 
   // On lavapipe the elements of a group share one allowance of work, so that whether an element finishes

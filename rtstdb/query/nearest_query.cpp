@@ -241,15 +241,16 @@ void GpuNearestQuery::pack(std::uint32_t at, std::uint32_t place, const accel::T
 }
 
 void GpuNearestQuery::record(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,
-                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+                             const accel::TlasView& view, const HaltAt& halt,
+                             gpu::Recorder& recorder) noexcept {
   for (std::uint32_t place = range.first; place < range.end; ++place) {
     call_ahead(std::span<const Nearest>(points_), order_.last(), place);
     pack(place, place, tlas, view);
   }
-  dispatch(range, false, view, recorder);
+  dispatch(range, false, view, halt, recorder);
 }
 
-void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasView& view,
+void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasView& view, const HaltAt& halt,
                                gpu::Recorder& recorder) noexcept {
   const auto run = [&](const gpu::Pipeline& pipeline, const gpu::Bindings& bindings,
                        std::uint32_t places_per_point) {
@@ -261,6 +262,8 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
                                     .per_group = spread.per_group,
                                     .k = options_.k,
                                     .neighbors = neighbors_[places_.written()].address(),
+                                    .halt = halt.words,
+                                    .halt_from = halt.from,
                                     .two = 2};
     in_pieces(spread, most_groups, whole, [&](const shared::NearestArgs& args, std::uint32_t groups) {
       recorder.dispatch(pipeline, bindings, args, groups);
@@ -291,7 +294,7 @@ void GpuNearestQuery::record_again(PlaceRange range, const RowSource& /*rows*/, 
                                    const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
   for (std::uint32_t i = range.first; i < range.end; ++i)
     pack(i, incomplete_[i], tlas, view);
-  dispatch(range, true, view, recorder);
+  dispatch(range, true, view, {}, recorder);
 }
 
 void GpuNearestQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/) noexcept {

@@ -33,7 +33,7 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   void record_warm_up(gpu::Recorder& recorder) noexcept override;
   void arrange(std::uint32_t count) noexcept override;
   void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
-              gpu::Recorder& recorder) noexcept override;
+              const HaltAt& halt, gpu::Recorder& recorder) noexcept override;
   void unpack(PlaceRange range, const accel::TlasView& view) noexcept override;
   std::uint32_t ask_again() noexcept override {
     return static_cast<std::uint32_t>(incomplete_.size()) - settled_;
@@ -59,7 +59,8 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   /// To the record at `at`.
   void pack(std::uint32_t at, std::uint32_t place, const accel::Tlas& tlas,
             const accel::TlasView& view) noexcept;
-  void dispatch(PlaceRange range, bool alone, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
+  void dispatch(PlaceRange range, bool alone, const accel::TlasView& view, const HaltAt& halt,
+                gpu::Recorder& recorder) noexcept;
   /// To the point at that place. False: the device did not come to an end with it.
   bool take_answer(std::uint32_t place) noexcept;
 

@@ -68,11 +68,12 @@ shared::RegionRecord GpuOverlapQuery::packed(const Overlap& overlap, const RowSo
 }
 
 void GpuOverlapQuery::record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
-                             const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+                             const accel::TlasView& view, const HaltAt& halt,
+                             gpu::Recorder& recorder) noexcept {
   const auto records = runner_.records();
   for (std::uint32_t i = range.first; i < range.end; ++i)
     records[i] = packed(overlaps_[i], rows, tlas, view);
-  runner_.record(range, view, recorder);
+  runner_.record(range, view, halt, recorder);
 }
 
 void GpuOverlapQuery::record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,

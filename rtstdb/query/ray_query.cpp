@@ -311,9 +311,9 @@ std::uint32_t GpuRayQuery::least_asked_again() const noexcept {
 }
 
 void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
-                         const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+                         const accel::TlasView& view, const HaltAt& halt, gpu::Recorder& recorder) noexcept {
   rays_.push(range.first * sizeof(Ray), (range.end - range.first) * sizeof(Ray));
-  dispatch(range, false, rows, view, recorder);
+  dispatch(range, false, rows, view, halt, recorder);
 }
 
 void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
@@ -338,7 +338,7 @@ void GpuRayQuery::record_again(PlaceRange range, const RowSource& rows, const ac
     again[i] = incomplete_[settled_ + i] | (before != view.contents ? shared::ray_begins_bit : 0u);
     some_restart_ = some_restart_ || (before != 0 && before != view.contents);
   }
-  dispatch(range, true, rows, view, recorder);
+  dispatch(range, true, rows, view, {}, recorder);
 }
 
 const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, std::uint32_t entities) const noexcept {
@@ -347,7 +347,7 @@ const GpuRayQuery::Kernel& GpuRayQuery::kernel_for(bool moving, std::uint32_t en
 }
 
 void GpuRayQuery::dispatch(PlaceRange range, bool again, const RowSource& rows, const accel::TlasView& view,
-                           gpu::Recorder& recorder) noexcept {
+                           const HaltAt& halt, gpu::Recorder& recorder) noexcept {
   const double window_s = seconds_between(view.window_begin, view.window_end);
   const Kernel& kernel = again ? kernel_that_pauses() : kernel_for(carried_ || window_s > 0.0, view.entities);
   const Spread spread = spread_out(range.end - range.first, limits_.processors);
@@ -367,6 +367,8 @@ void GpuRayQuery::dispatch(PlaceRange range, bool again, const RowSource& rows, 
                               .faces = options_.faces == Faces::both    ? 0.0f
                                        : options_.faces == Faces::front ? 1.0f
                                                                         : -1.0f,
+                              .halt = halt.words,
+                              .halt_from = halt.from,
                               .two = 2};
   in_pieces(spread, limits_.max_groups, whole, [&](const shared::RayArgs& args, std::uint32_t groups) {
     recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args, groups);

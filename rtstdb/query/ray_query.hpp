@@ -45,7 +45,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void record_warm_up(gpu::Recorder& recorder) noexcept override;
   void arrange(std::uint32_t count) noexcept override;
   void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
-              gpu::Recorder& recorder) noexcept override;
+              const HaltAt& halt, gpu::Recorder& recorder) noexcept override;
   void unpack(PlaceRange range, const accel::TlasView& view) noexcept override;
   std::uint32_t ask_again() noexcept override;
   std::uint32_t least_asked_again() const noexcept override;
@@ -73,7 +73,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   const Kernel& kernel_that_pauses() const noexcept { return kernels_[1 % kernels_.size()]; }
   /// In pieces where the device runs fewer groups at once. `again`: the places are those of `again_`.
   void dispatch(PlaceRange range, bool again, const RowSource& rows, const accel::TlasView& view,
-                gpu::Recorder& recorder) noexcept;
+                const HaltAt& halt, gpu::Recorder& recorder) noexcept;
   bool is_incomplete(std::uint32_t ray) const noexcept {
     return hit_memory_[places_.written()]
                .as<const RayHit>()[std::size_t{ray} * options_.hits_per_ray]

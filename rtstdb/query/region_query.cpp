@@ -113,14 +113,15 @@ shared::RegionRecord GpuRegionQuery::packed(const Region& region, const accel::T
 }
 
 void GpuRegionQuery::record(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,
-                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+                            const accel::TlasView& view, const HaltAt& halt,
+                            gpu::Recorder& recorder) noexcept {
   const auto records = runner_.records();
   const auto order = std::span<const std::uint32_t>(order_).first(range.end);
   for (std::uint32_t i = range.first; i < range.end; ++i) {
     call_ahead(std::span<const Region>(regions_), order, i);
     records[i] = packed(regions_[order[i]], tlas, view);
   }
-  runner_.record(range, view, recorder);
+  runner_.record(range, view, halt, recorder);
 }
 
 void GpuRegionQuery::record_again(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,

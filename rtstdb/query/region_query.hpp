@@ -30,7 +30,7 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
   void record_warm_up(gpu::Recorder& recorder) noexcept override { runner_.record_warm_up(recorder); }
   void arrange(std::uint32_t count) noexcept override;
   void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
-              gpu::Recorder& recorder) noexcept override;
+              const HaltAt& halt, gpu::Recorder& recorder) noexcept override;
   void unpack(PlaceRange range, const accel::TlasView& view) noexcept override {
     runner_.unpack(range, view, fork_join());
   }

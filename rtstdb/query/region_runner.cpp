@@ -213,12 +213,14 @@ void RegionRunner::arrange(std::span<const std::uint32_t> order, const RegionKin
   some_overflow_ = false;
 }
 
-void RegionRunner::record(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
-  dispatch(range, ends_, false, view, recorder);
+void RegionRunner::record(PlaceRange range, const accel::TlasView& view, const HaltAt& halt,
+                          gpu::Recorder& recorder) noexcept {
+  dispatch(range, ends_, false, view, halt, recorder);
 }
 
 void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool alone,
-                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+                            const accel::TlasView& view, const HaltAt& halt,
+                            gpu::Recorder& recorder) noexcept {
   const auto run = [&](const std::optional<Kernel>& kernel, std::uint32_t first, std::uint32_t end) {
     if (!kernel || first >= end) return;
     const Spread spread = alone ? one_a_group(end - first) : spread_out(end - first, processors_);
@@ -227,6 +229,8 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
                                   .end = end,
                                   .per_group = spread.per_group,
                                   .capacity = options_.ids_per_region,
+                                  .halt = halt.words,
+                                  .halt_from = halt.from,
                                   .two = 2};
     recorder.dispatch(kernel->pipeline, kernel->bindings[view.slot], args, spread.groups);
   };
@@ -284,7 +288,7 @@ void RegionRunner::record_again(PlaceRange range, const accel::TlasView& view,
   std::ranges::transform(ends_, ends.begin(), [&](std::uint32_t end) {
     return static_cast<std::uint32_t>(std::ranges::lower_bound(incomplete_, end) - incomplete_.begin());
   });
-  dispatch(range, ends, true, view, recorder);
+  dispatch(range, ends, true, view, {}, recorder);
 }
 
 void RegionRunner::unpack_again(PlaceRange range, const accel::TlasView& view) noexcept {

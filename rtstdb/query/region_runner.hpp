@@ -49,7 +49,8 @@ class RegionRunner {
   /// unpacked.
   void arrange(std::span<const std::uint32_t> order, const RegionKindEnds& ends) noexcept;
   /// Answers what stands in these records.
-  void record(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
+  void record(PlaceRange range, const accel::TlasView& view, const HaltAt& halt,
+              gpu::Recorder& recorder) noexcept;
   void unpack(PlaceRange range, const accel::TlasView& view, threads::ForkJoin& fork_join) noexcept;
   /// Places to be asked again: the i-th of them as the i-th record.
   std::span<const std::uint32_t> incomplete() const noexcept { return incomplete_; }
@@ -98,7 +99,7 @@ class RegionRunner {
   bool lists_triangles() const noexcept { return options_.level == RegionLevel::triangle; }
   void make_room_for_answers();
   void dispatch(PlaceRange range, const RegionKindEnds& ends, bool alone, const accel::TlasView& view,
-                gpu::Recorder& recorder) noexcept;
+                const HaltAt& halt, gpu::Recorder& recorder) noexcept;
   std::uint32_t kept(const shared::RegionCount& count) const noexcept {
     return std::min(count.found, options_.ids_per_region);
   }

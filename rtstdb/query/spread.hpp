@@ -22,7 +22,7 @@ struct Spread {
 /// Neighbours stay together by so many: a subgroup, on lavapipe with 256 bits.
 inline constexpr std::uint32_t neighbours = 8;
 
-/// A batch is divided at multiples of this: fewer would leave a processor with nothing to do, or lanes of a subgroup. `processors`: of a
+/// A batch is divided into multiples of this, unless a chunk is halted: fewer would leave a processor with nothing to do, or lanes of a subgroup. `processors`: of a
 /// software device; else none.
 constexpr std::uint32_t fewest_places(std::uint32_t processors) noexcept {
   return processors == 0 ? places_per_group : std::min(neighbours * processors, places_per_group);

@@ -129,6 +129,7 @@ class Engine final : private query::Meanwhile, private LogOwner {
   // gaps.cpp: what is done while a transaction waits for the device, and between its chunks.
   void begin_wait() noexcept override;
   void end_wait() noexcept override;
+  bool is_awaited() noexcept override;
   void waited_for_outer(Nanoseconds time) noexcept override;
   Gap between_chunks() noexcept override;
   /// The relief's thread: while a transaction waits for the device, admits or refuses what comes; and carries out those
@@ -136,6 +137,8 @@ class Engine final : private query::Meanwhile, private LogOwner {
   /// microseconds, not for another thread's queries.
   void relieve() noexcept;
   void carry_out_writes() noexcept;
+  /// Whether in a gap of this one something would be done.
+  bool somebody_would_pass(const TransactionImpl& transaction) const noexcept;
   // logging.cpp
   void take_errand(Errand& errand) noexcept override;
   void give_back_held(TransactionImpl& transaction) noexcept override;
@@ -220,6 +223,8 @@ class Engine final : private query::Meanwhile, private LogOwner {
 
   std::atomic<bool> waits_for_device_{false};
   std::atomic<bool> device_is_done_{false};  ///< the relief hands the lock back
+  std::atomic<bool> gap_is_awaited_{false};  ///< found by the relief in this wait
+  const TransactionImpl* waits_ = nullptr;   ///< of the engine's thread: who waits for the device
   threads::Bell relief_bell_;
 
   // The engine's thread alone, once it runs; it holds the lock except in its waits for the device, where the

@@ -20,6 +20,7 @@ void Engine::begin_wait() noexcept {
   // Pairs with ring: either the submitter sees the flag or its ring is heard here.
   waits_for_device_.store(true, std::memory_order_seq_cst);
   const bool work_there = bell_.heard() != received_at_ || !queue_.empty();
+  waits_ = runner_.running().empty() ? nullptr : runner_.running().innermost().transaction;
   working_.unlock();
   if (work_there) relief_bell_.ring();
 }
@@ -29,6 +30,22 @@ void Engine::end_wait() noexcept {
   working_.lock();
   device_is_done_.store(false, std::memory_order_relaxed);
   waits_for_device_.store(false, std::memory_order_relaxed);
+  gap_is_awaited_.store(false, std::memory_order_relaxed);
+}
+
+bool Engine::is_awaited() noexcept {
+  if (gap_is_awaited_.load(std::memory_order_relaxed)) return true;
+  return waits_ != nullptr && (waits_->is_to_be_cancelled() ||
+                               (waits_->is(DeadlineClass::firm) && clock_.now() > waits_->terms().deadline));
+}
+
+bool Engine::somebody_would_pass(const TransactionImpl& transaction) const noexcept {
+  if (!queue_.holds_before(transaction) || stays_in_one_piece(transaction)) return false;
+  bool some = has_to_give_way(transaction);
+  queue_.for_each([&](const TransactionImpl& waiting) {
+    some = some || (ReadyQueue::goes_before(waiting, transaction) && may_nest(waiting));
+  });
+  return some;
 }
 
 void Engine::waited_for_outer(Nanoseconds time) noexcept {
@@ -92,6 +109,8 @@ void Engine::carry_out_writes() noexcept {
     carry_out_and_log(*writer);
   }
   if (log_ != nullptr) log_->hand_over();
+  if (!runner_.running().empty() && somebody_would_pass(*runner_.running().innermost().transaction))
+    gap_is_awaited_.store(true, std::memory_order_relaxed);
 }
 
 }  // namespace rtstdb::transaction

@@ -12,6 +12,7 @@
 #if defined(NEAREST_CENTER) || defined(NEAREST_BOUNDS)
 #define NEAREST_ENTITY
 #endif
+#include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/pairs.glsl"
 #include "common/places.glsl"
@@ -342,6 +343,10 @@ void search_entities(NearestRecord record, vec3 asked_point) {
 void main() {
   const uint index = place_of_invocation(args.first, args.per_group);
   if (index >= args.end) return;
+  if (is_left(args.halt, index + args.halt_from)) {
+    counts[index] = NearestCount(0u, 0u);  // no neighbor that needs a sign
+    return;
+  }
   const NearestRecord record = points[index];
   const Asked asked = asked_of(instances, record);
   set_reach(record.radius_m);

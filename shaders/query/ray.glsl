@@ -3,6 +3,7 @@
 // Include behind what goes through the trees (traverse.glsl, packet.glsl or crew.glsl), with RAY_ANY defined for rays that stop at the
 // first hit, RAY_MOVING where they ask at different instants or some of them move with an entity.
 #include "common/exact_cross.glsl"
+#include "common/halt.glsl"
 #include "common/pairs.glsl"
 #include "common/places.glsl"
 

@@ -34,6 +34,7 @@ void main() {
   const uint place = place_of_invocation(args.first, args.per_group);
   // Who has no place runs along for the others of its subgroup, with a ray that there is.
   bool asks = place < args.end;
+  if (asks && is_left(args.halt, place + args.halt_from)) asks = false;
   const uint kept_at = asks ? place : args.first;
 #ifdef RAY_PAUSES
   const bool asked_again = args.asked_again != 0u;

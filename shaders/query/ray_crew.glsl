@@ -2,6 +2,7 @@
 //
 // Include with RAY_ANY or RAY_MOVING defined as for ray.glsl.
 #include "query/crew.glsl"
+#include "query/halt_together.glsl"
 
 layout(local_size_x = 8) in;
 
@@ -34,11 +35,15 @@ void finish_rays(inout Own own, bool cut_short) {
 
 void main() {
   uint next = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * args.per_group;
-  const uint end = min(next + args.per_group, args.end);
+  uint end = min(next + args.per_group, args.end);
   Own own = no_ray(read_ray(args.first));
   Errand errand = no_errand(own.world);
   uint rounds = max_rounds - rounds_at_first;
   do {
+    if (next < end && all_halt(args.halt)) {
+      leave(args.halt, next + args.halt_from);
+      end = next;
+    }
     const uint before = next;
     take_rays(own, next, end);
     rounds = min(rounds, max_rounds) - (next - before) * (rounds_at_first / 8u);

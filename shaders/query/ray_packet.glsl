@@ -1,6 +1,7 @@
 // The body of the ray queries for neighbours that run side by side: one subgroup, which goes through its group's rays eight at a time.
 //
 // Include with RAY_ANY or RAY_MOVING defined as for ray.glsl.
+#include "query/halt_together.glsl"
 #include "query/packet.glsl"
 #include "query/ray.glsl"
 
@@ -50,12 +51,21 @@ Entries entries_of(uint first, uint turns, inout uint rounds) {
 }
 #endif
 
+void leave_from(uint place) {
+  if (place < args.end) leave(args.halt, place + args.halt_from);
+}
+
 void main() {
   const uint first = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * args.per_group;
+  if (all_halt(args.halt)) {
+    leave_from(first);
+    return;
+  }
   const uint turns = max(args.per_group / 8u, 1u);
   uint rounds = turns;
   const Entries entries = entries_of(first, turns, rounds);
   uint turn = 0u;
+  bool halted;
   do {
     const uint index = first + 8u * turn + gl_SubgroupInvocationID;
     const bool asks = index < args.end;
@@ -65,6 +75,8 @@ void main() {
     // What one packet leaves of what it may have is there for those behind it.
     const Found found = trace_together(asks, ray, entries, rounds, rounds_at_first * turn);
     if (asks) answer(index, found, ray);
-  } while (turn < turns);
+    halted = all_halt(args.halt);
+  } while (turn < turns && !halted);
+  if (turn < turns) leave_from(first + 8u * turn);
   if (!loops_still_turn(args.two)) some_left = 1u;
 }

@@ -9,6 +9,7 @@
 //   REGION_LOWEST   for regions that found more than they have room for: only the lowest ids, by a heap
 //   REGION_COUNT    no ids, only how many
 #define REGION_BOUNDS
+#include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/packed_edges.glsl"
 #include "common/places.glsl"
@@ -127,6 +128,12 @@ void look_within(RegionRecord record, uint base) {
 void main() {
   const uint index = place_of_invocation(args.first, args.per_group);
   if (index >= args.end) return;
+#ifndef REGION_LOWEST
+  if (is_left(args.halt, index + args.halt_from)) {
+    counts[index] = RegionCount(0u, 0u);  // nothing for the lowest ids' pass
+    return;
+  }
+#endif
 #ifdef REGION_LOWEST
   if (counts[index].found <= args.capacity || counts[index].incomplete != 0u) return;
 #endif

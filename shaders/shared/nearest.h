@@ -46,6 +46,8 @@ RTSTDB_CONSTANT(neighbor_pairs, 8)
   F(uint, per_group)                 \
   F(uint, k)                         \
   F(uvec2, neighbors) /* their address, low word first */ \
+  F(uvec2, halt)      /* this and the next as in RayArgs */ \
+  F(uint, halt_from)                 \
   F(uint, two)   /* see loops_still_turn */
 RTSTDB_STRUCT(NearestArgs)
 

@@ -39,6 +39,8 @@ RTSTDB_CONSTANT(ray_begins_bit, 0x80000000u)
   F(uint, hits_per_ray)                                                                          \
   F(uvec2, hits)     /* their address, low word first */                                          \
   F(float, faces)    /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                \
+  F(uvec2, halt)     /* HaltWords' address, low word first; 0: it is never halted */               \
+  F(uint, halt_from) /* the number in the chunk of the element at place 0, which may wrap */       \
   F(uint, two)       /* see loops_still_turn */
 RTSTDB_STRUCT(RayArgs)
 
@@ -71,6 +73,8 @@ RTSTDB_STRUCT(RegionCount)
   F(uint, end)                      \
   F(uint, per_group)                \
   F(uint, capacity)                 \
+  F(uvec2, halt) /* this and the next as in RayArgs */ \
+  F(uint, halt_from)                \
   F(uint, two)   /* see loops_still_turn */
 RTSTDB_STRUCT(RegionArgs)
 

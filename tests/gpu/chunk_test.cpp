@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <bit>
 #include <chrono>
 #include <span>
 #include <thread>
@@ -11,85 +10,12 @@
 
 #include "rtstdb/query/ray_coherence.hpp"
 #include "rtstdb/query/spread.hpp"
+#include "tests/gpu/answer_words.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/random_questions.hpp"
 
 namespace rtstdb::test {
 namespace {
-
-using Words = std::vector<std::uint32_t>;
-
-void add(Words& words, float value) {
-  words.push_back(std::bit_cast<std::uint32_t>(value));
-}
-
-void add(Words& words, const glm::vec3& v) {
-  for (const float value : {v.x, v.y, v.z})
-    add(words, value);
-}
-
-void add(Words& words, EntityId id) {
-  words.insert(words.end(), {id.index, id.generation});
-}
-
-std::vector<Words> words_of(std::span<const RayHit> hits) {
-  Words words;
-  for (const RayHit& hit : hits) {
-    words.insert(words.end(), {static_cast<std::uint32_t>(hit.status), hit.mask, hit.material, hit.triangle,
-                               hit.front_face ? 1u : 0u});
-    for (const float value : {hit.lambda, hit.u, hit.v})
-      add(words, value);
-    add(words, hit.entity);
-    add(words, hit.n_world);
-    add(words, hit.v_relative_mps);
-  }
-  return {words};
-}
-
-/// By region. What was found before a search was cut short depends on the tree, which is another one where a slot was made anew;
-/// so does, at the edge of the limit, whether it was: nothing is said of such a region.
-std::vector<Words> words_of(std::span<const RegionAnswer> answers) {
-  std::vector<Words> of_regions;
-  for (const RegionAnswer& answer : answers) {
-    Words& words = of_regions.emplace_back();
-    if (answer.incomplete) continue;
-    words.insert(words.end(), {answer.found, answer.overflow ? 1u : 0u});
-    for (const EntityId id : answer.entities)
-      add(words, id);
-    for (const EntityTriangle& one : answer.triangles) {
-      add(words, one.entity);
-      words.push_back(one.triangle);
-    }
-  }
-  return of_regions;
-}
-
-std::vector<Words> words_of(std::span<const NearestAnswer> answers) {
-  Words words;
-  for (const NearestAnswer& answer : answers) {
-    words.push_back(answer.incomplete ? 1 : 0);
-    for (const Neighbor& one : answer.neighbors) {
-      words.insert(words.end(), {one.mask, one.material, one.triangle, one.has_sign ? 1u : 0u});
-      for (const float value : {one.distance_m, one.u, one.v})
-        add(words, value);
-      add(words, one.entity);
-      add(words, one.p_world_m);
-      add(words, one.v_relative_mps);
-    }
-  }
-  return {words};
-}
-
-/// Where both say something it is the same, and hardly any says nothing.
-bool same(const std::vector<Words>& a, const std::vector<Words>& b) {
-  std::size_t silent = 0;
-  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
-    const bool cut_short = a[i].empty() || b[i].empty();
-    if (!cut_short && a[i] != b[i]) return false;
-    silent += cut_short ? 1 : 0;
-  }
-  return a.size() == b.size() && silent <= a.size() / 50;
-}
 
 constexpr std::uint32_t batch_size = 500;
 
@@ -435,6 +361,72 @@ TEST_F(Urgent, QueriesPassTheFirstBatchOfItsKind) {
   EXPECT_EQ(database().wait(*flood).status, Status::cancelled) << "a batch is no crowd";
   std::ranges::sort(waits);
   EXPECT_LT(waits[waits.size() / 2], std::chrono::milliseconds(5));
+}
+
+/// So many of its kind were cheap that it is thought to take less than a chunk.
+class ThoughtShort : public Urgent {
+ protected:
+  void SetUp() override {
+    Urgent::SetUp();
+    open({.chunk = Nanoseconds(1'000'000)});
+    create(row_of(DatabaseTest::add(pile(10'000)), {0.0, 0.0, 50.0}), at_s(5.1));
+    rays_.assign(64, ray_from({0.0f, 0.0f, 45.0f}, {0, 0, -1}, at_s(5.1)));
+    large_ = database().prepare(NearestQueryOptions{.name = "short", .capacity = many}).value();
+    flood_ = database().make_transaction({.max_queries = 1});
+    ask(50.0f);
+    whole_ = database().wait(*flood_).actual_cost;
+  }
+  /// From a place at this height; the pile is at 50 m.
+  void ask(float height_m) {
+    for (Nearest& point : large_->points()) {
+      point.point_m = {0.0f, 0.0f, height_m};
+      point.radius_m = 5.0f;
+      point.t = at_s(5.1);
+    }
+    flood_->begin({});
+    flood_->ask(*large_, many);
+    database().submit(*flood_);
+  }
+  /// The median of what `wait` says of dear batches that came behind cheap ones.
+  Nanoseconds median_of(const std::function<Nanoseconds()>& wait) {
+    std::vector<Nanoseconds> waits;
+    for (int k = 0; k < 3; ++k) {
+      for (int cheap = 0; cheap < 30; ++cheap) {
+        ask(-500.0f);
+        EXPECT_TRUE(database().wait(*flood_).done());
+      }
+      ask(50.0f);
+      std::this_thread::sleep_for(std::chrono::milliseconds(3));
+      waits.push_back(wait());
+      database().wait(*flood_);
+    }
+    std::ranges::sort(waits);
+    RecordProperty("whole_ns", std::to_string(whole_.count()));
+    RecordProperty("median_wait_ns", std::to_string(waits[1].count()));
+    EXPECT_GT(whole_, std::chrono::milliseconds(20)) << "a batch is no crowd";
+    return waits[1];
+  }
+
+  static constexpr std::uint32_t many = 400;
+  std::unique_ptr<NearestQuery> large_;
+  std::unique_ptr<Transaction> flood_;
+  Nanoseconds whole_{0};
+};
+
+TEST_F(ThoughtShort, ItIsPassedByUrgentQueries) {
+  const auto small = prepare_rays(RayMode::closest, false, 64);
+  const auto urgent = database().make_transaction({.max_queries = 1});
+  EXPECT_LT(median_of([&] { return wait_of_urgent_one(*urgent, *small); }), whole_ / 3);
+}
+
+TEST_F(ThoughtShort, ItEndsSoonWhenItIsCancelled) {
+  const auto wait = [&] {
+    const auto begun = std::chrono::steady_clock::now();
+    database().cancel(*flood_);
+    EXPECT_EQ(database().wait(*flood_).status, Status::cancelled);
+    return std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now() - begun);
+  };
+  EXPECT_LT(median_of(wait), whole_ / 3);
 }
 
 /// Those that are under way are let finish, which are as many as processors have lanes.

@@ -35,12 +35,14 @@ class Gaps final : public query::Meanwhile {
   explicit Gaps(std::function<void()> in_each) : in_each_(std::move(in_each)) {}
   void begin_wait() noexcept override {}
   void end_wait() noexcept override {}
+  bool is_awaited() noexcept override { return awaited; }
   Gap between_chunks() noexcept override {
     ++count;
     in_each_();
     return Gap::go_on;
   }
   int count = 0;
+  bool awaited = false;  ///< chunks that take longer than was thought are halted
 
  private:
   std::function<void()> in_each_;

@@ -136,7 +136,9 @@ class SimulatedExecutor final : public query::Executor {
     }
     if (while_waiting && meanwhile != nullptr) {
       meanwhile->begin_wait();
+      waits_ = meanwhile;
       while_waiting();
+      waits_ = nullptr;
       meanwhile->end_wait();
     }
     return work ? work(rows, requests, times) : query::RunReport{};
@@ -149,11 +151,14 @@ class SimulatedExecutor final : public query::Executor {
       chunk;
   /// What happens while a run waits for the device; none: it never waits.
   std::function<void()> while_waiting;
+  /// Asked there.
+  bool is_awaited() const noexcept { return waits_ != nullptr && waits_->is_awaited(); }
   Nanoseconds outer_takes{
       0};               ///< of what `work` or a chunk takes, so much is told to be for whoever's gap this is
   float lambda = 0.0f;  ///< of all hits
 
  private:
+  query::Meanwhile* waits_ = nullptr;
   query::RunStatus run_chunks(const query::RowSource& rows, std::span<const query::Request> requests,
                               query::Meanwhile* meanwhile) {
     for (std::size_t k = 0; k < requests.size(); ++k) {

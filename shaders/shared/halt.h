@@ -1,0 +1,12 @@
+// What ends a chunk early (shaders/common/halt.glsl).
+#ifndef RTSTDB_SHARED_HALT_H
+#define RTSTDB_SHARED_HALT_H
+#include "shared/interop.h"
+
+// The host writes and reads them while the chunk runs. Elements are counted from the chunk's first.
+#define RTSTDB_FIELDS_HaltWords(F) \
+  F(uint, wanted)     /* not 0: elements that have not begun do not begin any more */ \
+  F(uint, first_left) /* of those, the first */
+RTSTDB_STRUCT(HaltWords)
+
+#endif

@@ -1,0 +1,273 @@
+// Chunks that are halted, since they take longer than was thought and somebody waits: what they answer. On the executor itself, so that
+// every one is.
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "rtstdb/query/gpu_executor.hpp"
+#include "rtstdb/query/nearest_query.hpp"
+#include "rtstdb/query/overlap_query.hpp"
+#include "rtstdb/query/ray_coherence.hpp"
+#include "rtstdb/query/ray_query.hpp"
+#include "rtstdb/query/region_query.hpp"
+#include "tests/gpu/answer_words.hpp"
+#include "tests/gpu/dense_meshes.hpp"
+#include "tests/gpu/gaps.hpp"
+#include "tests/gpu/gpu_test.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+constexpr std::uint32_t most = 2'000;
+
+class HaltedRuns : public testing::Test {
+ protected:
+  struct Asked {
+    std::shared_ptr<query::PreparedQuery> query;
+    std::uint32_t count = 0;
+    std::function<std::vector<Words>()> answers;
+  };
+
+  void SetUp() override {
+    auto created = query::GpuExecutor::create(
+        [](const std::vector<std::byte>&) { return gpu::Device::open(gpu::test::test_device_options(true)); },
+        {});
+    ASSERT_TRUE(created.ok()) << created.error().message;
+    executor_ = std::move(created).value();
+  }
+  void TearDown() override {
+    for (const std::string& message : executor_->device_health().validation_messages)
+      ADD_FAILURE() << "validation layer: " << message;
+  }
+
+  /// With few of them rays are searched by a lane alone, with many by crews.
+  void make_world(std::uint32_t entities) {
+    Random random(71);
+    std::vector<GeometryId> geometries;
+    for (const TriangleMesh& mesh : mixed_meshes(random)) {
+      auto added = executor_->add_geometry(std::make_shared<TriangleMesh>(mesh), {});
+      ASSERT_TRUE(added.ok());
+      geometries.push_back(added.value());
+    }
+    std::vector<EntityRow> rows;
+    for (std::uint32_t i = 0; i < entities; ++i) {
+      rows.push_back(random_row(random, geometries, scene_, rows));
+      states_.push_back({.id = {i, 1}, .row = rows.back(), .written_by = 1});
+    }
+  }
+  OneWorld world() const { return {states_, 1, 0, {}}; }
+
+  template <class Query, class Options, class Fill>
+  Asked prepare(Options options, std::uint32_t count, Fill fill) {
+    options.capacity = most;
+    auto made = executor_->prepare<Query>(options);
+    EXPECT_TRUE(made.ok());
+    const std::shared_ptr<Query> query = std::move(made).value();
+    Random random(72);
+    fill(*query, random);
+    return {query, count, [query] {
+              if constexpr (requires { query->hits(); })
+                return words_of(query->hits());
+              else
+                return words_of(query->answers());
+            }};
+  }
+  Asked rays(const RayQueryOptions& options, double window_s) {
+    return prepare<query::GpuRayQuery>(options, most, [&](query::GpuRayQuery& query, Random& random) {
+      for (Ray& ray : query.rays())
+        ray = random_ray(random, states_, scene_, scene_.version_time, window_s);
+    });
+  }
+  Asked neighbours(const RayQueryOptions& options, double window_s) {
+    return prepare<query::GpuRayQuery>(options, most - 3, [&](query::GpuRayQuery& query, Random& random) {
+      for (std::size_t i = 0; i < most; i += 8) {
+        const auto eight = random_neighbours(random, states_, scene_, scene_.version_time, window_s);
+        std::ranges::copy(eight, query.rays().begin() + static_cast<std::ptrdiff_t>(i));
+      }
+    });
+  }
+  Asked regions(const RegionQueryOptions& options) {
+    return prepare<query::GpuRegionQuery>(
+        options, most - 1, [&](query::GpuRegionQuery& query, Random& random) {
+          for (Region& region : query.regions())
+            region = random_region(random, states_, scene_, scene_.version_time, 0.2);
+        });
+  }
+  Asked points(const NearestQueryOptions& options) {
+    return prepare<query::GpuNearestQuery>(options, most, [&](query::GpuNearestQuery& query, Random& random) {
+      for (Nearest& point : query.points())
+        point = random_point(random, states_, scene_, scene_.version_time, 0.2);
+    });
+  }
+  Asked overlaps() {
+    return prepare<query::GpuOverlapQuery>(
+        OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 3}, most,
+        [&](query::GpuOverlapQuery& query, Random& random) {
+          for (Overlap& overlap : query.overlaps()) {
+            do {
+              overlap = {.entity = states_[random.below(states_.size())].id, .t = scene_.version_time};
+            } while (!states_[overlap.entity.index].row.geometry.valid());
+          }
+        });
+  }
+  std::vector<Asked> all_kinds() {
+    std::vector<Asked> all;
+    for (const double window_s : {0.0, 0.2}) {
+      for (const RayMode mode : {RayMode::closest, RayMode::any}) {
+        all.push_back(rays({.name = "rays", .mode = mode}, window_s));
+        all.push_back(neighbours({.name = "neighbours", .mode = mode}, window_s));
+      }
+    }
+    all.push_back(rays({.name = "first", .mode = RayMode::first, .hits_per_ray = 3}, 0.2));
+    for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::surface, RegionLevel::triangle}) {
+      all.push_back(regions({.name = "counts", .level = level, .ids_per_region = 0}));
+      // So few that the lowest have to be found.
+      all.push_back(regions({.name = "lists", .level = level, .ids_per_region = 4}));
+    }
+    all.push_back(points({.name = "centers", .target = NearestTarget::center, .k = 2}));
+    all.push_back(points({.name = "bounds", .target = NearestTarget::bounds, .k = 9}));
+    all.push_back(points({.name = "signed", .target = NearestTarget::surface, .k = 3, .is_signed = true}));
+    all.push_back(points({.name = "triangles", .target = NearestTarget::triangle, .k = 5}));
+    all.push_back(overlaps());
+    return all;
+  }
+
+  query::RunStatus run(std::span<const Asked> all, query::Meanwhile* meanwhile, std::uint32_t per_chunk = 0) {
+    const OneWorld rows = world();
+    query::TimeSpan times;
+    std::vector<query::Request> requests;
+    for (const Asked& one : all) {
+      EXPECT_FALSE(one.query->check(one.count, rows, times));
+      requests.push_back(
+          {.query = one.query.get(), .count = one.count, .per_chunk = per_chunk, .chunk_time = chunk_time_});
+    }
+    const query::RunStatus status = executor_->run(rows, requests, times, meanwhile).status;
+    for (const Asked& one : all)
+      one.query->let_stand(one.query->answered(), one.count);
+    return status;
+  }
+  static std::vector<std::vector<Words>> answers_of(std::span<const Asked> all) {
+    std::vector<std::vector<Words>> answers;
+    for (const Asked& one : all)
+      answers.push_back(one.answers());
+    return answers;
+  }
+  void expect_same(std::span<const Asked> all, const std::vector<std::vector<Words>>& whole) {
+    for (std::size_t k = 0; k < all.size(); ++k)
+      EXPECT_TRUE(same(all[k].answers(), whole[k])) << "query " << k;
+  }
+  bool can_halt() const { return executor_->device_info().software; }
+
+  static constexpr SceneOptions scene_{.radius_m = 12.0,
+                                       .version_time = WorldTime(Nanoseconds(5'000'000'000))};
+  std::unique_ptr<query::GpuExecutor> executor_;
+  std::vector<EntityState> states_;
+  Nanoseconds chunk_time_{10'000};
+};
+
+TEST_F(HaltedRuns, AnswerAsWholeOnes) {
+  for (const std::uint32_t entities : {12u, 300u}) {
+    SCOPED_TRACE(entities);
+    SetUp();
+    states_.clear();
+    make_world(entities);
+    const auto all = all_kinds();
+    for (const Asked& one : all)
+      run(std::span(&one, 1), nullptr);
+    const auto whole = answers_of(all);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      Gaps gaps([] {});
+      gaps.awaited = true;
+      // Soon, when some have begun; and at once, when none has: then it gets more time each time. All may have begun before.
+      for (int attempt = 0; attempt < 2 || (attempt < 20 && gaps.count == 0 && can_halt()); ++attempt) {
+        chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
+        run(std::span(&all[k], 1), &gaps);
+        EXPECT_TRUE(same(all[k].answers(), whole[k])) << "query " << k;
+      }
+      EXPECT_EQ(gaps.count > 0, can_halt()) << "query " << k;
+    }
+  }
+}
+
+/// One chunk goes through several batches, and is halted in any of them.
+TEST_F(HaltedRuns, AnswerAsWholeOnesWhereSeveralBatchesAreInAChunk) {
+  make_world(300);
+  const auto all = all_kinds();
+  run(all, nullptr);
+  const auto whole = answers_of(all);
+  for (const std::uint32_t per_chunk : {0u, 700u}) {
+    Gaps gaps([] {});
+    gaps.awaited = true;
+    run(all, &gaps, per_chunk);
+    EXPECT_TRUE(gaps.count > static_cast<int>(all.size()) || !can_halt());
+    expect_same(all, whole);
+  }
+}
+
+/// In the gaps others, at another version, take what the halted one was searched in.
+TEST_F(HaltedRuns, AnswerAsWholeOnesWithOthersInTheirGaps) {
+  make_world(300);
+  const auto all = all_kinds();
+  run(all, nullptr);
+  const auto whole = answers_of(all);
+  const Asked other = rays({.name = "other"}, 0.0);
+  query::TimeSpan times;
+  const OneWorld other_world(states_, 2, 0, {});
+  Gaps gaps([&] {
+    const query::Request request{.query = other.query.get(), .count = 64};
+    EXPECT_FALSE(other.query->check(64, other_world, times));
+    executor_->run(other_world, std::span(&request, 1), times, nullptr);
+  });
+  gaps.awaited = true;
+  run(all, &gaps, 500);
+  EXPECT_GT(gaps.count, 0);
+  expect_same(all, whole);
+}
+
+/// What stands when a run ends early is the beginning of what the whole one answers.
+TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
+  make_world(300);
+  class Enough final : public query::Meanwhile {
+   public:
+    void begin_wait() noexcept override {}
+    void end_wait() noexcept override {}
+    bool is_awaited() noexcept override { return true; }
+    Gap between_chunks() noexcept override { return Gap::enough; }
+  };
+  if (!can_halt()) GTEST_SKIP() << "chunks are halted on devices that share the host's memory";
+  for (const Asked& one : all_kinds()) {
+    run(std::span(&one, 1), nullptr);
+    const auto whole = one.answers();
+    Enough enough;
+    query::RunStatus status = query::RunStatus::done;
+    for (int attempt = 0; attempt < 20 && status != query::RunStatus::partial; ++attempt) {
+      chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
+      status = run(std::span(&one, 1), &enough);
+    }
+    EXPECT_EQ(status, query::RunStatus::partial);
+    const std::uint32_t answered = one.query->answered();
+    EXPECT_LT(answered, one.count);
+    std::size_t missing = 0;
+    const auto now = one.answers();
+    ASSERT_EQ(now.size(), whole.size());
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      const bool is_missing = now[i].empty() || now[i] == cut_short;
+      missing += is_missing ? 1 : 0;
+      EXPECT_TRUE(is_missing || now[i] == whole[i]) << "element " << i;
+    }
+    const std::uint32_t unanswered = one.count - answered + one.query->incomplete(answered);
+    EXPECT_EQ(missing, unanswered * (now.size() / one.count));
+  }
+}
+
+TEST_F(HaltedRuns, AreWholeWhereNobodyWaits) {
+  make_world(300);
+  Gaps gaps([] {});
+  run(std::vector{rays({.name = "rays"}, 0.2)}, &gaps);
+  EXPECT_EQ(gaps.count, 0);
+}
+
+}  // namespace
+}  // namespace rtstdb::test
