@@ -9,7 +9,9 @@
 namespace rtstdb::transaction {
 namespace {
 
-constexpr std::uint32_t refusals_before_one_is_let_in = 15;
+/// Then one is let in, to which nothing is promised, and its cost is seen. Sooner where it is refused for what such ones have cost at
+/// times, and would be in time at the usual cost.
+constexpr std::uint32_t refusals_in_a_row = 15, refusals_of_likely_ones_in_a_row = 3;
 
 /// An owner who is refused and asks for the deadline that was named needs so long for it, at least.
 constexpr Nanoseconds to_ask_again{100'000};
@@ -90,7 +92,10 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   const ClockTime end = expected_end(now, transaction, deadline);
   const bool breaks_none = !firm || !first_broken(transaction, deadline);
   const bool in_time = end <= deadline;
-  if (breaks_none && (!firm || in_time || refused_in_a_row_ == refusals_before_one_is_let_in)) {
+  const Nanoseconds usual_cost = std::min(outcome.predicted_cost, transaction.needed_cost);
+  const bool is_likely = end - transaction.needed_cost + usual_cost <= deadline;
+  const std::uint32_t refusals = is_likely ? refusals_of_likely_ones_in_a_row : refusals_in_a_row;
+  if (breaks_none && (!firm || in_time || refused_in_a_row_ >= refusals)) {
     transaction.promised = firm && in_time && all_known_before(transaction, deadline);
     // What others may still take from it makes it later, and lets more of the reserved ones in.
     const Nanoseconds reserved = firm ? reservations_.still_to_come(end, deadline) : Nanoseconds(0);

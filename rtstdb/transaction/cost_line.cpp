@@ -35,17 +35,31 @@ std::optional<Line> fitted(const query::CostSamples& sums) noexcept {
   return Line{base, slope};
 }
 
+/// Whether the sample is the second or a later one in a row that lies as far on the same side.
+bool costs_have_changed(query::CostSamples& samples, double ratio) noexcept {
+  const int side = ratio > most_above ? 1 : ratio < 1.0 / most_above ? -1 : 0;
+  samples.unlike_in_a_row = side * samples.unlike_in_a_row > 0 ? samples.unlike_in_a_row + side : side;
+  return samples.unlike_in_a_row * side > 1;
+}
+
 }  // namespace
 
 void learn(query::CostSamples& samples, double count, double cost_ns) noexcept {
   const double expected_ns = predict_ns(samples, count);
+  double left = fading;
   samples.above = 1.0 + (samples.above - 1.0) * above_fading;
-  if (expected_ns > 0.0) samples.above = std::max(samples.above, std::min(cost_ns / expected_ns, most_above));
-  samples.weight = samples.weight * fading + 1.0;
-  samples.counts = samples.counts * fading + count;
-  samples.costs = samples.costs * fading + cost_ns;
-  samples.counts_squared = samples.counts_squared * fading + count * count;
-  samples.counts_costs = samples.counts_costs * fading + count * cost_ns;
+  if (expected_ns > 0.0 && costs_have_changed(samples, cost_ns / expected_ns)) {
+    // What was before weighs as much as this one. If that was cheaper, it is no measure of how far costs lie above now.
+    left = std::min(fading, 1.0 / samples.weight);
+    if (samples.unlike_in_a_row > 0) samples.above = 1.0 + (samples.above - 1.0) / 2.0;
+  } else if (expected_ns > 0.0) {
+    samples.above = std::max(samples.above, std::min(cost_ns / expected_ns, most_above));
+  }
+  samples.weight = samples.weight * left + 1.0;
+  samples.counts = samples.counts * left + count;
+  samples.costs = samples.costs * left + cost_ns;
+  samples.counts_squared = samples.counts_squared * left + count * count;
+  samples.counts_costs = samples.counts_costs * left + count * cost_ns;
   ++samples.samples;
 }
 

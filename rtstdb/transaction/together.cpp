@@ -1,7 +1,9 @@
 // Small readers of one version that are ready together: one run of the executor for all of them, since what a submission
 // costs of its own is most of what each of them would.
 //
-// Costs are not learned from such a run. They would be too low for one that runs alone, and promises with them.
+// Costs are not learned from such a run. They would be too low for one that runs alone, and promises with them. But one that takes
+// longer than all were promised to teaches that, or they would go on together at the old price: the parts are wrong and the sum is
+// right, by which they go alone next time.
 
 #include <algorithm>
 #include <span>
@@ -19,6 +21,17 @@ constexpr Nanoseconds widest_window{max_query_window_ns / 8};
 Nanoseconds part_of(Nanoseconds whole, Nanoseconds part, Nanoseconds of) noexcept {
   const double share = static_cast<double>(part.count()) / static_cast<double>(of.count());
   return Nanoseconds(static_cast<std::int64_t>(static_cast<double>(whole.count()) * share));
+}
+
+/// To those that take part.
+Nanoseconds promised_together(const Running& running) noexcept {
+  const auto promised = [](const TransactionImpl& one) {
+    return one.shares ? one.promised_cost : Nanoseconds(0);
+  };
+  Nanoseconds sum = promised(*running.transaction);
+  for (const TransactionImpl* other : running.others)
+    sum += promised(*other);
+  return sum;
 }
 
 }  // namespace
@@ -52,6 +65,11 @@ void Runner::read_together(std::span<TransactionImpl* const> readers, std::span<
     report = executor_.run(version, std::span(together_).first(requests_together_), times, meanwhile);
   const ClockTime computed = clock_.now();
   running.queries_cost = computed - begun - running.interrupted;
+  const bool is_whole =
+      report.status == query::RunStatus::done || report.status == query::RunStatus::truncated;
+  if (is_whole && running.queries_cost > promised_together(running))
+    costs_.learn_queries(std::span(together_).first(requests_together_), running.queries_cost,
+                         report.structures);
   for (std::size_t k = 0; k < readers.size(); ++k) {
     if (!readers[k]->shares) continue;
     Outcome& outcome = readers[k]->draft();
@@ -88,6 +106,7 @@ Status Runner::begin_together(TransactionImpl& reader, const store::Snapshot& ve
   reader.asked = {version.version(), version.time()};
   for (query::Request& request : reader.requests()) {
     request.per_chunk = 0;
+    request.chunk_time = chunk_ / 2;
     request.query->answered_in_time = 0;
     together_[requests_together_++] = request;
   }
@@ -109,13 +128,7 @@ Status Runner::end_together(TransactionImpl& reader, const query::RunReport& rep
   outcome.truncated =
       report.status != query::RunStatus::done &&
       std::ranges::any_of(requests, [](const query::Request& one) { return one.query->truncated(); });
-  Nanoseconds promised{0};
-  const auto add = [&](const TransactionImpl& one) {
-    promised += one.shares ? one.promised_cost : Nanoseconds(0);
-  };
-  add(*running.transaction);
-  for (const TransactionImpl* other : running.others)
-    add(*other);
+  const Nanoseconds promised = promised_together(running);
   outcome.actual_cost = part_of(running.queries_cost, reader.promised_cost, promised);
   outcome.gpu_time =
       part_of(std::min(Nanoseconds(report.gpu_ns), running.queries_cost), reader.promised_cost, promised);

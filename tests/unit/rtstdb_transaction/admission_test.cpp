@@ -82,6 +82,31 @@ TEST_F(Admission, LearnsFromWhatItGivesUp) {
   }
 }
 
+/// One outlier makes it promise little for long; but at the usual cost it would be in time.
+TEST_F(Admission, LetsOneOfFourInThatIsLikelyToBeInTime) {
+  Nanoseconds each = 1us;
+  world_.executor.chunk = [&](const auto&, const auto&, std::uint32_t first, std::uint32_t end) {
+    world_.clock.advance(each * (end - first));
+  };
+  const auto asked_for = [&](Nanoseconds room) {
+    ask(*transaction_, small_, terms(DeadlineClass::firm, in(room)), 400);
+    return world_.execute(*transaction_).status;
+  };
+  for (int k = 0; k < 50; ++k)
+    ASSERT_EQ(asked_for(1s), Status::committed);
+  each = 8us;
+  asked_for(1s);
+  each = 1us;
+  int let_in = 0;
+  for (int k = 0; k < 40; ++k)
+    let_in += asked_for(1ms) == Status::committed ? 1 : 0;
+  EXPECT_EQ(let_in, 10);
+  let_in = 0;
+  for (int k = 0; k < 64; ++k)
+    let_in += asked_for(100us) == Status::refused ? 0 : 1;
+  EXPECT_EQ(let_in, 4) << "these are not";
+}
+
 TEST_F(Admission, CountsAChunkOfTheOneThatItInterrupts) {
   const auto second = world_.make();
   SimulatedQuery other(1000);

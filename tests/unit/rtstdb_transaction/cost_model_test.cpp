@@ -36,6 +36,27 @@ TEST(CostLine, FollowsAChangedMachine) {
   EXPECT_NEAR(predict_ns(line, 20), 9800.0, 100.0);
 }
 
+/// The world has grown, or has been emptied. One sample is a hiccup of the machine; a second like it is none.
+TEST(CostLine, FollowsSoonWhereCostsAreFarFromWhatTheyWere) {
+  for (const double now_ns : {20'000.0, 50.0}) {
+    SCOPED_TRACE(now_ns);
+    query::CostSamples line;
+    const auto learn_some = [&](int how_many, double cost_ns) {
+      for (int k = 0; k < how_many; ++k)
+        learn(line, 64, cost_ns);
+    };
+    learn_some(200, 1000.0);
+    learn_some(1, now_ns);
+    EXPECT_NEAR(predict_ns(line, 64), 1000.0, 400.0);
+    learn_some(20, 1000.0);
+    learn_some(1, now_ns);
+    EXPECT_NEAR(predict_ns(line, 64), 1000.0, 700.0) << "others lay between them";
+    learn_some(4, now_ns);
+    EXPECT_LT(predict_ns(line, 64), 4.0 * now_ns);
+    EXPECT_GT(promised_ns(line, 64), now_ns);
+  }
+}
+
 TEST(CostLine, OneCountSaysLittleAboutOthers) {
   query::CostSamples line;
   EXPECT_EQ(predict_ns(line, 5), 0.0);

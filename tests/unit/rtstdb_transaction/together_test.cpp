@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A run costs 50 us and 1 us for each element. While a first one is held, others gather.
+/// A run costs 50 us and 1 us, or `each`, for each element. While a first one is held, others gather.
 class Together : public testing::Test {
  protected:
   Together() {
@@ -17,7 +17,7 @@ class Together : public testing::Test {
       Nanoseconds cost = 50us;
       std::vector<int> labels;
       for (const query::Request& request : requests) {
-        cost += 1us * request.count;
+        cost += each * request.count;
         labels.push_back(dynamic_cast<SimulatedQuery&>(*request.query).label);
       }
       world_.clock.advance(cost);
@@ -75,6 +75,7 @@ class Together : public testing::Test {
   EntityId entity_ = world_.create(1);
   Gate gate_;
   bool held_ = false, truncated_ = false;
+  Nanoseconds each = 1us;
   std::function<void()> in_run;
   Runs runs_;
   std::size_t before_ = 0;
@@ -230,6 +231,32 @@ TEST_F(Together, CostsAreLearnedFromThoseThatRunAlone) {
   EXPECT_NEAR(static_cast<double>(alone.predicted_cost.count()), 70e3, 1e3);
   const SchedulerCounts counts = world_.engine.scheduler_counts();
   EXPECT_NEAR(counts.predictions.at(0).median, 1.0, 0.05);
+}
+
+/// Else they would share at the old price for ever, and nobody would learn better.
+TEST_F(Together, OneThatTakesLongerThanWasPromisedTeachesThat) {
+  Nanoseconds from_now_on = 1us;
+  const auto round = [&] {
+    gather([&] {
+      each = from_now_on;
+      for (int k = 0; k < 8; ++k)
+        submit(k);
+    });
+  };
+  round();
+  ASSERT_EQ(runs_.size(), 1u);
+  from_now_on = 50us;
+  round();
+  EXPECT_EQ(runs_.size(), 1u) << "nobody could know";
+  round();
+  EXPECT_EQ(runs_.size(), 8u);
+  for (int k = 0; k < 30; ++k)
+    round();
+  EXPECT_EQ(runs_.size(), 8u);
+  for (int k = 0; k < 8; ++k) {
+    EXPECT_NEAR(static_cast<double>(outcome(k).predicted_cost.count()), 1'050e3, 100e3);
+    EXPECT_EQ(outcome(k).status, Status::committed);
+  }
 }
 
 TEST_F(Together, WhatIsNotMeasuredGoesAlone) {
