@@ -24,11 +24,18 @@ std::string in_words(const Gap& gap) {
   return "versions " + std::to_string(gap.first) + " to " + std::to_string(gap.last) + " are not in the log";
 }
 
-/// What there is, one commit after the other.
+/// What there is, one commit after the other. Meshes are read, for without them nothing behind can be had.
 class Survey final : public RecordVisitor {
  public:
-  explicit Survey(Extent& extent) : extent_(extent), begun_with_(extent.first.version) {}
+  Survey(Disk& disk, Extent& extent) : disk_(disk), extent_(extent), begun_with_(extent.first.version) {}
   const char* record(Record& record, const RecordPlace&) override {
+    if (record.kind == RecordKind::geometry) {
+      const LoggedGeometry& geometry = record.geometry;
+      auto mesh = read_geometry_file(disk_, extent_.database_id, geometry.file, geometry.file_checksum);
+      if (mesh) return nullptr;
+      fault_ = mesh.error().message;
+      return fault_.c_str();
+    }
     if (record.kind == RecordKind::commit) {
       ++extent_.commits;
       before_ = extent_.last;
@@ -43,10 +50,20 @@ class Survey final : public RecordVisitor {
   }
 
  private:
+  Disk& disk_;
   Extent& extent_;
   Version begun_with_;
   VersionInfo before_;
+  std::string fault_;
 };
+
+/// With its meshes; none: there is no checkpoint that is whole.
+std::optional<Checkpoint> oldest_world(Disk& disk, const Listing& listing) {
+  auto oldest = oldest_checkpoint(disk, listing, 0);
+  while (oldest && !read_meshes(disk, oldest->header.database_id, oldest->world))
+    oldest = oldest_checkpoint(disk, listing, oldest->world.latest.version + 1);
+  return oldest;
+}
 
 /// The commits behind a world, held to it one by one.
 class Collecting final : public RecordVisitor {
@@ -121,10 +138,10 @@ class Collecting final : public RecordVisitor {
     if (gap.last <= begun_with()) return nullptr;
     enough_ = true;
     const bool before_it = (to_.kind == ReadAt::Kind::version && to_.version < gap.first) ||
-                           (to_.kind == ReadAt::Kind::time && to_.time <= now_.latest.time);
+                           (to_.kind == ReadAt::Kind::time && to_.time < now_.latest.time);
     if (!before_it) gap_ = gap;
-    // Nothing tells when the version behind it began.
-    stretch_.ends = now_.latest.time + Nanoseconds(1);
+    // Nothing tells when the version behind it began: it may be of the same time.
+    stretch_.ends = now_.latest.time;
     return nullptr;
   }
 
@@ -185,14 +202,14 @@ Result<Extent> read_extent(Disk& disk, bool salvage) {
   auto chain = find_chain(disk, segments, extent.database_id, options.from);
   if (!chain) return chain.error();
   if (chain.value().links.empty() || !chain.value().damage_before.empty()) {
-    if (const auto oldest = oldest_checkpoint(disk, listing.value(), 0)) {
+    if (const auto oldest = oldest_world(disk, listing.value())) {
       extent.database_id = options.database_id = oldest->header.database_id;
       extent.first = extent.last = oldest->world.latest;
       options.from = oldest->position();
       options.time_before = oldest->world.time();
     }
   }
-  Survey survey(extent);
+  Survey survey(disk, extent);
   auto read = read_log(disk, segments, options, survey);
   if (!read) return read.error();
   extent.end = read.value().end;
@@ -220,13 +237,15 @@ Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, b
   if (gap.first != 0 && begin.kind == ReadAt::Kind::version && begin.version >= gap.first &&
       begin.version <= gap.last)
     return not_there(in_words(begin), disk, salvage);
-  const bool may_lie_in_gap =
-      gap.first > found.version && begin.kind != ReadAt::Kind::version && begin.time != found.time;
+  const bool may_lie_in_gap = gap.first > found.version && begin.kind != ReadAt::Kind::version;
   if (begin.kind == ReadAt::Kind::time && may_lie_in_gap)
     return Error{ErrorCode::bad_input,
                  in_words(begin) + " is not in the log: behind " + in_words(found) + ", " + in_words(gap)};
   if (begin.kind == ReadAt::Kind::version && found.version != begin.version)
     return not_there(in_words(begin), disk, salvage);
+  if (begin.kind == ReadAt::Kind::time && !report.log.damage.empty())
+    return Error{ErrorCode::bad_input, in_words(begin) + " is not in the log: behind " + in_words(found) +
+                                           ", " + report.log.damage};
 
   Stretch stretch{.begin = std::move(recovered.value().world), .commits = {}, .ends = {}};
   Collecting collecting(disk, report.database_id, to, stretch);
@@ -237,6 +256,8 @@ Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, b
                         .salvage = salvage},
                        collecting);
   if (!read) return read.error();
+  // One that was met behind the last may have been taken back, and the next one may be of the last one's time.
+  if (!read.value().damage.empty()) stretch.ends = stretch.last().time;
   if (collecting.gap())
     return Error{ErrorCode::bad_input,
                  "from " + in_words(found) + " to " + in_words(to) + ": " + in_words(*collecting.gap())};

@@ -7,7 +7,7 @@
 // versions, ids and rows, bit for bit. What a live database still keeps is asked for there, without a log.
 //
 // What differs: whatever writes is refused (RefusedBy::the_past), and so is add_geometry. ReadAt::latest is the stretch's last version.
-// Reading as of a time at which that did not hold any more is refused (BadInputReason::beyond_history); a query pinned to a version may ask
+// Reading as of a time at which that did not hold any more, or may not have, is refused (BadInputReason::beyond_history); a query pinned to a version may ask
 // at later times, as everywhere, and is answered by the motions that were known then.
 //
 // Threads: both functions are setup: they read files, allocate and block.
@@ -29,7 +29,8 @@ struct HistoryOptions {
   /// `from` the same as `to`. Each row change in it takes about 200 bytes of memory, each shape its positions.
   ReadAt from;
   ReadAt to;
-  /// A damaged log is read up to the version before the damage; else it is refused.
+  /// A damaged log is read up to the version before the damage; of its time and later ones nothing can be asked AS OF, for what comes
+  /// behind may be of the same time. Else a stretch that comes to the damage is refused.
   bool salvage = false;
   /// As in DatabaseOptions.
   std::string gpu = "auto";
@@ -52,7 +53,7 @@ struct HistoryExtent {
   std::string damage;   ///< salvage: what is wrong, in words; empty: nothing
 };
 
-/// Reads the whole log, but not its worlds. Errors: file for a directory without a database, and for what a recovery refuses (damage,
+/// Reads the whole log and its meshes, but not its worlds. Errors: file for a directory without a database, and for what a recovery refuses (damage,
 /// with its place); out_of_memory.
 Result<HistoryExtent> history_extent(const std::filesystem::path& directory, bool salvage = false);
 
