@@ -4,6 +4,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <functional>
 #include <mutex>
@@ -49,31 +50,31 @@ std::string refused_duration(const char* name, Nanoseconds duration) {
 }
 
 Result<void> check_options(const DatabaseOptions& options) {
-  const auto refuse = [](const char* what, std::uint64_t value, std::uint64_t limit) {
-    return Error{ErrorCode::capacity, std::string(what) + " is " + std::to_string(value) + "; 1 to " +
-                                          std::to_string(limit) + " are possible"};
+  struct Count {
+    const char* name;
+    std::uint64_t value, limit;
   };
-  if (options.max_entities == 0 || options.max_entities > max_entities) {
-    return refuse("max_entities", options.max_entities, max_entities);
-  }
-  if (options.max_geometries == 0 || options.max_geometries > max_geometries) {
-    return refuse("max_geometries", options.max_geometries, max_geometries);
-  }
-  if (options.queue_capacity == 0 || options.queue_capacity > max_queue_capacity) {
-    return refuse("queue_capacity", options.queue_capacity, max_queue_capacity);
-  }
-  if (options.retained_changes == 0 || options.retained_changes > max_retained_changes) {
-    return refuse("retained_changes", options.retained_changes, max_retained_changes);
-  }
-  if (options.followed_changes == 0 || options.followed_changes > max_retained_changes) {
-    return refuse("followed_changes", options.followed_changes, max_retained_changes);
+  for (const auto& [name, value, limit] :
+       {Count{"max_entities", options.max_entities, max_entities},
+        Count{"max_geometries", options.max_geometries, max_geometries},
+        Count{"queue_capacity", options.queue_capacity, max_queue_capacity},
+        Count{"retained_changes", options.retained_changes, max_retained_changes},
+        Count{"followed_changes", options.followed_changes, max_retained_changes}}) {
+    if (value == 0 || value > limit)
+      return Error{ErrorCode::capacity, std::string(name) + " is " + std::to_string(value) + "; 1 to " +
+                                            std::to_string(limit) + " are possible"};
   }
   for (const auto& [name, duration] : {std::pair("chunk", options.chunk), std::pair("spin", options.spin)})
     if (!is_option_duration(duration)) return Error{ErrorCode::bad_input, refused_duration(name, duration)};
   if (!(options.max_reserved_share > 0.0 && options.max_reserved_share <= 1.0)) {
-    return Error{ErrorCode::bad_input, "max_reserved_share is " + std::to_string(options.max_reserved_share) +
-                                           "; above 0 to 1 is possible"};
+    char share[40];
+    std::snprintf(share, sizeof share, "%.9g", options.max_reserved_share);
+    return Error{ErrorCode::bad_input,
+                 "max_reserved_share is " + std::string(share) + "; above 0 to 1 is possible"};
   }
+  if (options.thread_priority < 0 || options.thread_priority > 99)
+    return Error{ErrorCode::bad_input, "thread_priority is " + std::to_string(options.thread_priority) +
+                                           "; 0, ordinary, and 1 to 99 are possible"};
   return {};
 }
 
@@ -102,10 +103,9 @@ Result<void> check_options(const DurabilityOptions& options) {
 
 Result<void> check_options(const GeometryOptions& options) {
   if (!options.deforms) return {};
-  if (options.kept_shapes == 0 || options.kept_shapes > max_kept_shapes) {
+  if (options.kept_shapes == 0 || options.kept_shapes > max_kept_shapes)
     return Error{ErrorCode::bad_input, "kept_shapes is " + std::to_string(options.kept_shapes) + "; 1 to " +
                                            std::to_string(max_kept_shapes) + " are possible"};
-  }
   if (!(options.rebuild_growth >= 1.0f)) {
     return Error{ErrorCode::bad_input,
                  "rebuild_growth is " + std::to_string(options.rebuild_growth) + "; 1 and more are possible"};

@@ -243,11 +243,13 @@ void Store::stage_again(WriteSet& set) noexcept {
 }
 
 std::optional<BadInput> Store::check_time(WorldTime time) const noexcept {
-  if (!within_limits(time)) return time_out_of_limits(time);
-  if (time < latest_.time) {
-    return refusal(BadInputReason::world_time_goes_back, seconds(time), seconds(latest_.time));
-  }
-  return std::nullopt;
+  std::optional<BadInput> fault;
+  if (!within_limits(time))
+    fault = time_out_of_limits(time);
+  else if (time < latest_.time)
+    fault = refusal(BadInputReason::world_time_goes_back, seconds(time), seconds(latest_.time));
+  if (fault) fault->element = BadInput::no_element;
+  return fault;
 }
 
 std::optional<BadInput> Store::check_geometry(GeometryId geometry) const noexcept {

@@ -121,8 +121,8 @@ std::string fault_itself(const BadInput& fault) {
 }
 
 std::string place_of(const Outcome& outcome) {
+  if (outcome.bad_input.element == BadInput::no_element) return ", in its terms";
   switch (outcome.bad_input.reason) {
-    case BadInputReason::world_time_goes_back:
     case BadInputReason::beyond_history:
     case BadInputReason::snapshot_too_old:
     case BadInputReason::unknown_version:

@@ -133,6 +133,22 @@ TEST_F(DurabilityTest, RefusesDurationsThatNobodyLivesToSee) {
   }
 }
 
+TEST_F(DurabilityTest, RefusesSharesAndPrioritiesThatThereAreNot) {
+  const auto refusal = [](const DatabaseOptions& options) {
+    const auto opened = Database::open(options);
+    return opened.ok() ? std::string() : opened.error().message;
+  };
+  DatabaseOptions share;
+  share.max_reserved_share = 1.0000001;
+  EXPECT_EQ(refusal(share), "max_reserved_share is 1.0000001; above 0 to 1 is possible");
+  for (const int priority : {-3, 1000}) {
+    DatabaseOptions options;
+    options.thread_priority = priority;
+    EXPECT_EQ(refusal(options),
+              "thread_priority is " + std::to_string(priority) + "; 0, ordinary, and 1 to 99 are possible");
+  }
+}
+
 TEST_F(DurabilityTest, WithoutADirectoryNothingSurvives) {
   open({});
   create(row_of(add(make_box({1.0, 1.0, 1.0}))));

@@ -148,6 +148,9 @@ class Database {
   virtual const DeviceInfo& device() const noexcept = 0;
 
   // ---- setup ----
+  // Transactions wait meanwhile, also hard ones and those that only write: tens of milliseconds for a query or a small mesh, longer for large
+  // ones and to calibrate. Set up before the loop begins.
+
   /// Copies the mesh to the device and builds its structure there. Errors: what validate says; capacity; bad_input
   /// for options that are out of their range. Where there is a log, the mesh is on disk when this returns; file, when the disk
   /// refuses, or has not made room in the log for ten seconds.

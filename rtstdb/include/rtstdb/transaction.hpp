@@ -103,6 +103,7 @@ enum class BadInputReason : std::uint8_t {
 /// What was wrong, with the values. `element`: index of the write, of the geometry update, or of the query's
 /// element.
 struct BadInput {
+  static constexpr std::uint32_t no_element = 0xFFFFFFFFu;  ///< the terms are at fault
   BadInputReason reason = BadInputReason::none;
   std::uint32_t element = 0;
   EntityId entity;

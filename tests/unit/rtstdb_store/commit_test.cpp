@@ -182,8 +182,10 @@ TEST(Commit, WorldTimeDoesNotGoBack) {
   EXPECT_EQ(fault->reason, BadInputReason::world_time_goes_back);
   EXPECT_DOUBLE_EQ(fault->values[0], 1.5);
   EXPECT_DOUBLE_EQ(fault->values[1], 2.0);
-  EXPECT_EQ(commit(store, set_of(WorldTime::max().time_since_epoch().count(), {create(row_at(1))}))->reason,
-            BadInputReason::out_of_limits);
+  EXPECT_EQ(fault->element, BadInput::no_element);
+  const auto beyond = commit(store, set_of(WorldTime::max().time_since_epoch().count(), {create(row_at(1))}));
+  EXPECT_EQ(beyond->reason, BadInputReason::out_of_limits);
+  EXPECT_EQ(beyond->element, BadInput::no_element) << "the terms, and no write";
 }
 
 TEST(Commit, ADiscardedSetLeavesNothingButAGapInTheNumbers) {

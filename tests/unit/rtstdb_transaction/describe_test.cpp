@@ -54,6 +54,13 @@ TEST(Describe, BadInputNamesPlaceAndValues) {
   EXPECT_EQ(describe(world.execute(*transaction)),
             "bad_input: entity 5 (generation 3) does not exist, in write 1; nothing was done");
 
+  Terms too_far;
+  too_far.world_time = world_time_ns(max_world_time_ns + 1);
+  transaction->begin(too_far);
+  transaction->create(row_of(1));
+  const std::string refused = describe(world.execute(*transaction));
+  EXPECT_NE(refused.find(", in its terms; nothing was done"), std::string::npos) << refused;
+
   Terms pinned;
   pinned.read_at = ReadAt::pinned(40);
   transaction->begin(pinned);
