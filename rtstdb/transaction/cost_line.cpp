@@ -76,7 +76,8 @@ double dearest_element_ns(const query::CostSamples& samples, double count) noexc
 double predict_ns(const query::CostSamples& samples, double count) noexcept {
   if (samples.samples == 0) return 0.0;
   if (const auto line = fitted(samples)) return line->base_ns + line->slope_ns * count;
-  const double more = samples.counts > 0.0 ? std::max(1.0, count * samples.weight / samples.counts) : 1.0;
+  // Next to nothing is left of counts that were seen long ago.
+  const double more = std::max(1.0, count * samples.weight / std::max(samples.counts, samples.weight));
   return samples.costs / samples.weight * more;
 }
 

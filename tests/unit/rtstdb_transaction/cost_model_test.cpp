@@ -57,6 +57,14 @@ TEST(CostLine, FollowsSoonWhereCostsAreFarFromWhatTheyWere) {
   }
 }
 
+TEST(CostLine, OfCountsSeenLongAgoNothingIsMade) {
+  query::CostSamples line;
+  learn(line, 1, 1000.0);
+  for (int k = 0; k < 2'000; ++k)
+    learn(line, 0, k % 3 == 0 ? 0.0 : 1000.0);
+  EXPECT_LT(predict_ns(line, 16), 20'000.0);
+}
+
 TEST(CostLine, OneCountSaysLittleAboutOthers) {
   query::CostSamples line;
   EXPECT_EQ(predict_ns(line, 5), 0.0);
