@@ -53,7 +53,7 @@ class HaltedRuns : public testing::Test {
     }
     std::vector<EntityRow> rows;
     for (std::uint32_t i = 0; i < entities; ++i) {
-      rows.push_back(random_row(random, geometries, scene_, rows));
+      rows.push_back(random_row(random, geometries, scene, rows));
       states_.push_back({.id = {i, 1}, .row = rows.back(), .written_by = 1});
     }
   }
@@ -77,13 +77,13 @@ class HaltedRuns : public testing::Test {
   Asked rays(const RayQueryOptions& options, double window_s) {
     return prepare<query::GpuRayQuery>(options, most, [&](query::GpuRayQuery& query, Random& random) {
       for (Ray& ray : query.rays())
-        ray = random_ray(random, states_, scene_, scene_.version_time, window_s);
+        ray = random_ray(random, states_, scene, scene.version_time, window_s);
     });
   }
   Asked neighbours(const RayQueryOptions& options, double window_s) {
     return prepare<query::GpuRayQuery>(options, most - 3, [&](query::GpuRayQuery& query, Random& random) {
       for (std::size_t i = 0; i < most; i += 8) {
-        const auto eight = random_neighbours(random, states_, scene_, scene_.version_time, window_s);
+        const auto eight = random_neighbours(random, states_, scene, scene.version_time, window_s);
         std::ranges::copy(eight, query.rays().begin() + static_cast<std::ptrdiff_t>(i));
       }
     });
@@ -92,13 +92,13 @@ class HaltedRuns : public testing::Test {
     return prepare<query::GpuRegionQuery>(
         options, most - 1, [&](query::GpuRegionQuery& query, Random& random) {
           for (Region& region : query.regions())
-            region = random_region(random, states_, scene_, scene_.version_time, 0.2);
+            region = random_region(random, states_, scene, scene.version_time, 0.2);
         });
   }
   Asked points(const NearestQueryOptions& options) {
     return prepare<query::GpuNearestQuery>(options, most, [&](query::GpuNearestQuery& query, Random& random) {
       for (Nearest& point : query.points())
-        point = random_point(random, states_, scene_, scene_.version_time, 0.2);
+        point = random_point(random, states_, scene, scene.version_time, 0.2);
     });
   }
   Asked overlaps() {
@@ -107,7 +107,7 @@ class HaltedRuns : public testing::Test {
         [&](query::GpuOverlapQuery& query, Random& random) {
           for (Overlap& overlap : query.overlaps()) {
             do {
-              overlap = {.entity = states_[random.below(states_.size())].id, .t = scene_.version_time};
+              overlap = {.entity = states_[random.below(states_.size())].id, .t = scene.version_time};
             } while (!states_[overlap.entity.index].row.geometry.valid());
           }
         });
@@ -160,8 +160,8 @@ class HaltedRuns : public testing::Test {
   }
   bool can_halt() const { return executor_->device_info().software; }
 
-  static constexpr SceneOptions scene_{.radius_m = 12.0,
-                                       .version_time = WorldTime(Nanoseconds(5'000'000'000))};
+  static constexpr SceneOptions scene{.radius_m = 12.0,
+                                      .version_time = WorldTime(Nanoseconds(5'000'000'000))};
   std::unique_ptr<query::GpuExecutor> executor_;
   std::vector<EntityState> states_;
   Nanoseconds chunk_time_{10'000};
@@ -201,7 +201,7 @@ TEST_F(HaltedRuns, AnswerAsWholeOnesWhereSeveralBatchesAreInAChunk) {
     Gaps gaps([] {});
     gaps.awaited = true;
     run(all, &gaps, per_chunk);
-    EXPECT_TRUE(gaps.count > static_cast<int>(all.size()) || !can_halt());
+    EXPECT_TRUE(gaps.count > 0 || !can_halt());
     expect_same(all, whole);
   }
 }
@@ -242,7 +242,7 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
     const auto whole = one.answers();
     Enough enough;
     query::RunStatus status = query::RunStatus::done;
-    for (int attempt = 0; attempt < 20 && status != query::RunStatus::partial; ++attempt) {
+    for (int attempt = 0; attempt < 20 && one.query->answered() == one.count; ++attempt) {
       chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
       status = run(std::span(&one, 1), &enough);
     }
