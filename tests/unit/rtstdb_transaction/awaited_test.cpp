@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 
 class Awaited : public testing::Test {
  protected:
-  /// A reader of importance 3 runs, and `happens` in its first wait for the device.
+  /// A reader of importance 3 runs, and `happens` in its first wait for the device. Again: when nobody runs any more.
   Status read(const std::function<void()>& happens,
               const Terms& given = terms(DeadlineClass::soft, ClockTime::max(), 3)) {
     world_.executor.while_waiting = [&, done = false]() mutable {
@@ -22,9 +22,7 @@ class Awaited : public testing::Test {
     };
     reader_->begin(given);
     reader_->ask(query_, 1);
-    const Status status = world_.execute(*reader_).status;
-    world_.executor.while_waiting = nullptr;
-    return status;
+    return world_.execute(*reader_).status;
   }
   void submit_other(std::uint8_t importance) {
     other_->begin(terms(DeadlineClass::soft, ClockTime::max(), importance));
