@@ -236,7 +236,6 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
     bool is_awaited() noexcept override { return true; }
     Gap between_chunks() noexcept override { return Gap::enough; }
   };
-  if (!can_halt()) GTEST_SKIP() << "chunks are halted on devices that share the host's memory";
   for (const Asked& one : all_kinds()) {
     run(std::span(&one, 1), nullptr);
     const auto whole = one.answers();
@@ -246,9 +245,11 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
       chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
       status = run(std::span(&one, 1), &enough);
     }
-    EXPECT_EQ(status, query::RunStatus::partial);
     const std::uint32_t answered = one.query->answered();
-    EXPECT_LT(answered, one.count);
+    EXPECT_EQ(answered < one.count, can_halt());
+    if (can_halt()) {
+      EXPECT_EQ(status, query::RunStatus::partial);
+    }
     std::size_t missing = 0;
     const auto now = one.answers();
     ASSERT_EQ(now.size(), whole.size());
