@@ -9,7 +9,6 @@
 #include "rtstdb/query/gpu_executor.hpp"
 #include "rtstdb/query/nearest_query.hpp"
 #include "rtstdb/query/overlap_query.hpp"
-#include "rtstdb/query/ray_coherence.hpp"
 #include "rtstdb/query/ray_query.hpp"
 #include "rtstdb/query/region_query.hpp"
 #include "tests/gpu/answer_words.hpp"
