@@ -104,10 +104,14 @@ CostModel::Pieces CostModel::longest_pieces() const noexcept {
               std::llround(promised_ns(writes_, most_rows_) + promised_ns(positions_, most_positions_)))};
 }
 
+Nanoseconds CostModel::chunk_time(Nanoseconds half) noexcept {
+  return std::max(half, least_chunk);
+}
+
 void CostModel::divide(std::span<query::Request> requests, Nanoseconds chunk) const noexcept {
   double chunks = 0.0;
   for (query::Request& request : requests) {
-    request.chunk_time = std::max(chunk, least_chunk);
+    request.chunk_time = chunk_time(chunk);
     const auto chunk_ns = static_cast<double>(request.chunk_time.count());
     const query::CostSamples& samples = of(request);
     const double learnt_ns = per_element_ns(samples, request.count);

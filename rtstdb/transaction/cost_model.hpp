@@ -39,6 +39,8 @@ class CostModel {
     Nanoseconds structures{0}, commit{0};
   };
   Pieces longest_pieces() const noexcept;
+  /// Half of what an urgent transaction may wait, or longer where chunks would be too small.
+  static Nanoseconds chunk_time(Nanoseconds half) noexcept;
   /// Sets how requests are divided into chunks that take so long: not at all where all of them together take no more than two of these,
   /// also if their elements cost what the dearest did.
   void divide(std::span<query::Request> requests, Nanoseconds chunk) const noexcept;
