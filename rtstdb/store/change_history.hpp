@@ -1,7 +1,8 @@
 #pragma once
 // The last row changes, each with the row as it was before: what older versions are read from. A ring of
-// fixed size; the newest change of every index starts a chain to its older ones. Allocates in the constructor
-// alone. One thread.
+// fixed size; the newest change of every index starts a chain to its older ones. Every 16th of a chain is a milestone, and from one
+// milestone others are reached in jumps, by skew-binary numbers (Myers, "An applicative random-access stack", 1983). Allocates in the
+// constructor alone. One thread.
 
 #include <algorithm>
 #include <cstdint>
@@ -22,16 +23,17 @@ class ChangeHistory {
   /// index and version.
   void record(Version version, std::uint32_t index, const EntityState& before) noexcept;
 
-  /// The row at `index` in `version`, which is kept; `current` is the newest. Takes as many steps as that row
-  /// has changes newer than the version.
+  /// The row at `index` in `version`, which is kept; `current` is the newest. The steps that it takes grow with the logarithm of how many
+  /// changes newer than the version that row has.
   const EntityState& state_at(Version version, std::uint32_t index,
                               const EntityState& current) const noexcept {
-    const EntityState* state = &current;
-    for (std::uint64_t number = newest_of_index_[index]; in_ring(number); number = at(number).previous) {
-      if (at(number).version <= version) break;
-      state = &at(number).before;
-    }
-    return *state;
+    const Chain& chain = chains_[index];
+    std::uint64_t number = chain.newest;
+    if (!is_after(version, number)) return current;
+    if (is_after(version, chain.milestone)) number = oldest_milestone_after(version, chain.milestone);
+    while (is_after(version, at(number).previous))
+      number = at(number).previous;
+    return at(number).before;
   }
 
   /// The oldest version that can still be read.
@@ -56,16 +58,34 @@ class ChangeHistory {
   struct Change {
     Version version = 0;
     std::uint64_t previous = 0;  ///< number of the next older change of the same index; 0: none
+    // Of a milestone. Numbers of older ones of the same index; 0: none.
+    std::uint64_t milestone_before = 0, jump = 0;
+    std::uint32_t milestones_before = 0;  ///< how many there are, from one on that had none in the ring
     std::uint32_t index = 0;
     EntityState before;
   };
 
+  /// Of one index.
+  struct Chain {
+    std::uint64_t newest = 0;     ///< number of its newest change
+    std::uint64_t milestone = 0;  ///< and of its newest milestone
+    std::uint32_t since = 0;      ///< changes after that
+  };
+  static constexpr std::uint32_t changes_per_milestone = 16;
+
   // Changes are numbered from 1 on; number n lies in slot n mod size until n + size overwrites it.
   const Change& at(std::uint64_t number) const noexcept { return ring_[number % ring_.size()]; }
   bool in_ring(std::uint64_t number) const noexcept { return number != 0 && number + ring_.size() > newest_; }
+  /// Those that are not in the ring any more were made by versions up to the oldest that is kept.
+  bool is_after(Version version, std::uint64_t number) const noexcept {
+    return in_ring(number) && at(number).version > version;
+  }
+  /// From a milestone that is after the version.
+  std::uint64_t oldest_milestone_after(Version version, std::uint64_t milestone) const noexcept;
+  void make_milestone(std::uint64_t number, Chain& chain) noexcept;
 
   std::vector<Change> ring_;
-  std::vector<std::uint64_t> newest_of_index_;
+  std::vector<Chain> chains_;
   std::uint64_t newest_ = 0;
   Version oldest_kept_ = 0;
 };

@@ -1,0 +1,87 @@
+// Rows of older versions, against a list of all changes that there were; and how long it takes to find one.
+
+#include "rtstdb/store/change_history.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <random>
+#include <vector>
+
+namespace rtstdb::store::test {
+namespace {
+
+EntityState state_of(std::uint32_t index, Version version) {
+  EntityState state;
+  state.id = {index, 1};
+  state.written_by = version;
+  return state;
+}
+
+/// A history, and beside it who wrote each row, version by version.
+class Told {
+ public:
+  Told(std::uint32_t entities, std::uint32_t retained) : history_(entities, retained) {
+    for (std::uint32_t index = 0; index < entities; ++index)
+      current_.push_back(state_of(index, 0));
+    writers_.push_back(std::vector<Version>(entities, 0));
+  }
+  void change(std::uint32_t index) {
+    const Version version = writers_.size();
+    history_.record(version, index, current_[index]);
+    current_[index] = state_of(index, version);
+    writers_.push_back(writers_.back());
+    writers_.back()[index] = version;
+  }
+  void expect_as_told() const {
+    for (Version version = history_.oldest_kept(); version < writers_.size(); ++version)
+      for (std::uint32_t index = 0; index < current_.size(); ++index)
+        ASSERT_EQ(history_.state_at(version, index, current_[index]).written_by, writers_[version][index])
+            << "version " << version << " index " << index << " of " << writers_.size();
+  }
+
+ private:
+  ChangeHistory history_;
+  std::vector<EntityState> current_;
+  std::vector<std::vector<Version>> writers_;
+};
+
+TEST(ChangeHistoryTest, TellsEachRowOfEachVersionThatIsKept) {
+  for (const std::uint32_t retained : {1u, 2u, 17u, 100u, 1'000u, 5'000u}) {
+    std::mt19937 random(retained);
+    Told told(3, retained);
+    // One row changes nearly always, one at times, one hardly ever; and for a while others alone.
+    for (int i = 0; i < 2'500; ++i) {
+      const std::uint32_t one = random() % 200 == 0 ? 2 : random() % 20 == 0 ? 1 : 0;
+      told.change(i > 1'000 && i < 1'600 ? std::max(one, 1u) : one);
+      if (i % 499 == 0) told.expect_as_told();
+    }
+    told.expect_as_told();
+  }
+}
+
+/// The n-th is found in steps that grow with the logarithm of n: one by one it would take a thousand times as long behind 60,000 changes.
+TEST(ChangeHistoryTest, FindsARowBehindManyChangesSoon) {
+  constexpr std::uint32_t changes = 60'000;
+  ChangeHistory history(1, changes);
+  EntityState current = state_of(0, 0);
+  for (Version version = 1; version <= changes; ++version) {
+    history.record(version, 0, current);
+    current = state_of(0, version);
+  }
+  const auto fastest = [&](Version from) {
+    auto least = std::chrono::nanoseconds::max();
+    for (int round = 0; round < 20; ++round) {
+      const auto begin = std::chrono::steady_clock::now();
+      for (Version version = from; version < from + 60; ++version)
+        EXPECT_EQ(history.state_at(version, 0, current).written_by, version);
+      least = std::min(least, std::chrono::steady_clock::now() - begin);
+    }
+    return least;
+  };
+  EXPECT_LT(fastest(0), 50 * fastest(changes - 60));
+}
+
+}  // namespace
+}  // namespace rtstdb::store::test
