@@ -12,6 +12,9 @@ constexpr std::uint32_t alone_is_worth = 8;
 /// What a chunk takes however few are in it, about: how dear they are it does not say.
 constexpr double dispatch_ns = 100e3;
 
+/// Halted before any of its elements came to an end, a chunk is followed by one with so many times fewer of them.
+constexpr std::uint32_t fewer_after_none = 8;
+
 /// A chunk that is as full as this takes nothing more in.
 constexpr double nearly_full = 0.95;
 
@@ -78,8 +81,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
       under_way = take(next, pass);
       if (std::exchange(brought_up_, false)) under_way->thought_ns = 0.0;
       record(*under_way, pass, lane);
-      if (!lane.start(pass == Pass::all ? whole_for_ : std::chrono::nanoseconds(0)))
-        return RunStatus::device_lost;
+      if (!lane.start(whole_for_)) return RunStatus::device_lost;
     }
     if (!before) continue;
     if (!finish(other, *before, pass, under_way ? &lane : nullptr)) return RunStatus::device_lost;
@@ -102,9 +104,12 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
   if (!lane.finish(false, behind)) return false;
   const std::int64_t took_ns = lane.take_gpu_ns();
   gpu_ns_ += took_ns;
-  if (lane.first_left() < chunk.elements) cut(chunk, lane.first_left(), pass);
-  // Where others kept it from beginning at all, it gets more time.
-  whole_for_ = chunk.elements == 0 ? 2 * whole_for_ : usual_whole_for();
+  if (const std::uint32_t asked = chunk.elements; lane.first_left() < asked) {
+    cut(chunk, lane.first_left(), pass);
+    follow_halt(chunk, asked);
+  } else {
+    whole_for_ = usual_whole_for();
+  }
   if (chunk.thought_ns > 0.0) learn(chunk, static_cast<double>(took_ns), lane.seen_late(), pass);
   return true;
 }
@@ -117,14 +122,24 @@ void ChunkedRun::cut(Chunk& chunk, std::uint32_t first_left, Pass pass) noexcept
     before += range.end - range.first;
     at = {at.request + 1, 0};
   }
-  // Neighbours stay together.
-  const std::uint32_t answered = (first_left - before) / neighbours * neighbours;
+  // Neighbours stay together; those that are asked again are alone.
+  const std::uint32_t step = pass == Pass::all ? neighbours : 1;
+  const std::uint32_t answered = (first_left - before) / step * step;
   at.element += answered;
   const std::uint32_t elements = before + answered;
   chunk.thought_ns *= static_cast<double>(elements) / chunk.elements;
   chunk.elements = elements;
   chunk.end = at;
   chunk.halted = true;
+}
+
+void ChunkedRun::follow_halt(const Chunk& chunk, std::uint32_t asked) noexcept {
+  whole_for_ = chunk.elements == 0 ? 2 * whole_for_ : usual_whole_for();
+  if (chunk.elements > 0) return;
+  if (per_chunk(chunk.end.request, Pass::all) > 0)
+    pace_.begin_with(pace_.share() / fewer_after_none);
+  else
+    undivided_per_chunk_ = std::max(asked / fewer_after_none, 1u);
 }
 
 void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool seen_late, Pass pass) noexcept {
@@ -250,7 +265,9 @@ std::uint32_t ChunkedRun::total(std::size_t request, Pass pass) const noexcept {
 }
 
 std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexcept {
-  const std::uint32_t most = meanwhile_ != nullptr ? requests_[request].per_chunk : 0;
+  if (meanwhile_ == nullptr) return 0;
+  const std::uint32_t thought = requests_[request].per_chunk;
+  const std::uint32_t most = thought > 0 ? thought : undivided_per_chunk_;
   return pass == Pass::all || most == 0 ? most
                                         : std::max(query(request).least_asked_again(), most / alone_is_worth);
 }
@@ -275,12 +292,11 @@ void ChunkedRun::each_part(const Chunk& chunk, Pass pass, Each each) noexcept {
 void ChunkedRun::record(const Chunk& chunk, Pass pass, accel::Submit& lane) noexcept {
   std::uint32_t before = 0;
   each_part(chunk, pass, [&](GpuQuery& query, PlaceRange range) {
-    if (pass == Pass::all) {
-      const HaltAt halt{.words = lane.halt_address(), .from = before - range.first};
+    const HaltAt halt{.words = lane.halt_address(), .from = before - range.first};
+    if (pass == Pass::all)
       query.record(range, rows_, structures_.tlas, view_, halt, lane.recorder());
-    } else {
-      query.record_again(range, rows_, structures_.tlas, view_, lane.recorder());
-    }
+    else
+      query.record_again(range, rows_, structures_.tlas, view_, halt, lane.recorder());
     before += range.end - range.first;
   });
 }

@@ -75,6 +75,8 @@ class ChunkedRun {
   bool finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Submit* behind) noexcept;
   /// Of the chunk only the elements before this one were answered.
   void cut(Chunk& chunk, std::uint32_t first_left, Pass pass) noexcept;
+  /// That chunk, of so many elements, has been halted and cut. If none came to an end the next one gets more time, for fewer.
+  void follow_halt(const Chunk& chunk, std::uint32_t asked) noexcept;
   void learn(const Chunk& chunk, double took_ns, bool seen_late, Pass pass) noexcept;
   /// Past requests that nothing is left of.
   void pass_over(Cursor& next, Pass pass) const noexcept;
@@ -114,6 +116,7 @@ class ChunkedRun {
   bool brought_up_ = false;            // with structures that did not stand
   ChunkPace pace_;
   std::chrono::nanoseconds whole_for_;
+  std::uint32_t undivided_per_chunk_ = 0;  // 0: those that are not to be divided are not
   std::size_t known_ = 0;  // requests of the pass that a chunk was learnt from, and all before them
   std::int64_t gpu_ns_ = 0;
 };

@@ -50,10 +50,11 @@ class GpuQuery : public PreparedQuery {
   /// How many the next pass asks; none: nothing is to be asked again any more. Between passes.
   virtual std::uint32_t ask_again() noexcept = 0;
   /// So many of them take the device no longer than one.
-  virtual std::uint32_t least_asked_again() const noexcept { return 1; }
-  /// Of those, these.
+  virtual std::uint32_t least_asked_again() const noexcept = 0;
+  /// Of those, these. Halted as in record, if it can be.
   virtual void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
-                            const accel::TlasView& view, gpu::Recorder& recorder) noexcept = 0;
+                            const accel::TlasView& view, const HaltAt& halt,
+                            gpu::Recorder& recorder) noexcept = 0;
   virtual void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept = 0;
 
   /// Setup. From then on it is one of `queries`, until leave. `fork_join`: for long loops of check and unpack.

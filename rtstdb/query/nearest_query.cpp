@@ -291,10 +291,11 @@ void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) 
 }
 
 void GpuNearestQuery::record_again(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,
-                                   const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+                                   const accel::TlasView& view, const HaltAt& halt,
+                                   gpu::Recorder& recorder) noexcept {
   for (std::uint32_t i = range.first; i < range.end; ++i)
     pack(i, incomplete_[i], tlas, view);
-  dispatch(range, true, view, {}, recorder);
+  dispatch(range, true, view, halt, recorder);
 }
 
 void GpuNearestQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/) noexcept {

@@ -38,8 +38,10 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   std::uint32_t ask_again() noexcept override {
     return static_cast<std::uint32_t>(incomplete_.size()) - settled_;
   }
+  std::uint32_t least_asked_again() const noexcept override { return groups_at_once(processors_); }
   void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
-                    const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+                    const accel::TlasView& view, const HaltAt& halt,
+                    gpu::Recorder& recorder) noexcept override;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override;
   bool truncated() const noexcept override { return incomplete(answered_) > 0; }
   std::uint32_t answered() const noexcept override { return answered_; }

@@ -331,7 +331,8 @@ void GpuRayQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noex
 }
 
 void GpuRayQuery::record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
-                               const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+                               const accel::TlasView& view, const HaltAt& /*halt*/,
+                               gpu::Recorder& recorder) noexcept {
   const auto again = again_.host_as<std::uint32_t>();
   for (std::uint32_t i = range.first; i < range.end; ++i) {
     const std::uint64_t before = std::exchange(searched_[i], view.contents);

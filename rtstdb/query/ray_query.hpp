@@ -50,7 +50,8 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   std::uint32_t ask_again() noexcept override;
   std::uint32_t least_asked_again() const noexcept override;
   void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
-                    const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+                    const accel::TlasView& view, const HaltAt& halt,
+                    gpu::Recorder& recorder) noexcept override;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override;
   bool truncated() const noexcept override { return incomplete(answered_) > 0; }
   std::uint32_t answered() const noexcept override { return answered_; }

@@ -125,11 +125,12 @@ void GpuRegionQuery::record(PlaceRange range, const RowSource& /*rows*/, const a
 }
 
 void GpuRegionQuery::record_again(PlaceRange range, const RowSource& /*rows*/, const accel::Tlas& tlas,
-                                  const accel::TlasView& view, gpu::Recorder& recorder) noexcept {
+                                  const accel::TlasView& view, const HaltAt& halt,
+                                  gpu::Recorder& recorder) noexcept {
   const auto records = runner_.records();
   for (std::uint32_t i = range.first; i < range.end; ++i)
     records[i] = packed(regions_[order_[runner_.incomplete()[i]]], tlas, view);
-  runner_.record_again(range, view, recorder);
+  runner_.record_again(range, view, halt, recorder);
 }
 
 }  // namespace rtstdb::query

@@ -35,8 +35,10 @@ class GpuRegionQuery final : public RegionQuery, public GpuQuery {
     runner_.unpack(range, view, fork_join());
   }
   std::uint32_t ask_again() noexcept override { return runner_.ask_again(); }
+  std::uint32_t least_asked_again() const noexcept override { return runner_.least_asked_again(); }
   void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
-                    const accel::TlasView& view, gpu::Recorder& recorder) noexcept override;
+                    const accel::TlasView& view, const HaltAt& halt,
+                    gpu::Recorder& recorder) noexcept override;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept override {
     runner_.unpack_again(range, view);
   }

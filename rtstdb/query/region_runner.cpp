@@ -281,14 +281,14 @@ std::size_t RegionRunner::lay_out(PlaceRange range) noexcept {
   return next - begins_[range.first];
 }
 
-void RegionRunner::record_again(PlaceRange range, const accel::TlasView& view,
+void RegionRunner::record_again(PlaceRange range, const accel::TlasView& view, const HaltAt& halt,
                                 gpu::Recorder& recorder) noexcept {
   // Their places ascend, so each kind still ends before the next begins.
   RegionKindEnds ends;
   std::ranges::transform(ends_, ends.begin(), [&](std::uint32_t end) {
     return static_cast<std::uint32_t>(std::ranges::lower_bound(incomplete_, end) - incomplete_.begin());
   });
-  dispatch(range, ends, true, view, {}, recorder);
+  dispatch(range, ends, true, view, halt, recorder);
 }
 
 void RegionRunner::unpack_again(PlaceRange range, const accel::TlasView& view) noexcept {

@@ -57,7 +57,9 @@ class RegionRunner {
   std::uint32_t ask_again() const noexcept {
     return static_cast<std::uint32_t>(incomplete_.size()) - settled_;
   }
-  void record_again(PlaceRange range, const accel::TlasView& view, gpu::Recorder& recorder) noexcept;
+  std::uint32_t least_asked_again() const noexcept { return groups_at_once(processors_); }
+  void record_again(PlaceRange range, const accel::TlasView& view, const HaltAt& halt,
+                    gpu::Recorder& recorder) noexcept;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept;
   bool truncated() const noexcept;
   // As PreparedQuery.

@@ -51,6 +51,11 @@ void in_pieces(const Spread& spread, std::uint32_t most_groups, Args args, Dispa
   }
 }
 
+/// Those that are asked again by one_a_group: as many are done at a time as one.
+constexpr std::uint32_t groups_at_once(std::uint32_t processors) noexcept {
+  return processors == 0 ? places_per_group : processors;
+}
+
 /// Those that are asked again: each may take as long as a batch.
 constexpr Spread one_a_group(std::uint32_t places) noexcept {
   return {1, places};

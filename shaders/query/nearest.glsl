@@ -344,7 +344,7 @@ void main() {
   const uint index = place_of_invocation(args.first, args.per_group);
   if (index >= args.end) return;
   if (is_left(args.halt, index + args.halt_from)) {
-    counts[index] = NearestCount(0u, 0u);  // no neighbor that needs a sign
+    counts[points[index].place] = NearestCount(0u, 0u);  // no neighbor that needs a sign
     return;
   }
   const NearestRecord record = points[index];

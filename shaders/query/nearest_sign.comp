@@ -5,6 +5,7 @@
 // frame is followed upwards from the point, and what it crosses is counted, each triangle with the side that it shows. That
 // needs nothing but the triangles, and stretching does not change it, while the angles that weigh pseudonormals (Baerentzen
 // and Aanaes 2005) are others for every scale.
+#include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
 #include "common/wide_node.glsl"
@@ -56,7 +57,7 @@ void main() {
   const uint asker = index / args.k;
   const NearestRecord record = points[asker];
   const uint rank = index % args.k;
-  if (rank >= counts[record.place].found) return;
+  if (rank >= counts[record.place].found || is_left(args.halt, asker + args.halt_from)) return;
   const uint neighbor = record.place * args.k + rank;
   Neighbors neighbors = Neighbors(args.neighbors);
   const Instance i = fetch_instance(instances, places[neighbors.records[neighbor].entity.x] + record.instance_base);

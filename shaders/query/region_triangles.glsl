@@ -273,14 +273,14 @@ void search_entities(RegionRecord record, uint base) {
 void main() {
   const uint index = place_of_invocation(args.first, args.per_group);
   if (index >= args.end) return;
-#ifndef REGION_LOWEST
+#ifdef REGION_LOWEST
+  if (counts[index].found <= args.capacity || counts[index].incomplete != 0u) return;
+  if (is_left(args.halt, index + args.halt_from)) return;
+#else
   if (is_left(args.halt, index + args.halt_from)) {
     counts[index] = RegionCount(0u, 0u);  // nothing for the lowest ids' pass
     return;
   }
-#endif
-#ifdef REGION_LOWEST
-  if (counts[index].found <= args.capacity || counts[index].incomplete != 0u) return;
 #endif
   search_entities(regions[index], index * args.capacity);
   cut_short = cut_short || !loops_still_turn(args.two);

@@ -2,6 +2,7 @@
 // Meshes that are searched for long, and asking them.
 
 #include <algorithm>
+#include <cstdint>
 
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/random_scene.hpp"
@@ -22,6 +23,23 @@ inline TriangleMesh thicket(Random& random, std::uint32_t count) {
     const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
     mesh.positions_m.insert(mesh.positions_m.end(), {from_m, from_m + 5.0 * random.direction()});
     mesh.triangles.emplace_back(first, first + 1, first + 1);
+  }
+  return mesh;
+}
+
+/// Closed, thin, one above the other: the nearest is soon found, but a column meets them all.
+inline TriangleMesh tower(std::uint32_t storeys) {
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < storeys; ++i) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+    const float height = 0.01f * static_cast<float>(i);
+    for (const float up : {0.0f, 0.005f})
+      mesh.positions_m.insert(mesh.positions_m.end(),
+                              {{-1, -1, height + up}, {1, -1, height + up}, {0, 2, height + up}});
+    const glm::uvec3 faces[] = {{0, 2, 1}, {3, 4, 5}, {0, 1, 4}, {0, 4, 3},
+                                {1, 2, 5}, {1, 5, 4}, {2, 0, 3}, {2, 3, 5}};
+    for (const glm::uvec3& face : faces)
+      mesh.triangles.push_back(first + face);
   }
   return mesh;
 }

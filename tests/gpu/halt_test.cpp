@@ -262,6 +262,58 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
   }
 }
 
+/// Each alone in a group, at piles in which eight together came to no end, a tower where signs are counted, and with lists too short.
+TEST_F(HaltedRuns, AnswerAsWholeOnesWhereTheyAreAskedAgain) {
+  make_world(12);
+  double height_m = 20.0;
+  for (const TriangleMesh& mesh : {pile(100'000), pile(30'000), tower(9'000)}) {
+    auto added = executor_->add_geometry(std::make_shared<TriangleMesh>(mesh), {});
+    ASSERT_TRUE(added.ok());
+    const EntityRow row = row_of(added.value(), {0.0, 0.0, height_m});
+    height_m += 10.0;
+    states_.push_back({.id = {static_cast<std::uint32_t>(states_.size()), 1}, .row = row, .written_by = 1});
+  }
+  constexpr std::uint32_t asked = 40;
+  const auto heaped = [&](auto element, auto at) {
+    for (std::size_t i = 0; i < element.size(); ++i)
+      at(element[i],
+         glm::vec3(0.01f * static_cast<float>(i % 8), 0.02f, 19.99f + 10.0f * static_cast<float>(i % 3)));
+  };
+  std::vector<Asked> all;
+  for (const std::uint32_t ids : {0u, 4u}) {
+    all.push_back(prepare<query::GpuRegionQuery>(
+        RegionQueryOptions{.name = "regions", .level = RegionLevel::triangle, .ids_per_region = ids}, asked,
+        [&](query::GpuRegionQuery& query, Random&) {
+          heaped(query.regions(), [](Region& region, glm::vec3 p_m) {
+            region.center_m = p_m;
+            region.half_extent_m = glm::vec3(0.5f);
+            region.t = scene.version_time;
+          });
+        }));
+  }
+  all.push_back(prepare<query::GpuNearestQuery>(
+      NearestQueryOptions{.name = "signed", .target = NearestTarget::surface, .k = 1, .is_signed = true},
+      asked, [&](query::GpuNearestQuery& query, Random&) {
+        heaped(query.points(), [](Nearest& point, glm::vec3 p_m) {
+          point.point_m = p_m;
+          point.t = scene.version_time;
+        });
+      }));
+  for (const Asked& one : all) {
+    Gaps before_each_pass([] {});
+    run(std::span(&one, 1), &before_each_pass);
+    EXPECT_EQ(before_each_pass.count, 1) << "not asked again: query " << &one - all.data();
+  }
+  const auto whole = answers_of(all);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    Gaps gaps([] {});
+    gaps.awaited = true;
+    run(std::span(&all[k], 1), &gaps);
+    EXPECT_EQ(all[k].answers(), whole[k]) << "query " << k;
+    EXPECT_TRUE(gaps.count > 1 || !can_halt()) << "query " << k;
+  }
+}
+
 TEST_F(HaltedRuns, AreWholeWhereNobodyWaits) {
   make_world(300);
   Gaps gaps([] {});

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/gpu/database_test.hpp"
-#include "tests/gpu/random_scene.hpp"
+#include "tests/gpu/dense_meshes.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -30,11 +29,6 @@ class NearestLimits : public DatabaseTest {
     EXPECT_TRUE(answer.neighbors.empty());
   }
 };
-
-/// The same triangle `count` times: all have to be looked at, since the lowest wins.
-TriangleMesh pile(std::uint32_t count) {
-  return {{{-1, -1, 0}, {1, -1, 0}, {0, 2, 0}}, std::vector<glm::uvec3>(count, {0, 1, 2})};
-}
 
 TEST_F(NearestLimits, APileOfTrianglesIsSearchedWholeOrNotAnswered) {
   const EntityId aside = create(row_of(add(make_box({2.0, 2.0, 2.0})), {1000.0, 0.0, 0.0}));
@@ -73,23 +67,6 @@ TEST_F(NearestLimits, APileOfTrianglesIsSearchedWholeOrNotAnswered) {
   }
   EXPECT_GE(whole, 6u);
   EXPECT_GE(cut_short, 3u) << "no search came to the limit";
-}
-
-/// Closed, thin, one above the other: the nearest is soon found, but a column meets them all.
-TriangleMesh tower(std::uint32_t storeys) {
-  TriangleMesh mesh;
-  for (std::uint32_t i = 0; i < storeys; ++i) {
-    const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
-    const float height = 0.01f * static_cast<float>(i);
-    for (const float up : {0.0f, 0.005f})
-      mesh.positions_m.insert(mesh.positions_m.end(),
-                              {{-1, -1, height + up}, {1, -1, height + up}, {0, 2, height + up}});
-    const glm::uvec3 faces[] = {{0, 2, 1}, {3, 4, 5}, {0, 1, 4}, {0, 4, 3},
-                                {1, 2, 5}, {1, 5, 4}, {2, 0, 3}, {2, 3, 5}};
-    for (const glm::uvec3& face : faces)
-      mesh.triangles.push_back(first + face);
-  }
-  return mesh;
 }
 
 TEST_F(NearestLimits, ASignIsCountedWholeOrNotAnswered) {
