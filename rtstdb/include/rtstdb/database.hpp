@@ -52,7 +52,8 @@ struct DatabaseOptions {
   /// it knows little, each next one as the last two took. Where elements cost far more than those before them, and
   /// somebody waits, a chunk is halted after so long: a device that is the processor itself goes on to the end of the eight elements that each
   /// processor has begun; others do not halt. None is made smaller to take less than 0.2 ms, or 0.8 ms of which most goes with the dispatch
-  /// rather than its elements. What brings a version's structures to the device is not divided. Zero: nothing is, as
+  /// rather than its elements. What brings a version's structures to the device is not divided, nor what the
+  /// host does with a batch before its first chunk: up to some 30 ns for each element. Zero: nothing is, as
   /// with a virtual clock. At most max_option_duration_ns, as spin.
   Nanoseconds chunk{1'000'000};
   /// The share of each length of time that reservations may ask for together: above 0, at most 1. The rest is for what is
