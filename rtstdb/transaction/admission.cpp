@@ -133,6 +133,8 @@ Nanoseconds Engine::rest_before(ClockTime now, const TransactionImpl& transactio
                                 ClockTime deadline) const noexcept {
   Nanoseconds sum{0};
   const bool may_nest_here = may_nest(transaction);
+  const Nanoseconds longest_chunk =
+      chunk_ > Nanoseconds(0) ? std::max(chunk_, gap_waits_.longest(now)) : Nanoseconds(0);
   for (const Running& running : runner_.running().all()) {
     const TransactionImpl& other = *running.transaction;
     const bool innermost = &running == &runner_.running().all().back();
@@ -140,9 +142,11 @@ Nanoseconds Engine::rest_before(ClockTime now, const TransactionImpl& transactio
     const Nanoseconds spent =
         running.stands_since.value_or(now) - other.outcome().started - running.interrupted;
     // Of one that takes longer than was thought, or of which nothing is known, a chunk is left.
-    const Nanoseconds left = std::max(running.promised_cost() - spent, innermost ? chunk_ : Nanoseconds(0));
+    const Nanoseconds as_promised = running.promised_cost() - spent;
+    const Nanoseconds chunk = as_promised > Nanoseconds(0) ? chunk_ : longest_chunk;
+    const Nanoseconds left = std::max(as_promised, innermost ? chunk : Nanoseconds(0));
     if (passed && chunk_ > Nanoseconds(0)) {
-      sum += innermost ? std::min(left, chunk_) : Nanoseconds(0);
+      sum += innermost ? std::min(left, longest_chunk) : Nanoseconds(0);
     } else {
       sum += left;
     }

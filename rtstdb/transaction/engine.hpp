@@ -43,6 +43,7 @@
 #include "rtstdb/transaction/commit_log.hpp"
 #include "rtstdb/transaction/cost_model.hpp"
 #include "rtstdb/transaction/errand.hpp"
+#include "rtstdb/transaction/gap_waits.hpp"
 #include "rtstdb/transaction/hand_over.hpp"
 #include "rtstdb/transaction/latest_version.hpp"
 #include "rtstdb/transaction/ready_queue.hpp"
@@ -222,9 +223,10 @@ class Engine final : private query::Meanwhile, private LogOwner {
   std::atomic<bool> closing_{false};
 
   std::atomic<bool> waits_for_device_{false};
-  std::atomic<bool> device_is_done_{false};  ///< the relief hands the lock back
-  std::atomic<bool> gap_is_awaited_{false};  ///< found by the relief in this wait
-  const TransactionImpl* waits_ = nullptr;   ///< of the engine's thread: who waits for the device
+  std::atomic<bool> device_is_done_{false};     ///< the relief hands the lock back
+  std::atomic<bool> gap_is_awaited_{false};     ///< found by the relief in this wait
+  std::optional<ClockTime> gap_awaited_since_;  ///< likewise; whoever has the lock
+  const TransactionImpl* waits_ = nullptr;      ///< of the engine's thread: who waits for the device
   threads::Bell relief_bell_;
 
   // The engine's thread alone, once it runs; it holds the lock except in its waits for the device, where the
@@ -234,6 +236,7 @@ class Engine final : private query::Meanwhile, private LogOwner {
   CommitListener* listener_ = nullptr;
   LatestVersion latest_;  ///< written by it, read by any
   CostModel costs_;
+  GapWaits gap_waits_;
   ReadyQueue queue_;
   Reservations reservations_;
   Runner runner_;

@@ -17,6 +17,7 @@ bool stays_in_one_piece(const TransactionImpl& transaction) noexcept {
 
 void Engine::begin_wait() noexcept {
   if (log_ != nullptr) log_->hand_over();
+  gap_awaited_since_.reset();
   // Pairs with ring: either the submitter sees the flag or its ring is heard here.
   waits_for_device_.store(true, std::memory_order_seq_cst);
   const bool work_there = bell_.heard() != received_at_ || !queue_.empty();
@@ -51,7 +52,10 @@ bool Engine::somebody_would_pass(const TransactionImpl& transaction) const noexc
 void Engine::waited_for_outer(Nanoseconds time) noexcept {
   if (clock_.is_virtual()) return;
   runner_.running().innermost().interrupted += time;
-  if (Running* const outer = runner_.running().around()) outer->got_on += time;
+  Running* const outer = runner_.running().around();
+  if (outer == nullptr) return;
+  outer->got_on += time;
+  gap_waits_.learn(std::exchange(outer->awaited_for, Nanoseconds(0)) + time, clock_.now());
 }
 
 query::Meanwhile::Gap Engine::between_chunks() noexcept {
@@ -66,6 +70,7 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
   late_answers::note_gap(running, clock_);
   if (queue_.holds_before(transaction) && !stays_in_one_piece(transaction)) {
     running.stands_since = clock_.now();
+    running.awaited_for = *running.stands_since - gap_awaited_since_.value_or(*running.stands_since);
     const auto urgent = [&](const TransactionImpl& waiting) {
       return ReadyQueue::goes_before(waiting, transaction) && may_nest(waiting);
     };
@@ -109,8 +114,11 @@ void Engine::carry_out_writes() noexcept {
     carry_out_and_log(*writer);
   }
   if (log_ != nullptr) log_->hand_over();
-  if (!runner_.running().empty() && somebody_would_pass(*runner_.running().innermost().transaction))
-    gap_is_awaited_.store(true, std::memory_order_relaxed);
+  if (runner_.running().empty() || gap_is_awaited_.load(std::memory_order_relaxed) ||
+      !somebody_would_pass(*runner_.running().innermost().transaction))
+    return;
+  gap_awaited_since_ = clock_.now();
+  gap_is_awaited_.store(true, std::memory_order_relaxed);
 }
 
 }  // namespace rtstdb::transaction

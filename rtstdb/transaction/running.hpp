@@ -24,6 +24,7 @@ struct Running {
   Nanoseconds queries_cost{0};               ///< of that, interruptions are no part
   query::StructureWork structures;
   std::optional<ClockTime> stands_since;  ///< when it was interrupted; none while it gets on
+  Nanoseconds awaited_for{0};             ///< so long before that somebody waited for it
   /// Spent on others in its gaps, and until the device was done with the one whose gap this is.
   Nanoseconds interrupted{0};
   Nanoseconds got_on{0};   ///< so long the device was busy with it while it stood
