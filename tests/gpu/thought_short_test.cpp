@@ -5,6 +5,8 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <ostream>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -21,6 +23,10 @@ struct ShortBatch {
   TriangleMesh (*mesh)();
   Ask (*prepare)(Database&);
 };
+
+void PrintTo(const ShortBatch& batch, std::ostream* out) {
+  *out << batch.name;
+}
 
 constexpr float mesh_m = 50.0f, nothing_m = -500.0f;
 
@@ -61,35 +67,40 @@ class ThoughtShort : public DatabaseTest, public testing::WithParamInterface<Sho
     create(row_of(add(GetParam().mesh()), {0.0, 0.0, mesh_m}), at_s(5.1));
     ask_ = GetParam().prepare(database());
     batch_ = database().make_transaction({.max_queries = 1});
-    submit(mesh_m);
-    whole_ = database().wait(*batch_).actual_cost;
+    // The first also compiles.
+    for (int k = 0; k < 2; ++k) {
+      submit(mesh_m);
+      whole_ = database().wait(*batch_).actual_cost;
+    }
   }
   void submit(float height_m) {
     batch_->begin({});
     ask_(*batch_, height_m);
     database().submit(*batch_);
   }
-  /// What `wait` takes, the median, while a dear batch is at it that came behind cheap ones.
+  /// What `wait` takes, the median, while a dear batch is at it that came behind cheap ones; where that was at its end already, `wait` says
+  /// no.
   template <class Wait>
   void expect_short(Wait wait) {
     std::vector<Nanoseconds> waits;
-    for (int k = 0; k < 5; ++k) {
+    for (int k = 0; k < 7; ++k) {
       for (int cheap = 0; cheap < 30; ++cheap) {
         submit(nothing_m);
         EXPECT_TRUE(database().wait(*batch_).done());
       }
       submit(mesh_m);
-      std::this_thread::sleep_for(whole_ * (k + 1) / 8);
+      std::this_thread::sleep_for(whole_ * (k + 1) / 12);
       const auto begun = std::chrono::steady_clock::now();
-      wait();
-      waits.push_back(std::chrono::steady_clock::now() - begun);
+      if (wait()) waits.push_back(std::chrono::steady_clock::now() - begun);
       database().wait(*batch_);
     }
+    ASSERT_GE(waits.size(), 3u) << "too few were under way still";
     std::ranges::sort(waits);
+    const Nanoseconds median = waits[waits.size() / 2];
     RecordProperty("whole_ns", std::to_string(whole_.count()));
-    RecordProperty("median_wait_ns", std::to_string(waits[2].count()));
+    RecordProperty("median_wait_ns", std::to_string(median.count()));
     EXPECT_GT(whole_, std::chrono::milliseconds(20)) << "a batch is no crowd";
-    EXPECT_LT(waits[2], whole_ / 4);
+    EXPECT_LT(median, whole_ / 3);
   }
 
   Ask ask_;
@@ -105,16 +116,18 @@ TEST_P(ThoughtShort, ItIsPassedByUrgentQueries) {
   Terms terms;
   terms.importance = 1;
   expect_short([&] {
+    const bool passes = batch_->status() == Status::pending;
     urgent->begin(terms);
     urgent->ask(*small, 64);
     EXPECT_TRUE(database().execute(*urgent).done());
+    return passes;
   });
 }
 
 TEST_P(ThoughtShort, ItEndsSoonWhenItIsCancelled) {
   expect_short([&] {
     database().cancel(*batch_);
-    EXPECT_EQ(database().wait(*batch_).status, Status::cancelled);
+    return database().wait(*batch_).status == Status::cancelled;
   });
 }
 
