@@ -24,8 +24,8 @@ struct ShortBatch {
   Ask (*prepare)(Database&);
 };
 
-void PrintTo(const ShortBatch& batch, std::ostream* out) {
-  *out << batch.name;
+std::ostream& operator<<(std::ostream& out, const ShortBatch& batch) {
+  return out << batch.name;
 }
 
 constexpr float mesh_m = 50.0f, nothing_m = -500.0f;
