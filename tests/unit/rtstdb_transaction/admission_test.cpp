@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <thread>
 
 #include "simulated.hpp"
 
@@ -140,6 +141,43 @@ TEST_F(Admission, ANewcomerDoesNotBreakAPromise) {
   ask(*running_, large_, terms(DeadlineClass::soft), 20'000);
   world_.execute(*running_);
   EXPECT_EQ(third->status(), Status::committed);
+}
+
+/// Those who pass the one that runs wait 20 ms for it in each gap, though it takes no longer than was thought.
+TEST_F(Admission, CountsOnGapsThatTakeAsLongAsTheyDid) {
+  constexpr Nanoseconds gap = 20ms;
+  const auto passing = world_.make();
+  int gaps = 0;
+  Status before = Status::idle;
+  const auto ask_firm = [&] {
+    ask(*transaction_, small_, terms(DeadlineClass::firm, in(10ms), 7), 100);
+    world_.engine.submit(*transaction_);
+  };
+  SimulatedQuery passes(1000);
+  world_.executor.chunk = [&](const auto&, const query::Request& request, std::uint32_t first,
+                              std::uint32_t end) {
+    world_.clock.advance(1us * (end - first));
+    if (request.query != &large_) return;
+    if (++gaps == 1) ask_firm();
+    if (gaps == 2) before = transaction_->status();
+    world_.executor.outer_takes = gap;
+    if (gaps >= 2 && gaps < 20) {
+      ask(*passing, passes, terms(DeadlineClass::soft, ClockTime::max(), 7), 100);
+      world_.engine.submit(*passing);
+    }
+    if (gaps != 20) return;
+    ask_firm();
+    // If it is not refused, nobody could wait for it here.
+    for (int k = 0; k < 5'000 && transaction_->status() == Status::pending; ++k)
+      std::this_thread::sleep_for(1ms);
+    ASSERT_EQ(transaction_->status(), Status::refused);
+    EXPECT_GE(transaction_->outcome().earliest_feasible, transaction_->outcome().submitted + gap * 9 / 10);
+  };
+  ask(*running_, large_, terms(DeadlineClass::soft), 20'000);
+  world_.execute(*running_);
+  world_.executor.outer_takes = Nanoseconds(0);
+  EXPECT_EQ(before, Status::committed) << "in time while gaps took no longer than was thought";
+  EXPECT_GE(gaps, 20);
 }
 
 TEST(Calibration, KnowsTheCostsBeforeTheFirstTransaction) {

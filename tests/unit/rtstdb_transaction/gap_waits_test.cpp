@@ -8,36 +8,36 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Nanoseconds usual{500'000}, long_one{25'000'000};
-constexpr ClockTime begin{Nanoseconds(1'000'000'000'000)};
+constexpr ClockTime first_came{Nanoseconds(1'000'000'000'000)};
 
 GapWaits after_usual_ones() {
   GapWaits waits;
   for (int i = 0; i < 100; ++i)
-    waits.learn(usual, begin - 10ms * (100 - i));
+    waits.learn(usual, first_came - 10ms * (100 - i));
   return waits;
 }
 
 TEST(GapWaitsTest, AreNoneBeforeAnybodyWaited) {
-  EXPECT_EQ(GapWaits().longest(begin), 0ns);
+  EXPECT_EQ(GapWaits().longest(first_came), 0ns);
 }
 
 TEST(GapWaitsTest, AreAsLongAsTheyAllAre) {
-  const Nanoseconds longest = after_usual_ones().longest(begin);
+  const Nanoseconds longest = after_usual_ones().longest(first_came);
   EXPECT_LE(longest, usual);
   EXPECT_GT(longest, usual * 9 / 10);
 }
 
 TEST(GapWaitsTest, OneThatIsLongByItselfMovesThemByHalf) {
   GapWaits waits = after_usual_ones();
-  waits.learn(100 * long_one, begin);
-  EXPECT_GT(waits.longest(begin), usual);
-  EXPECT_LE(waits.longest(begin), usual * 3 / 2);
+  waits.learn(100 * long_one, first_came);
+  EXPECT_GT(waits.longest(first_came), usual);
+  EXPECT_LE(waits.longest(first_came), usual * 3 / 2);
 }
 
 /// Among a hundred a second.
 TEST(GapWaitsTest, FollowThoseThatComeFiveTimesASecond) {
   GapWaits waits = after_usual_ones();
-  ClockTime now = begin;
+  ClockTime now = first_came;
   Nanoseconds least = long_one;
   for (int i = 0; i < 1'000; ++i) {
     now += 10ms;
@@ -50,7 +50,7 @@ TEST(GapWaitsTest, FollowThoseThatComeFiveTimesASecond) {
 
 TEST(GapWaitsTest, LeaveOutThoseThatAreRare) {
   GapWaits waits = after_usual_ones();
-  ClockTime now = begin;
+  ClockTime now = first_came;
   for (int i = 0; i < 2'000; ++i) {
     now += 10ms;
     waits.learn(i % 200 == 0 ? long_one : usual, now);
@@ -61,10 +61,10 @@ TEST(GapWaitsTest, LeaveOutThoseThatAreRare) {
 TEST(GapWaitsTest, AreForgottenByHalfEverySecond) {
   GapWaits waits;
   for (int i = 0; i < 20; ++i)
-    waits.learn(long_one, begin);
-  ASSERT_EQ(waits.longest(begin), long_one);
-  EXPECT_EQ(waits.longest(begin + 1s), long_one / 2);
-  EXPECT_LT(waits.longest(begin + 10s), usual);
+    waits.learn(long_one, first_came);
+  ASSERT_EQ(waits.longest(first_came), long_one);
+  EXPECT_EQ(waits.longest(first_came + 1s), long_one / 2);
+  EXPECT_LT(waits.longest(first_came + 10s), usual);
 }
 
 }  // namespace
