@@ -8,8 +8,8 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr std::uint32_t entities = 2600;
-constexpr std::uint32_t asked = 24;
+constexpr std::uint32_t loop_entities = 2600;
+constexpr std::uint32_t asked_each_time = 24;
 
 class MovingLoop : public DatabaseTest, public testing::WithParamInterface<double> {
  protected:
@@ -19,7 +19,7 @@ class MovingLoop : public DatabaseTest, public testing::WithParamInterface<doubl
     for (const TriangleMesh& mesh : mixed_meshes(random_))
       geometries.push_back(add(mesh));
     std::vector<EntityRow> rows;
-    for (std::uint32_t i = 0; i < entities; ++i)
+    for (std::uint32_t i = 0; i < loop_entities; ++i)
       rows.push_back(random_row(random_, geometries, scene_, rows));
     ids_ = create(rows, scene_.version_time);
   }
@@ -41,10 +41,11 @@ class MovingLoop : public DatabaseTest, public testing::WithParamInterface<doubl
 TEST_P(MovingLoop, IsAnsweredAsTheOracleDoes) {
   open({.max_entities = 4096});
   begin();
-  const NearestQueryOptions near{.name = "near", .capacity = asked, .target = NearestTarget::surface, .k = 3};
-  auto rays = database().prepare(RayQueryOptions{.name = "rays", .capacity = asked});
-  auto regions =
-      database().prepare(RegionQueryOptions{.name = "regions", .capacity = asked, .ids_per_region = 4096});
+  const NearestQueryOptions near{
+      .name = "near", .capacity = asked_each_time, .target = NearestTarget::surface, .k = 3};
+  auto rays = database().prepare(RayQueryOptions{.name = "rays", .capacity = asked_each_time});
+  auto regions = database().prepare(
+      RegionQueryOptions{.name = "regions", .capacity = asked_each_time, .ids_per_region = 4096});
   auto points = database().prepare(near);
   ASSERT_TRUE(rays.ok() && regions.ok() && points.ok());
   const auto known = database().snapshot({}).value();
@@ -61,9 +62,9 @@ TEST_P(MovingLoop, IsAnsweredAsTheOracleDoes) {
     const Outcome outcome = execute(
         [&](Transaction& transaction) {
           change_one(transaction, known);
-          transaction.ask(*rays.value(), asked);
-          transaction.ask(*regions.value(), asked);
-          transaction.ask(*points.value(), asked);
+          transaction.ask(*rays.value(), asked_each_time);
+          transaction.ask(*regions.value(), asked_each_time);
+          transaction.ask(*points.value(), asked_each_time);
         },
         time_);
     ASSERT_TRUE(outcome.done()) << describe(outcome);
@@ -73,7 +74,7 @@ TEST_P(MovingLoop, IsAnsweredAsTheOracleDoes) {
     tally += judge(now, regions.value()->regions(), regions.value()->answers());
     tally += judge(now, points.value()->points(), points.value()->answers(), near);
   }
-  EXPECT_GT(tally.asked, 50u * 3u * asked);
+  EXPECT_GT(tally.asked, 50u * 3u * asked_each_time);
   EXPECT_GT(tally.hits, tally.asked / 5);
 }
 

@@ -7,7 +7,7 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr std::uint32_t many = 3000;
+constexpr std::uint32_t large_batch = 3000;
 
 struct Listed {
   std::vector<EntityId> entities;
@@ -41,7 +41,7 @@ TEST_P(LongAnswers, OfALargeBatchAreThoseOfSmallOnes) {
   open({.chunk = GetParam().chunk});
   fill({31, 600, 12.0});
   RegionQueryOptions options{.name = "many",
-                             .capacity = many,
+                             .capacity = large_batch,
                              .level = GetParam().level,
                              .ids_per_region = GetParam().ids_per_region};
   auto large = database().prepare(options);
@@ -53,13 +53,13 @@ TEST_P(LongAnswers, OfALargeBatchAreThoseOfSmallOnes) {
       region = random_region(random(), everything().entities(), scene(), scene().version_time, window_s);
       region.half_extent_m *= 2.0f;
     }
-    execute([&](Transaction& transaction) { transaction.ask(*large.value(), many); });
+    execute([&](Transaction& transaction) { transaction.ask(*large.value(), large_batch); });
     const auto answers = large.value()->answers();
-    ASSERT_EQ(answers.size(), many);
+    ASSERT_EQ(answers.size(), large_batch);
     std::size_t listed = 0;
     std::size_t overflowed = 0;
-    for (std::uint32_t first = 0; first < many; first += 7 * 5) {
-      const std::uint32_t count = std::min(7u, many - first);
+    for (std::uint32_t first = 0; first < large_batch; first += 7 * 5) {
+      const std::uint32_t count = std::min(7u, large_batch - first);
       std::copy_n(large.value()->regions().begin() + first, count, small.value()->regions().begin());
       execute([&](Transaction& transaction) { transaction.ask(*small.value(), count); });
       for (std::uint32_t i = 0; i < count; ++i)
@@ -70,8 +70,8 @@ TEST_P(LongAnswers, OfALargeBatchAreThoseOfSmallOnes) {
       overflowed += answer.overflow ? 1 : 0;
     }
     EXPECT_GT(listed, 3u * 8192u) << "shared by no threads";
-    EXPECT_GT(overflowed, many / 100);
-    EXPECT_LT(overflowed, many / 2);
+    EXPECT_GT(overflowed, large_batch / 100);
+    EXPECT_LT(overflowed, large_batch / 2);
   }
 }
 
