@@ -6,14 +6,17 @@
 
 namespace hil::bench {
 
+OurWorld::OurWorld(const rtstdb::DatabaseOptions& options)
+    : database_(must(rtstdb::Database::open(options))) {}
+
 OurWorld::OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries, rtstdb::Nanoseconds spin,
                    const rtstdb::DurabilityOptions& durability)
-    : database_(must(rtstdb::Database::open({.max_entities = max_entities,
-                                             .max_geometries = max_geometries,
-                                             .retained_changes = 2 * max_entities,
-                                             .chunk = rtstdb::Nanoseconds(0),
-                                             .spin = spin,
-                                             .durability = durability}))) {}
+    : OurWorld({.max_entities = max_entities,
+                .max_geometries = max_geometries,
+                .retained_changes = 2 * max_entities,
+                .chunk = rtstdb::Nanoseconds(0),
+                .spin = spin,
+                .durability = durability}) {}
 
 rtstdb::GeometryId OurWorld::add(const rtstdb::TriangleMesh& mesh) {
   return must(database_->add_geometry(mesh, "mesh"));

@@ -13,6 +13,8 @@ namespace hil::bench {
 
 class OurWorld {
  public:
+  explicit OurWorld(const rtstdb::DatabaseOptions& options);
+  /// Batches are carried out whole.
   explicit OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries = 16,
                     rtstdb::Nanoseconds spin = rtstdb::DatabaseOptions{}.spin,
                     const rtstdb::DurabilityOptions& durability = {});

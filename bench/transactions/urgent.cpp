@@ -1,0 +1,150 @@
+#include "bench/transactions/urgent.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <memory>
+#include <thread>
+
+#include "bench/spatial/our_world.hpp"
+#include "bench/spatial/scene.hpp"
+#include "bench/spatial/side_by_side.hpp"
+
+namespace hil::bench {
+namespace {
+
+constexpr float half_m = 50.0f;
+constexpr std::uint32_t urgent_rays = 16;
+
+/// Ten thousand moving bodies, in a database that divides batches as it does unless told otherwise.
+class BusyWorld {
+ public:
+  explicit BusyWorld(bool tiny)
+      : tiny_(tiny),
+        bodies_(moving_bodies(tiny ? 500 : 10'000, half_m, 40)),
+        world_({.max_entities = static_cast<std::uint32_t>(bodies_.rows.size()), .max_geometries = 4}) {
+    for (const rtstdb::TriangleMesh& mesh : bodies_.meshes)
+      world_.add(mesh);
+    ids_ = world_.create(bodies_.rows);
+    urgent_query_ =
+        must(database().prepare(rtstdb::RayQueryOptions{.name = "urgent", .capacity = urgent_rays}));
+    std::ranges::copy(timed_rays(urgent_rays, half_m, 40.0f, 0, 41), urgent_query_->rays().begin());
+    urgent_ = database().make_transaction({.max_queries = 1});
+  }
+
+  rtstdb::Database& database() { return world_.database(); }
+  std::uint32_t count(std::uint32_t large) const { return tiny_ ? large / 64 : large; }
+  const std::vector<rtstdb::EntityId>& ids() const { return ids_; }
+
+  /// Two figures: while the large batch is asked again and again, urgent ones come at instants that have nothing to do with it.
+  template <class Query>
+  std::vector<Figure> waits_beside(const std::string& kind, Asked<Query> large) {
+    large.run();
+    urgent_wait_us();
+    std::atomic<bool> over = false;
+    std::exception_ptr broken;
+    std::thread flood([&] {
+      try {
+        while (!over)
+          large.run();
+      } catch (...) {
+        broken = std::current_exception();
+      }
+    });
+    std::vector<double> waits_us;
+    Random random(42);
+    for (int k = 0; k < (tiny_ ? 20 : 2000); ++k) {
+      std::this_thread::sleep_for(std::chrono::microseconds(1000 + random.next() % 4000));
+      waits_us.push_back(urgent_wait_us());
+    }
+    over = true;
+    flood.join();
+    if (broken) std::rethrow_exception(broken);
+    return {figure("urgent_wait_" + kind + "_p50", waits_us, 0.5),
+            figure("urgent_wait_" + kind + "_p99", waits_us, 0.99)};
+  }
+
+ private:
+  /// All of the time from submit until this thread has the answer in which the database was not at work on it.
+  double urgent_wait_us() {
+    rtstdb::Terms terms;
+    terms.importance = 1;
+    urgent_->begin(terms);
+    urgent_->ask(*urgent_query_, urgent_rays);
+    const double whole_us = 1e6 * seconds_of([&] { database().execute(*urgent_); });
+    if (!urgent_->outcome().done()) throw std::runtime_error(rtstdb::describe(urgent_->outcome()));
+    return whole_us - 1e-3 * static_cast<double>(urgent_->outcome().actual_cost.count());
+  }
+
+  static Figure figure(const std::string& name, const std::vector<double>& waits_us, double share) {
+    Figure figure;
+    figure.name = name;
+    figure.ours = quantile(waits_us, share);
+    figure.unit = "us";
+    figure.samples = waits_us.size();
+    return figure;
+  }
+
+  bool tiny_;
+  MovingBodies bodies_;
+  OurWorld world_;
+  std::vector<rtstdb::EntityId> ids_;
+  std::unique_ptr<rtstdb::RayQuery> urgent_query_;
+  std::unique_ptr<rtstdb::Transaction> urgent_;
+};
+
+Asked<rtstdb::RayQuery> scattered(BusyWorld& world) {
+  const std::uint32_t count = world.count(1u << 18);
+  auto query = must(world.database().prepare(rtstdb::RayQueryOptions{.name = "rays", .capacity = count}));
+  std::ranges::copy(timed_rays(count, half_m, 40.0f, 0, 43), query->rays().begin());
+  return {world.database(), std::move(query), count};
+}
+
+Asked<rtstdb::NearestQuery> nearest(BusyWorld& world) {
+  const std::uint32_t count = world.count(1u << 15);
+  auto query = must(
+      world.database().prepare(rtstdb::NearestQueryOptions{.name = "nearest", .capacity = count, .k = 4}));
+  Random random(44);
+  for (rtstdb::Nearest& point : query->points())
+    point.point_m = random.in_box(glm::vec3(half_m));
+  return {world.database(), std::move(query), count};
+}
+
+Asked<rtstdb::RegionQuery> regions(BusyWorld& world) {
+  const std::uint32_t count = world.count(1u << 15);
+  auto query = must(world.database().prepare(rtstdb::RegionQueryOptions{
+      .name = "regions", .capacity = count, .level = rtstdb::RegionLevel::surface, .ids_per_region = 128}));
+  Random random(45);
+  for (rtstdb::Region& region : query->regions()) {
+    region.center_m = random.in_box(glm::vec3(half_m));
+    region.half_extent_m = glm::vec3(5.0f);
+  }
+  return {world.database(), std::move(query), count};
+}
+
+Asked<rtstdb::OverlapQuery> overlaps(BusyWorld& world) {
+  const std::uint32_t count = world.count(1u << 15);
+  auto query =
+      must(world.database().prepare(rtstdb::OverlapQueryOptions{.name = "overlaps", .capacity = count}));
+  for (std::size_t k = 0; rtstdb::Overlap & overlap : query->overlaps())
+    overlap.entity = world.ids()[k++ % world.ids().size()];
+  return {world.database(), std::move(query), count};
+}
+
+}  // namespace
+
+std::vector<Figure> measure_urgent(const SuiteOptions& options) {
+  BusyWorld world(options.tiny);
+  std::vector<Figure> figures;
+  const auto append = [&](const std::vector<Figure>& more) {
+    figures.insert(figures.end(), more.begin(), more.end());
+  };
+  append(world.waits_beside("rays", scattered(world)));
+  append(world.waits_beside("nearest", nearest(world)));
+  append(world.waits_beside("regions", regions(world)));
+  append(world.waits_beside("overlaps", overlaps(world)));
+  return figures;
+}
+
+}  // namespace hil::bench
