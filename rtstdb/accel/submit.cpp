@@ -53,10 +53,11 @@ void Submit::begin() {
   if (!timed_by_host_) recorder_.timestamp(begin_slot);
 }
 
-bool Submit::start(std::chrono::nanoseconds whole_for) {
+bool Submit::start(const Halting& halting) {
   if (!timed_by_host_) recorder_.timestamp(end_slot);
   recorder_.end();
-  whole_for_ = whole_for;
+  halting_ = halting;
+  halted_at_once_ = false;
   if (halt_) {
     wanted(halt_).store(0, std::memory_order_relaxed);
     first_left_in(halt_).store(std::numeric_limits<std::uint32_t>::max(), std::memory_order_relaxed);
@@ -84,14 +85,16 @@ bool Submit::finish(bool awaited, Submit* behind) {
 }
 
 gpu::WaitResult Submit::wait(bool awaited, Submit* behind) {
-  if (halt_ && whole_for_.count() > 0) {
-    DeviceFree look = std::max(started_, *device_free_) + whole_for_;
+  if (halt_ && halting_.whole_for.count() > 0) {
+    halted_at_once_ = awaited && halting_.at_once;
+    DeviceFree look = halted_at_once_ ? std::chrono::steady_clock::now()
+                                      : std::max(started_, *device_free_) + halting_.whole_for;
     while (true) {
       const auto left = look - std::chrono::steady_clock::now();
       const gpu::WaitResult waited = timeline_.wait(under_way_, nanoseconds(left));
       if (waited != gpu::WaitResult::timeout) return waited;
       if (awaited || (meanwhile_ != nullptr && meanwhile_->is_awaited())) break;
-      look = std::chrono::steady_clock::now() + whole_for_ / 2;
+      look = std::chrono::steady_clock::now() + halting_.whole_for / 2;
     }
     halt();
     if (behind != nullptr) behind->halt();

@@ -14,6 +14,12 @@
 
 namespace rtstdb::accel {
 
+/// When what is started may be halted.
+struct Halting {
+  std::chrono::nanoseconds whole_for{0};  ///< the device has been at it for so long; zero: never
+  bool at_once = false;                   ///< sooner, where finish is told that it is awaited
+};
+
 class Submit {
  public:
   /// When the device was last seen to be done; what is timed by the host begins no earlier.
@@ -28,9 +34,8 @@ class Submit {
   void begin();
   /// From now on finish() tells this about its waits; null: nobody.
   void while_waiting(query::Meanwhile* meanwhile) noexcept { meanwhile_ = meanwhile; }
-  /// Ends the recorder and submits it. False: the device is lost. `whole_for`: when the device has been at it for so long, finish() may
-  /// halt it; zero: never.
-  bool start(std::chrono::nanoseconds whole_for = std::chrono::nanoseconds(0));
+  /// Ends the recorder and submits it. False: the device is lost.
+  bool start(const Halting& halting = {});
   /// Waits for what was started; asked again, it says the same. False: the device is lost. Halted it is where somebody waits for it to
   /// end (`awaited`, or Meanwhile::is_awaited), and `behind` with it, which was started after it.
   bool finish(bool awaited = false, Submit* behind = nullptr);
@@ -40,6 +45,8 @@ class Submit {
   glm::uvec2 halt_address() const noexcept { return halt_ ? halt_.address() : glm::uvec2(0); }
   /// Of what was finished last: the first of its elements that did not begin, since it was halted; or beyond all.
   std::uint32_t first_left() const noexcept;
+  /// What was finished last was halted sooner than when the device had been at it for long.
+  bool halted_at_once() const noexcept { return halted_at_once_; }
   /// Of a device that is timed by the host: what was finished last had been done before finish was called, and took less than was measured.
   bool seen_late() const noexcept { return seen_late_; }
   /// Time that the device spent on all runs since the last call. A device that is the processor itself is timed
@@ -58,10 +65,11 @@ class Submit {
   DeviceFree started_;
   std::uint64_t under_way_ = 0;  // its number; 0: nothing
   gpu::Buffer halt_;             // HaltWords; none where the device does not share the host's memory
-  std::chrono::nanoseconds whole_for_{0};
+  Halting halting_;
   bool lost_ = false;
   bool timed_by_host_ = false;
   bool seen_late_ = false;
+  bool halted_at_once_ = false;
   std::int64_t gpu_ns_ = 0;
   query::Meanwhile* meanwhile_ = nullptr;
 };

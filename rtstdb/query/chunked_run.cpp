@@ -81,7 +81,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
       under_way = take(next, pass);
       if (std::exchange(brought_up_, false)) under_way->thought_ns = 0.0;
       record(*under_way, pass, lane);
-      if (!lane.start(whole_for_)) return RunStatus::device_lost;
+      if (!lane.start({.whole_for = whole_for_, .at_once = spares_others()})) return RunStatus::device_lost;
     }
     if (!before) continue;
     if (!finish(other, *before, pass, under_way ? &lane : nullptr)) return RunStatus::device_lost;
@@ -90,7 +90,9 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
       // The one behind it is halted as well, and what it did is done once more.
       if (std::exchange(under_way, std::nullopt)) {
         if (!lane.finish()) return RunStatus::device_lost;
-        gpu_ns_ += lane.take_gpu_ns();
+        const std::int64_t took_ns = lane.take_gpu_ns();
+        gpu_ns_ += took_ns;
+        thrown_away_ns_ += took_ns;
       }
       next = before->end;
     }
@@ -106,8 +108,14 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
   gpu_ns_ += took_ns;
   if (const std::uint32_t asked = chunk.elements; lane.first_left() < asked) {
     cut(chunk, lane.first_left(), pass);
+    const auto worth_ns = static_cast<std::int64_t>(chunk.elements * element_ns_);
+    if (chunk.elements == 0 || lane.halted_at_once())
+      thrown_away_ns_ += std::max(took_ns - worth_ns, std::int64_t{0});
+    // How little it had done says nothing of what is to come.
+    if (lane.halted_at_once()) return true;
     follow_halt(chunk, asked);
   } else {
+    element_ns_ = static_cast<double>(took_ns) / std::max(asked, 1u);
     whole_for_ = usual_whole_for();
   }
   if (chunk.thought_ns > 0.0) learn(chunk, static_cast<double>(took_ns), lane.seen_late(), pass);

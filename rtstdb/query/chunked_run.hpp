@@ -1,7 +1,8 @@
 #pragma once
 // One run of the executor: structures brought to the version, then the batches in chunks, two of which are under way at
-// a time, so that the device finds the next one when it is done with one. Between them others may run. Where somebody waits for that and
-// a chunk takes longer than was thought, it is halted, and the next one begins with what it left.
+// a time, so that the device finds the next one when it is done with one. Between them others may run, for whom the one that has just begun
+// is halted at once. Where somebody waits for a gap and a chunk takes longer than was thought, it is halted as well. The next one begins
+// with what it left.
 
 #include <array>
 #include <chrono>
@@ -44,6 +45,9 @@ class ChunkedRun {
   RunReport run() noexcept;
 
  private:
+  /// Of the device's time, one part in so many may be thrown away so that others wait less.
+  static constexpr std::int64_t spared_part = 5;
+
   enum class Pass : std::uint8_t { all, again };
   /// Before an element of a request; behind all of them is {requests, 0}.
   struct Cursor {
@@ -83,9 +87,12 @@ class ChunkedRun {
   std::int64_t chunk_ns() const noexcept {
     return requests_.empty() ? 0 : requests_.front().chunk_time.count();
   }
-  /// A chunk that takes so long may be halted: two are what somebody urgent waits for.
+  /// Whether what is halted early for others has cost no more of the device's time than there is for that. Where answers come from a second
+  /// dispatch, or elements are dear, it leaves little that stands.
+  bool spares_others() const noexcept { return thrown_away_ns_ * spared_part <= gpu_ns_; }
+  /// A chunk that takes so long may be halted.
   std::chrono::nanoseconds usual_whole_for() const noexcept {
-    return std::chrono::nanoseconds(2 * chunk_ns());
+    return std::chrono::nanoseconds((spares_others() ? 1 : 2) * chunk_ns());
   }
   bool at_end(const Cursor& next) const noexcept { return next.request == requests_.size(); }
   /// So many or, where fewer would spare the device nothing, more.
@@ -115,10 +122,11 @@ class ChunkedRun {
   bool begun_ = false;                 // the next lane, by bring_up
   bool brought_up_ = false;            // with structures that did not stand
   ChunkPace pace_;
+  std::int64_t gpu_ns_ = 0, thrown_away_ns_ = 0;  // the second is part of the first
+  double element_ns_ = 0.0;                       // in the last chunk that was whole
   std::chrono::nanoseconds whole_for_;
   std::uint32_t undivided_per_chunk_ = 0;  // 0: those that are not to be divided are not
   std::size_t known_ = 0;  // requests of the pass that a chunk was learnt from, and all before them
-  std::int64_t gpu_ns_ = 0;
 };
 
 }  // namespace rtstdb::query

@@ -2,7 +2,9 @@
 // every one is.
 
 #include <algorithm>
+#include <chrono>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -20,6 +22,8 @@ namespace rtstdb::test {
 namespace {
 
 constexpr std::uint32_t most = 2'000;
+/// Where others use the processors, all of a batch have begun before this thread may look again.
+constexpr int attempts = 500;
 
 class HaltedRuns : public testing::Test {
  protected:
@@ -142,10 +146,11 @@ class HaltedRuns : public testing::Test {
       requests.push_back(
           {.query = one.query.get(), .count = one.count, .per_chunk = per_chunk, .chunk_time = chunk_time_});
     }
-    const query::RunStatus status = executor_->run(rows, requests, times, meanwhile).status;
+    const query::RunReport report = executor_->run(rows, requests, times, meanwhile);
+    gpu_ns_ = report.gpu_ns;
     for (const Asked& one : all)
       one.query->let_stand(one.query->answered(), one.count);
-    return status;
+    return report.status;
   }
   static std::vector<std::vector<Words>> answers_of(std::span<const Asked> all) {
     std::vector<std::vector<Words>> answers;
@@ -157,6 +162,14 @@ class HaltedRuns : public testing::Test {
     for (std::size_t k = 0; k < all.size(); ++k)
       EXPECT_TRUE(same(all[k].answers(), whole[k])) << "query " << k;
   }
+  void run_at_another_version(const Asked& one, query::Meanwhile* meanwhile = nullptr) {
+    constexpr std::uint32_t few = 64;
+    const OneWorld other_world(states_, 2, 0, {});
+    query::TimeSpan times;
+    const query::Request request{.query = one.query.get(), .count = few};
+    EXPECT_FALSE(one.query->check(few, other_world, times));
+    executor_->run(other_world, std::span(&request, 1), times, meanwhile);
+  }
   bool can_halt() const { return executor_->device_info().software; }
 
   static constexpr SceneOptions scene{.radius_m = 12.0,
@@ -164,6 +177,7 @@ class HaltedRuns : public testing::Test {
   std::unique_ptr<query::GpuExecutor> executor_;
   std::vector<EntityState> states_;
   Nanoseconds chunk_time_{10'000};
+  std::int64_t gpu_ns_ = 0;  // of the last run
 };
 
 TEST_F(HaltedRuns, AnswerAsWholeOnes) {
@@ -180,7 +194,7 @@ TEST_F(HaltedRuns, AnswerAsWholeOnes) {
       Gaps gaps([] {});
       gaps.awaited = true;
       // Soon, when some have begun; and at once, when none has: then it gets more time each time. All may have begun before.
-      for (int attempt = 0; attempt < 2 || (attempt < 20 && gaps.count == 0 && can_halt()); ++attempt) {
+      for (int attempt = 0; attempt < 2 || (attempt < attempts && gaps.count == 0 && can_halt()); ++attempt) {
         chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
         run(std::span(&all[k], 1), &gaps);
         EXPECT_TRUE(same(all[k].answers(), whole[k])) << "query " << k;
@@ -212,17 +226,63 @@ TEST_F(HaltedRuns, AnswerAsWholeOnesWithOthersInTheirGaps) {
   run(all, nullptr);
   const auto whole = answers_of(all);
   const Asked other = rays({.name = "other"}, 0.0);
-  query::TimeSpan times;
-  const OneWorld other_world(states_, 2, 0, {});
-  Gaps gaps([&] {
-    const query::Request request{.query = other.query.get(), .count = 64};
-    EXPECT_FALSE(other.query->check(64, other_world, times));
-    executor_->run(other_world, std::span(&request, 1), times, nullptr);
-  });
+  Gaps gaps([&] { run_at_another_version(other); });
   gaps.awaited = true;
   run(all, &gaps, 500);
   EXPECT_GT(gaps.count, 0);
   expect_same(all, whole);
+}
+
+/// Two are under way: who runs in the gap behind the first waits for no more of the second than it has begun.
+TEST_F(HaltedRuns, EndAtOnceForWhoeverRunsInTheirGaps) {
+  class Waits final : public query::Meanwhile {
+   public:
+    void begin_wait() noexcept override {}
+    void end_wait() noexcept override {}
+    void waited_for_outer(Nanoseconds time) noexcept override { least = std::min(least, time); }
+    Gap between_chunks() noexcept override { return Gap::go_on; }
+    Nanoseconds least = Nanoseconds::max();
+  };
+  make_world(300);
+  const std::vector<Asked> large{points({.name = "large", .target = NearestTarget::triangle, .k = 9})};
+  chunk_time_ = std::chrono::hours(1);  // they are never too late
+  constexpr std::uint32_t chunks = 5;
+  Gaps nobody([] {});
+  const auto begin = std::chrono::steady_clock::now();
+  run(large, &nobody, most / chunks);
+  const Nanoseconds one_chunk = (std::chrono::steady_clock::now() - begin) / chunks;
+  EXPECT_EQ(nobody.count, chunks - 1);
+  const auto whole = answers_of(large);
+  const Asked other = rays({.name = "other"}, 0.0);
+  Waits waits;
+  Gaps somebody([&] { run_at_another_version(other, &waits); });
+  run(large, &somebody, most / chunks);
+  EXPECT_GT(somebody.count, 0);
+  if (can_halt()) {
+    EXPECT_LT(waits.least, one_chunk / 4);
+  }
+  expect_same(large, whole);
+}
+
+/// Signs are found in a second dispatch: of what is halted at once nothing stands. Where that would take much of the device's time, it is
+/// let finish.
+TEST_F(HaltedRuns, ThrowLittleAwayForOthers) {
+  make_world(300);
+  const std::vector<Asked> large{
+      points({.name = "signed", .target = NearestTarget::surface, .k = 3, .is_signed = true})};
+  chunk_time_ = std::chrono::hours(1);
+  constexpr std::uint32_t per_chunk = 16;  // all of them begin at once
+  const Asked other = rays({.name = "other"}, 0.0);
+  Gaps nobody([] {}), somebody([&] { run_at_another_version(other); });
+  std::int64_t undisturbed_ns = std::numeric_limits<std::int64_t>::max(), disturbed_ns = undisturbed_ns;
+  for (int k = 0; k < 5; ++k) {
+    run(large, &nobody, per_chunk);
+    undisturbed_ns = std::min(undisturbed_ns, gpu_ns_);
+    run(large, &somebody, per_chunk);
+    disturbed_ns = std::min(disturbed_ns, gpu_ns_);
+  }
+  EXPECT_GT(somebody.count, 100);
+  EXPECT_LT(static_cast<double>(disturbed_ns), 1.8 * static_cast<double>(undisturbed_ns));
 }
 
 /// What stands when a run ends early is the beginning of what the whole one answers.
@@ -240,7 +300,7 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
     const auto whole = one.answers();
     Enough enough;
     query::RunStatus status = query::RunStatus::done;
-    for (int attempt = 0; attempt < 20 && one.query->answered() == one.count; ++attempt) {
+    for (int attempt = 0; attempt < attempts && one.query->answered() == one.count; ++attempt) {
       chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
       status = run(std::span(&one, 1), &enough);
     }

@@ -49,9 +49,9 @@ struct DatabaseOptions {
   std::uint32_t queue_capacity = 256;
   /// So long an urgent transaction that asks waits, about, for one that is being carried out: large batches are divided
   /// into chunks, two of which are under way at a time. The first are as large as the cost model says, or small where
-  /// it knows little, each next one as the last two took. Where elements cost far more than those before them, and
-  /// somebody waits, a chunk is halted after so long: a device that is the processor itself goes on to the end of the eight elements that each
-  /// processor has begun; others do not halt. None is made smaller to take less than 0.2 ms, or 0.8 ms of which most goes with the dispatch
+  /// it knows little, each next one as the last two took, half of this. Where somebody waits, a chunk that takes longer is
+  /// halted, and the one behind it at once, as long as that throws little away: a device that is the processor itself
+  /// goes on to the end of the eight elements that each processor has begun; others do not halt. None is made smaller to take less than 0.2 ms, or 0.8 ms of which most goes with the dispatch
   /// rather than its elements. What brings a version's structures to the device is not divided, nor what the
   /// host does with a batch before its first chunk: up to some 30 ns for each element. Zero: nothing is, as
   /// with a virtual clock. At most max_option_duration_ns, as spin.
