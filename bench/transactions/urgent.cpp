@@ -1,10 +1,10 @@
 #include "bench/transactions/urgent.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <exception>
 #include <memory>
+#include <stop_token>
 #include <thread>
 
 #include "bench/spatial/our_world.hpp"
@@ -17,7 +17,7 @@ namespace {
 constexpr float half_m = 50.0f;
 constexpr std::uint32_t urgent_rays = 16;
 
-/// Ten thousand moving bodies, in a database that divides batches as it does unless told otherwise.
+/// Moving bodies, in a database that divides batches as it does unless told otherwise.
 class BusyWorld {
  public:
   explicit BusyWorld(bool tiny)
@@ -42,11 +42,10 @@ class BusyWorld {
   std::vector<Figure> waits_beside(const std::string& kind, Asked<Query> large) {
     large.run();
     urgent_wait_us();
-    std::atomic<bool> over = false;
     std::exception_ptr broken;
-    std::thread flood([&] {
+    std::jthread flood([&](const std::stop_token& stop) {
       try {
-        while (!over)
+        while (!stop.stop_requested())
           large.run();
       } catch (...) {
         broken = std::current_exception();
@@ -58,7 +57,7 @@ class BusyWorld {
       std::this_thread::sleep_for(std::chrono::microseconds(1000 + random.next() % 4000));
       waits_us.push_back(urgent_wait_us());
     }
-    over = true;
+    flood.request_stop();
     flood.join();
     if (broken) std::rethrow_exception(broken);
     return {figure("urgent_wait_" + kind + "_p50", waits_us, 0.5),
