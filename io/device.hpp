@@ -9,11 +9,13 @@
 // release_outputs come from one tick thread and must not allocate, block or do I/O. exchange is called only
 // under the virtual clock, from the tick thread, and may block.
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace hil::io {
 
@@ -57,6 +59,12 @@ struct Sample {
 struct DeviceHealth {
   bool connected = false;
   std::string fault;
+};
+
+/// Something that happened to the values of a device, as a sentence for the report.
+struct DeviceEvent {
+  RunTimeNs time_ns = 0;  ///< may lie before the first tick
+  std::string text;
 };
 
 /// Thrown by start: the device can not be had (interface missing, port in use, permission). The message is a
@@ -113,6 +121,12 @@ class Device {
   virtual void stop() noexcept = 0;
 
   virtual DeviceHealth health() const = 0;
+
+  /// The events from number `first` on, in the order they were found. Any ordinary thread.
+  virtual std::vector<DeviceEvent> events_since(std::size_t first) const {
+    static_cast<void>(first);
+    return {};
+  }
 };
 
 }  // namespace hil::io
