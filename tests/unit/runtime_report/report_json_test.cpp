@@ -56,7 +56,11 @@ TEST(ReportJson, HasEveryKeyOfTheDesign) {
       "can.lost_arrivals can.fault_dropped_tx can.fault_dropped_rx can.fault_corrupted can.fault_delayed "
       "modbus.device "
       "modbus.requests "
-      "modbus.replies modbus.timeouts modbus.errors expectations.name expectations.passed "
+      "modbus.replies modbus.timeouts modbus.errors modbus.role modbus.exceptions.code "
+      "modbus.exceptions.count modbus.saturated_outputs modbus.saturated_inputs "
+      "modbus.not_a_number_outputs modbus.not_a_number_inputs modbus.superseded modbus.stale "
+      "modbus.connections modbus.refused_connections modbus.replaced_connections "
+      "modbus.dropped_connections expectations.name expectations.passed "
       "expectations.detail "
       "scenario.name scenario.file seed overrides started_at processes.name processes.exit "
       "processes.died_at_ns");
@@ -200,7 +204,7 @@ TEST(ParseReport, RefusesWithThePlace) {
 
   Json changed = json;
   changed["schema_version"] = 1;
-  refused_with(changed, "schema_version is 1; this program reads 5");
+  refused_with(changed, "schema_version is 1; this program reads 6");
   changed = json;
   changed["tasks"][1]["wall_ns"].erase("p50");
   refused_with(changed, "tasks[1].wall_ns.p50 is missing");
