@@ -301,7 +301,8 @@ RunRecord full_record() {
   panel.role = "server";
   panel.requests = 90;
   panel.replies = 89;
-  panel.errors = 1;
+  panel.errors = 6;
+  panel.exceptions = {{3, 5}};
   panel.connections = 70;
   panel.refused_connections = 10;
   panel.replaced_connections = 11;
