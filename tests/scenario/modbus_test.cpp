@@ -91,7 +91,8 @@ TEST(ModbusRun, ReportsWhatDidNotFitAndWhoWasRefused) {
           "\", registers: panel.yaml, rate: 50 Hz, max_clients: 2, write: {status: 30000}, read: [level]}\n"
           "  - {unit: peer, device: \"127.0.0.1:" +
           port +
-          "\", registers: peer.yaml, rate: 50 Hz, unit_id: 250, write: {level: 101}, read: [status]}\n");
+          "\", registers: peer.yaml, rate: 50 Hz, timeout: 5 s, max_age: 9 s, unit_id: 250, write: {level: "
+          "101}, read: [status]}\n");
   Program run(hil({"run", folder / "fit.yaml", "--out", folder / "out"}));
   ASSERT_TRUE(eventually([&] {
     std::error_code absent;

@@ -180,13 +180,13 @@ TEST(ServerFaults, SixtyFourClientsAreServedAtOnce) {
 }
 
 TEST(ServerFaults, WithoutAPlaceTheClientThatWasIdleLongestIsClosedForANewOne) {
-  Served served({.max_connections = 3, .replaceable_after = milliseconds(100)});
+  Served served({.max_connections = 3});
   RawClient first(served.device.port());
   RawClient second(served.device.port());
   RawClient third(served.device.port());
   answer_time(third);
   answer_time(first);
-  std::this_thread::sleep_for(milliseconds(150));
+  std::this_thread::sleep_for(milliseconds(1050));  // replaceable_after is 1 s
   answer_time(second);
   RawClient fourth(served.device.port());
   answer_time(fourth);

@@ -120,7 +120,7 @@ TEST(UnfitValues, OfADeviceAreListedUpToALimit) {
 
 /// hil writes status; clients write the others.
 struct Panel {
-  Panel() : device({.name = "panel", .max_age = milliseconds(200)}, map()) {
+  Panel() : device({.name = "panel", .max_age = milliseconds(1000)}, map()) {
     device.start(clock, Pacing::realtime);
   }
   static RegisterMap map() {
@@ -240,7 +240,7 @@ TEST(StaleValues, OfAServerWithAnAgeAreAnEvent) {
   EXPECT_TRUE(bench::eventually([&] { return !latched(panel.device)[0].fresh; }));
   EXPECT_EQ(texts(panel.device),
             Texts{"unit panel: register level was not written by a client for longer than "
-                  "its max_age of 200 ms; it is stale and reads its safe value"});
+                  "its max_age of 1000 ms; it is stale and reads its safe value"});
   EXPECT_EQ(panel.device.stale_inputs(), 1U);
 }
 

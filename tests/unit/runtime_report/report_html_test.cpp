@@ -98,6 +98,8 @@ TEST(ReportHtml, SaysWhatTheRecordHolds) {
                                "virtual",
                                "12.4 %",
                                "plc at 127.0.0.1:40213",
+                               "plc at 127.0.0.1:40213: 1 request refused with exception 2.",
+                               "panel: 10 connections refused: no place was free",
                                "signal 11 (SIGSEGV)",
                                "car_1 runs its red light",
                                "Watchdog: no tick for 20 ms",
