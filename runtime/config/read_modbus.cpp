@@ -97,11 +97,24 @@ void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
   }
 }
 
+/// What a register is written from. Empty with a mistake when it is neither a signal nor a number.
+std::optional<std::variant<Word, double>> read_source(const std::string& entry, const Value& value,
+                                                      Diagnostics& diagnostics) {
+  const std::string& text = value.text();
+  if (is_signal_name(text)) return word_of(value);
+  const NumberReading number = read_number(text);
+  if (number.fault.empty() && number.length == text.size()) return number.value;
+  const std::string fault =
+      number.length > 0 && !number.fault.empty() ? number.fault : "is neither a signal nor a number";
+  diagnostics.add(value.place(), in_quotes(entry) + ": " + in_quotes(text) + " " + fault);
+  return std::nullopt;
+}
+
 void read_names(const Value& value, ModbusSection& section, Diagnostics& diagnostics) {
   const Value& write = value["write"];
   for (std::size_t i = 0; i < write.entries().size(); ++i) {
     const auto& [name, source] = write.entries()[i];
-    auto read = signal_or_number(name, source, diagnostics);
+    auto read = read_source(name, source, diagnostics);
     if (read) section.write.push_back({{name, write.key_place(i)}, std::move(*read)});
   }
   UniqueNames names("register", diagnostics);
