@@ -98,8 +98,8 @@ void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
 }
 
 /// What a register is written from. Empty with a mistake when it is neither a signal nor a number.
-std::optional<std::variant<Word, double>> read_source(const std::string& entry, const Value& value,
-                                                      Diagnostics& diagnostics) {
+std::optional<std::variant<Word, double>> source_of_register(const std::string& entry, const Value& value,
+                                                             Diagnostics& diagnostics) {
   const std::string& text = value.text();
   if (is_signal_name(text)) return word_of(value);
   const NumberReading number = read_number(text);
@@ -114,7 +114,7 @@ void read_names(const Value& value, ModbusSection& section, Diagnostics& diagnos
   const Value& write = value["write"];
   for (std::size_t i = 0; i < write.entries().size(); ++i) {
     const auto& [name, source] = write.entries()[i];
-    auto read = read_source(name, source, diagnostics);
+    auto read = source_of_register(name, source, diagnostics);
     if (read) section.write.push_back({{name, write.key_place(i)}, std::move(*read)});
   }
   UniqueNames names("register", diagnostics);
