@@ -6,14 +6,14 @@ namespace hil::cli {
 
 std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides) {
   config::Diagnostics diagnostics;
-  auto scenario = config::load_scenario(file, overrides, run::module_schemas(), diagnostics);
+  auto scenario = config::load_scenario_to_wire(file, overrides, run::module_schemas(), diagnostics);
   std::optional<run::Wiring> wiring;
   Loaded loaded;
   if (scenario) {
     loaded.scenario = std::make_unique<const config::Scenario>(std::move(*scenario));
     wiring = run::wire(*loaded.scenario, diagnostics);
   }
-  if (!wiring) {
+  if (!wiring || !diagnostics.empty()) {
     std::fputs(diagnostics.to_text().c_str(), stderr);
     return std::nullopt;
   }
