@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
   try {
     return command_line(argc, argv);
   } catch (const std::bad_alloc&) {
-    std::fputs("hil: memory ran out\n", stderr);
+    std::fputs("hil: memory ran out; raise its limit (ulimit -v, ulimit -d) or make memory free\n", stderr);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hil: internal fault: %s\n", error.what());
   }
