@@ -77,7 +77,7 @@ void CanDevice::start(const RunClock& clock, Pacing pacing) {
 
 void CanDevice::stop() noexcept {
   if (!started_) return;
-  if (pacing_ == Pacing::realtime) {
+  if (thread_.joinable()) {  // not where the system refused it
     stopping_.store(true, std::memory_order_release);
     wake();
     thread_.join();

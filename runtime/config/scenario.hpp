@@ -304,6 +304,12 @@ Schema register_map_schema();
 std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
                                       const SchemaOfModules& modules, Diagnostics& diagnostics);
 
+/// The same for a scenario that is to be wired next: expectations with mistakes are left out, so that the mistakes
+/// of a wiring show at once with theirs. Empty when anything else is wrong; the scenario must not run unless
+/// `diagnostics` is empty.
+std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
+                                              const SchemaOfModules& modules, Diagnostics& diagnostics);
+
 /// Reads a register map file: {registers: [{name, table, address, type, ...}]}. Empty when there was any
 /// mistake.
 std::optional<io::modbus::RegisterMap> load_register_map(const std::string& path, io::modbus::Role role,

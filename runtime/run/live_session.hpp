@@ -66,7 +66,6 @@ class LiveSession final : public executive::TickHooks {
   }
 
   SessionResult run(const std::atomic<bool>& stop_requested);
-  void note_refusal(const std::string& why) { run_log_.warn("the run can not begin: " + why); }
 
   void before_first_tick(std::int64_t start_ns) noexcept override {
     device_clock_.set_origin(start_ns);

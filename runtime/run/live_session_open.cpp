@@ -87,6 +87,8 @@ void LiveSession::open_world() {
   auto opened = rtstdb::Database::open(options);
   if (!opened && opened.error().code == rtstdb::ErrorCode::file)
     throw io::DeviceError(opened.error().message);
+  if (!opened && opened.error().code == rtstdb::ErrorCode::out_of_memory)
+    throw MemoryError(opened.error().message);
   if (!opened) throw GpuError(opened.error().message);
   database_ = std::move(opened).value();
   run_log_.info("GPU: " + database_->device().name + ", " + database_->device().driver);

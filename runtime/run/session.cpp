@@ -9,6 +9,7 @@
 
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_text.hpp"
+#include "runtime/run/descriptors.hpp"
 #include "runtime/run/live_session.hpp"
 #include "runtime/run/run_record_parts.hpp"
 #include "runtime/run/scenery.hpp"
@@ -381,13 +382,9 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
 
 SessionResult run_session(Wiring wiring, const SessionOptions& options,
                           const std::atomic<bool>& stop_requested) {
+  require_descriptors(*wiring.scenario);
   LiveSession session(std::move(wiring), options);
-  try {
-    session.open(stop_requested);
-  } catch (const std::exception& error) {
-    session.note_refusal(error.what());
-    throw;
-  }
+  session.open(stop_requested);
   return session.run(stop_requested);
 }
 

@@ -31,6 +31,12 @@ class GpuError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The database got no memory, or no thread. A sentence for the user.
+class MemoryError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 struct SessionOptions {
   std::filesystem::path directory;  ///< what the run leaves goes here; it is there (RunFolder)
   std::vector<report::Override> overrides;
@@ -50,8 +56,8 @@ struct SessionResult {
 report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
                                     report::Verdict verdict, int exit_code, const std::string& why);
 
-/// Runs to the end, or until `stop_requested`. Throws GpuError, io::DeviceError, modules::SetupError when the
-/// run can not begin; trouble after that is in the record.
+/// Runs to the end, or until `stop_requested`. Throws GpuError, MemoryError, io::DeviceError, modules::SetupError or an
+/// exception of the standard library when the run can not begin; trouble after that is in the record.
 SessionResult run_session(Wiring wiring, const SessionOptions& options,
                           const std::atomic<bool>& stop_requested);
 
