@@ -98,6 +98,8 @@ void ClientDevice::build_channels() {
       wanted_.push_back(entry.safe_value);
     }
   }
+  for (std::size_t channel = 0; channel < inputs_.size(); ++channel)
+    groups_.push_back({inputs_[channel].name, channel, 1, loss_timeout_ns()});
   newest_readings_.resize(inputs_.size());
   for (std::size_t channel = 0; channel < inputs_.size(); ++channel) {
     newest_readings_[channel].value = inputs_[channel].safe_value;
@@ -159,7 +161,7 @@ void ClientDevice::stop() noexcept {
   const std::scoped_lock lock(lockstep_mutex_, health_mutex_);
   session_.disconnect();
   started_ = false;
-  health_.connected = false;
+  answers_.store(false, relaxed);
 }
 
 // ---- the tick's side
@@ -280,6 +282,7 @@ bool ClientDevice::cycle(WallTime until) {
   if (!write_all(until) || !read_all(until)) return false;
   due_ = false;
   reconnect_pause_ = settings_.reconnect_pause_min;
+  answers_.store(true, relaxed);
   set_fault(cycle_fault_);
   return true;
 }
@@ -295,8 +298,6 @@ bool ClientDevice::connect_until(WallTime until) {
   for (WriteRequest& request : write_requests_)
     request.written.clear();
   counters_.connects.fetch_add(1, relaxed);
-  const std::scoped_lock lock(health_mutex_);
-  health_.connected = true;
   return true;
 }
 
@@ -396,6 +397,7 @@ std::chrono::microseconds ClientDevice::request_limit(WallTime until) const {
 
 void ClientDevice::lose_connection(const std::string& fault) {
   session_.disconnect();
+  answers_.store(false, relaxed);
   next_connect_ = WallClock::now() + reconnect_pause_;
   reconnect_pause_ = std::min(2 * reconnect_pause_, settings_.reconnect_pause_max);
   set_fault(fault);
@@ -403,13 +405,16 @@ void ClientDevice::lose_connection(const std::string& fault) {
 
 void ClientDevice::set_fault(const std::string& fault) {
   const std::scoped_lock lock(health_mutex_);
-  health_.connected = session_.connected();
-  health_.fault = fault.empty() ? "" : who_ + ": " + fault;
+  fault_ = fault.empty() ? "" : who_ + ": " + fault;
+}
+
+RunTimeNs ClientDevice::loss_timeout_ns() const noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
 }
 
 DeviceHealth ClientDevice::health() const {
   const std::scoped_lock lock(health_mutex_);
-  return health_;
+  return {connected(), fault_};
 }
 
 ClientCounters ClientDevice::counters() const noexcept {

@@ -88,6 +88,9 @@ class ClientDevice final : public Device {
   const std::string& name() const noexcept override { return settings_.name; }
   std::span<const ChannelInfo> inputs() const noexcept override { return inputs_; }
   std::span<const ChannelInfo> outputs() const noexcept override { return outputs_; }
+  std::span<const InputGroup> input_groups() const noexcept override { return groups_; }
+  /// `max_age`.
+  RunTimeNs loss_timeout_ns() const noexcept override;
 
   /// Connects, trying again for `start_limit`; DeviceError when the unit can not be reached by then.
   void start(const RunClock& clock, Pacing pacing) override;
@@ -98,7 +101,9 @@ class ClientDevice final : public Device {
   /// is under way).
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
+  bool connected() const noexcept override { return answers_.load(std::memory_order_relaxed); }
   DeviceHealth health() const override;
+  std::string send_fault() const override { return {}; }
 
   ClientCounters counters() const noexcept;
 
@@ -146,6 +151,7 @@ class ClientDevice final : public Device {
   const RegisterMap map_;
   const std::string who_;  ///< "Modbus unit plc (127.0.0.1:1502)"
   std::vector<ChannelInfo> inputs_, outputs_;
+  std::vector<InputGroup> groups_;
   std::vector<std::size_t> input_entries_, output_entries_;  ///< channel -> index into the map
   std::vector<std::size_t> channel_of_input_;                ///< index into the map -> input channel
   std::optional<std::size_t> run_time_entry_, heartbeat_entry_;
@@ -179,8 +185,9 @@ class ClientDevice final : public Device {
   std::thread thread_;
 
   AtomicCounters counters_;
-  mutable std::mutex health_mutex_;  ///< never taken by the tick
-  DeviceHealth health_;
+  std::atomic<bool> answers_{false};  ///< the last cycle was answered whole
+  mutable std::mutex health_mutex_;   ///< never taken by the tick
+  std::string fault_;
 };
 
 }  // namespace hil::io::modbus

@@ -101,6 +101,7 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   if (value.has("max_age")) section.max_age_ns = value["max_age"].duration_ns();
   section.start_limit_ns = value["start_limit"].duration_ns();
   section.unit_id = static_cast<std::uint8_t>(value["unit_id"].integer());
+  section.may_be_lost = value["may_be_lost"].boolean();
   if (value.has("priority")) section.thread_priority = static_cast<int>(value["priority"].integer());
   read_names(value, section, diagnostics);
   std::optional<RegisterMap> map = load_register_map(section.registers_file, section.role, diagnostics);

@@ -34,6 +34,7 @@ struct Realtime {
   bool lock_memory = true;
   std::vector<int> cpus;         ///< empty: no affinity
   std::int64_t watchdog_ns = 0;  ///< 0: the executive's own choice
+  double max_lost = 0.0;         ///< share of ticks, or of a task's releases, that may be lost
 };
 
 /// Sizes are full extents in metres.
@@ -174,6 +175,7 @@ struct CanSection {
   std::vector<SentMessage> send;
   std::vector<ReceivedMessage> receive;
   BusFaults faults;
+  bool may_be_lost = false;  ///< its loss is no fault of the run
   bool is_virtual() const noexcept { return interface.empty(); }
 };
 
@@ -200,6 +202,7 @@ struct ModbusSection {
   std::optional<Word> run_time_entry;
   std::optional<Word> heartbeat_entry;
   std::optional<int> thread_priority;
+  bool may_be_lost = false;  ///< its loss is no fault of the run
   std::vector<RegisterWrite> write;
   std::vector<Word> read;
 };
@@ -236,6 +239,8 @@ struct ProcessSection {
   bool enabled = true;
   std::vector<CommandWord> command;  ///< the program first; at least one word
   bool safe_on_exit = true;          ///< outputs go to their safe values when it ends before the run does
+  bool may_be_lost = false;          ///< its end before the run's is no fault of the run
+  bool free_running = false;         ///< under the virtual clock: it keeps no step with the run, and need not
   std::int64_t start_timeout_ns = 0;
 };
 
@@ -260,6 +265,7 @@ struct Response {
 struct Expectation {
   std::string name;
   Place place;
+  double coverage = 0.95;  ///< the least share of its ticks it has to be evaluated on
   std::variant<Never, Always, Eventually, Response> claim;
 };
 

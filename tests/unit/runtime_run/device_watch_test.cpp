@@ -2,26 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/still_device.hpp"
+
 namespace hil::run {
 namespace {
 
-class Patient final : public io::Device {
+class Patient final : public tests::StillDevice {
  public:
+  Patient() : StillDevice("plc") {}
   io::DeviceHealth state{.connected = true, .fault = {}};
-
-  const std::string& name() const noexcept override { return name_; }
-  std::span<const io::ChannelInfo> inputs() const noexcept override { return {}; }
-  std::span<const io::ChannelInfo> outputs() const noexcept override { return {}; }
-  void start(const io::RunClock& /*clock*/, io::Pacing /*pacing*/) override {}
-  void latch_inputs(std::span<io::Sample> /*samples*/) noexcept override {}
-  void release_outputs(std::span<const double> /*values*/, io::RunTimeNs /*tick_ns*/) noexcept override {}
-  bool exchange(io::RunTimeNs /*tick_ns*/) override { return true; }
-  void enter_safe_state() noexcept override {}
-  void stop() noexcept override {}
+  bool connected() const noexcept override { return state.connected; }
   io::DeviceHealth health() const override { return state; }
-
- private:
-  const std::string name_ = "plc";
 };
 
 class Watch : public ::testing::Test {
