@@ -344,11 +344,25 @@ bool ClientDevice::write_all(WallTime until) {
     if (!settle(reply, "writing", request.plan)) return false;
     if (reply == Reply::good) {
       request.written = request.image;
+      request.refused_since_ns.reset();
     } else {
       request.written.clear();
+      note_refusal(request);
     }
   }
   return true;
+}
+
+/// A unit that is busy refuses for a moment; one that goes on refusing never gets its outputs.
+void ClientDevice::note_refusal(WriteRequest& request) {
+  const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? wanted_tick_ns_ : clock_->now_ns();
+  if (!request.refused_since_ns) request.refused_since_ns = now_ns;
+  if (now_ns - *request.refused_since_ns <= loss_timeout_ns()) return;
+  const std::scoped_lock lock(health_mutex_);
+  if (!send_fault_.empty()) return;
+  send_fault_ = who_ + " has refused outputs for more than " + std::to_string(settings_.max_age.count()) +
+                " ms: writing " + place_of(request.plan.table, request.plan.address, request.plan.count) + ": " +
+                session_.fault();
 }
 
 bool ClientDevice::read_all(WallTime until) {
@@ -440,6 +454,11 @@ void ClientDevice::set_fault(const std::string& fault) {
 
 RunTimeNs ClientDevice::loss_timeout_ns() const noexcept {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
+}
+
+std::string ClientDevice::send_fault() const {
+  const std::scoped_lock lock(health_mutex_);
+  return send_fault_;
 }
 
 DeviceHealth ClientDevice::health() const {

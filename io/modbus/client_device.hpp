@@ -111,7 +111,8 @@ class ClientDevice final : public Device {
   void stop() noexcept override;
   bool connected() const noexcept override { return answers_.load(std::memory_order_relaxed); }
   DeviceHealth health() const override;
-  std::string send_fault() const override { return {}; }
+  /// A write that the unit has refused with exceptions for longer than `max_age` is a cause.
+  std::string send_fault() const override;
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
 
   ClientCounters counters() const noexcept;
@@ -133,6 +134,7 @@ class ClientDevice final : public Device {
     PlannedRequest plan;
     std::vector<std::uint16_t> image;    ///< what the unit should hold
     std::vector<std::uint16_t> written;  ///< what it was last told; empty: nothing since the connect
+    std::optional<RunTimeNs> refused_since_ns;  ///< the unit has answered it with exceptions since
   };
   struct AtomicCounters {
     std::atomic<std::uint64_t> requests{0}, replies{0}, timeouts{0}, errors{0}, connects{0}, superseded{0};
@@ -148,6 +150,7 @@ class ClientDevice final : public Device {
   bool cycle(WallTime until);
   bool connect_until(WallTime until);
   bool write_all(WallTime until);
+  void note_refusal(WriteRequest& request);
   bool read_all(WallTime until);
   void encode_outputs();
   Conversion encode_into(WriteRequest& request, std::size_t entry, double value);
@@ -202,7 +205,7 @@ class ClientDevice final : public Device {
   AtomicCounters counters_;
   std::atomic<bool> answers_{false};  ///< the last cycle was answered whole
   mutable std::mutex health_mutex_;   ///< never taken by the tick
-  std::string fault_;
+  std::string fault_, send_fault_;
 };
 
 }  // namespace hil::io::modbus
