@@ -55,9 +55,18 @@ struct Sample {
   bool fresh = false;  ///< false: nothing received yet, or the device is lost; `value` is then the safe value
 };
 
+/// Inputs that arrive together: the signals of a CAN message, or one Modbus register.
+struct InputGroup {
+  std::string name;       ///< unique within its device: "BrakeCommand", "light_ego"
+  std::size_t first = 0;  ///< index into inputs()
+  std::size_t count = 0;  ///< at least 1
+  RunTimeNs timeout_ns =
+      0;  ///< an input of the group without a new value for longer is not fresh; 0: no limit
+};
+
 /// What is wrong with a device, in words for the user. Empty `fault`: nothing.
 struct DeviceHealth {
-  bool connected = false;
+  bool connected = false;  ///< as Device::connected
   std::string fault;
 };
 
@@ -81,6 +90,10 @@ class Device {
   virtual const std::string& name() const noexcept = 0;
   /// Device -> run. Order is fixed from construction on; latch_inputs follows it.
   virtual std::span<const ChannelInfo> inputs() const noexcept = 0;
+  /// The groups of the inputs that the other side sends; an input may be in none. Fixed from construction on.
+  virtual std::span<const InputGroup> input_groups() const noexcept = 0;
+  /// How long connected() may be false before the device counts as lost; 0: it never does.
+  virtual RunTimeNs loss_timeout_ns() const noexcept = 0;
   /// Run -> device. Order is fixed from construction on; release_outputs follows it.
   virtual std::span<const ChannelInfo> outputs() const noexcept = 0;
 
@@ -120,7 +133,13 @@ class Device {
   /// wait).
   virtual void stop() noexcept = 0;
 
+  /// Whether the other side can be reached: the interface of a CAN bus is up and its controller not bus-off; a
+  /// Modbus unit answered the last cycle whole; a Modbus server has a client. Any thread; never blocks.
+  virtual bool connected() const noexcept = 0;
   virtual DeviceHealth health() const = 0;
+  /// Why outputs that were due could not be sent, where a full queue that soon had room again was not the
+  /// cause: the first such cause, in a sentence. Empty: there was none. Any ordinary thread.
+  virtual std::string send_fault() const = 0;
 
   /// The events from number `first` on, in the order they were found. Any ordinary thread.
   virtual std::vector<DeviceEvent> events_since(std::size_t first) const {

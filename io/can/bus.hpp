@@ -19,7 +19,7 @@ namespace hil::io::can {
 enum class SendResult : std::uint8_t {
   sent,       ///< the bus has taken the frame
   no_buffer,  ///< the queue towards the bus is full (ENOBUFS, EAGAIN); try again later, not at once
-  error,      ///< the frame can not be sent: bus lost, or FD on a classic bus
+  error,      ///< the frame can not be sent: bus lost, or FD on a classic bus; send_error() says which
 };
 
 enum class ReceiveResult : std::uint8_t {
@@ -78,6 +78,8 @@ class Bus {
 
   /// Never blocks.
   virtual SendResult send(const Frame& frame) noexcept = 0;
+  /// Why the last send() gave SendResult::error: the system's error number (ENETDOWN: the bus is lost).
+  virtual int send_error() const noexcept = 0;
   /// Never blocks. Own frames come back with Direction::tx, at their place in the order of the bus. A lost
   /// bus is opened again in here when it is back, tried every 20 ms.
   virtual ReceiveResult receive(Frame& frame) noexcept = 0;

@@ -79,7 +79,8 @@ std::vector<std::string> configuration_problems(const CanDeviceConfig& config) {
 
 void CanDevice::add_sent(const SentMessageConfig& config) {
   const DbcMessage& message = *config_.database.find_message(config.message);
-  Sent sent{MessageEncoder(message, config.protection),
+  Sent sent{message.name,
+            MessageEncoder(message, config.protection),
             config.period_ns,
             config.offset_ns,
             std::vector<double>(message.signals.size(), 0.0),
@@ -106,6 +107,8 @@ void CanDevice::add_sent(const SentMessageConfig& config) {
 void CanDevice::add_received(const ReceivedMessageConfig& config) {
   const DbcMessage& message = *config_.database.find_message(config.message);
   Received received{MessageDecoder(message, config.protection), inputs_.size()};
+  if (!message.signals.empty())
+    groups_.push_back({message.name, inputs_.size(), message.signals.size(), config.timeout_ns});
   for (std::size_t signal = 0; signal < message.signals.size(); ++signal) {
     inputs_.push_back(
         channel_of(message, signal, received.decoder.layout().codec(signal), config.safe_values));

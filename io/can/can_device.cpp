@@ -1,9 +1,11 @@
 #include "io/can/can_device.hpp"
 
+#include <linux/can/error.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -16,7 +18,8 @@ constexpr std::size_t ring_rows = 64;           // ticks whose outputs may wait 
 constexpr std::size_t kept_arrivals = 4096;     // samples of one input that may wait for the tick
 constexpr std::size_t frames_per_pass = 256;    // received before outputs get their turn
 constexpr std::size_t frames_at_end = 100'000;  // received at most while stopping
-constexpr int poll_limit_ms = 20;               // a lost bus is looked after this often
+constexpr RunTimeNs usual_loss_timeout_ns = 1'000'000'000;
+constexpr int poll_limit_ms = 20;  // a lost bus is looked after this often
 
 std::string joined(const std::vector<std::string>& sentences) {
   std::string text;
@@ -36,6 +39,11 @@ CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<Bus> bus)
     add_sent(sent);
   for (const ReceivedMessageConfig& received : config_.receive)
     add_received(received);
+  for (const InputGroup& group : groups_) {
+    if (group.timeout_ns > 0 && (loss_timeout_ns_ == 0 || group.timeout_ns < loss_timeout_ns_))
+      loss_timeout_ns_ = group.timeout_ns;
+  }
+  if (loss_timeout_ns_ == 0) loss_timeout_ns_ = usual_loss_timeout_ns;
   samples_.resize(inputs_.size());
   lose_inputs();
   published_ = std::make_unique<LatestValue<std::vector<Sample>>>(samples_);
@@ -69,7 +77,7 @@ void CanDevice::start(const RunClock& clock, Pacing pacing) {
 
 void CanDevice::stop() noexcept {
   if (!started_) return;
-  if (pacing_ == Pacing::realtime) {
+  if (thread_.joinable()) {  // not where the system refused it
     stopping_.store(true, std::memory_order_release);
     wake();
     thread_.join();
@@ -141,7 +149,12 @@ void CanDevice::enter_safe_state() noexcept {
 
 DeviceHealth CanDevice::health() const {
   const std::lock_guard lock(health_mutex_);
-  return health_;
+  return {connected(), fault_};
+}
+
+std::string CanDevice::send_fault() const {
+  const std::lock_guard lock(health_mutex_);
+  return send_fault_;
 }
 
 CanCounters CanDevice::counters() const noexcept {
@@ -196,10 +209,11 @@ bool CanDevice::receive_up_to(std::size_t most_frames) {
         handle(frame);
         break;
       case ReceiveResult::empty:
-        if (!connected_ && pacing_ == Pacing::realtime) set_health(true, {});
+        if (!connected() && !bus_off_ && pacing_ == Pacing::realtime) set_health(true, {});
         return false;
       case ReceiveResult::lost:
-        if (connected_) lose_inputs();
+        if (connected()) lose_inputs();
+        bus_off_ = false;  // the interface is opened anew
         set_health(false, bus_->fault());
         return false;
     }
@@ -210,7 +224,9 @@ bool CanDevice::receive_up_to(std::size_t most_frames) {
 void CanDevice::handle(const Frame& frame) {
   if (log_) log_->push(frame);
   load_.add(frame);
-  if (frame.is_error()) return counts_.errors.add();
+  if (frame.is_error()) counts_.errors.add();
+  follow_bus_state(frame);
+  if (frame.is_error()) return;
   if (frame.direction == Direction::tx) return;
   counts_.rx.add();
   const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
@@ -229,6 +245,23 @@ void CanDevice::handle(const Frame& frame) {
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
     take_in(received.first_input + signal, value, frame.time_ns);
   });
+}
+
+/// A controller that is bus-off neither sends nor receives until it is restarted.
+void CanDevice::follow_bus_state(const Frame& frame) {
+  if (frame.is_error() && (frame.raw.can_id & CAN_ERR_BUSOFF) != 0) {
+    if (connected()) lose_inputs();
+    bus_off_ = true;
+    set_health(false, "CAN bus '" + config_.name + "' (" + bus_->description() +
+                          ") is bus-off: its controller has seen too many errors; it comes back when it is "
+                          "restarted ('ip link set " +
+                          bus_->name() + " type can restart-ms 100')");
+    return;
+  }
+  const bool restarted = frame.is_error() && (frame.raw.can_id & CAN_ERR_RESTARTED) != 0;
+  if (!bus_off_ || (frame.is_error() && !restarted)) return;
+  bus_off_ = false;
+  set_health(true, {});
 }
 
 void CanDevice::take_in(std::size_t input, double value, RunTimeNs time_ns) {
@@ -269,6 +302,7 @@ void CanDevice::send_message(Sent& sent) {
     case SendResult::sent: {
       counts_.tx.add();
       sent.retry = false;
+      full_since_ns_.reset();
       const std::uint64_t counter = sent.encoder.confirm_sent();
       if (!sent.counter_input) return;
       const double value = sent.encoder.layout().codec(*sent.encoder.layout().counter()).to_physical(counter);
@@ -276,11 +310,35 @@ void CanDevice::send_message(Sent& sent) {
       return;
     }
     case SendResult::no_buffer:
-      return counts_.no_buffer.add();
+      counts_.no_buffer.add();
+      return note_full_queue(send_ns);
     case SendResult::error:
       sent.retry = false;
-      return counts_.send_errors.add();
+      counts_.send_errors.add();
+      return note_send_error(sent);
   }
+}
+
+void CanDevice::note_full_queue(RunTimeNs now_ns) {
+  if (!full_since_ns_) full_since_ns_ = now_ns;
+  if (now_ns - *full_since_ns_ <= loss_timeout_ns_) return;
+  set_send_fault("CAN bus '" + config_.name + "' (" + bus_->description() + ") took no frame for more than " +
+                 std::to_string(loss_timeout_ns_ / 1'000'000) +
+                 " ms: its queue stays full, since no other station acknowledges frames");
+}
+
+void CanDevice::note_send_error(const Sent& sent) {
+  const int error = bus_->send_error();
+  const bool lost = error == ENETDOWN || error == ENODEV || error == ENXIO || error == ENOTCONN;
+  if (lost && config_.may_be_lost) return;
+  set_send_fault("message " + sent.message + " could not be sent on CAN bus '" + config_.name + "' (" +
+                 bus_->description() + "): " + std::strerror(error));
+}
+
+/// The first one stays.
+void CanDevice::set_send_fault(const std::string& fault) {
+  const std::lock_guard lock(health_mutex_);
+  if (send_fault_.empty()) send_fault_ = fault;
 }
 
 void CanDevice::send_safe_values_if_asked() {
@@ -313,10 +371,9 @@ void CanDevice::lose_inputs() {
 }
 
 void CanDevice::set_health(bool connected, const std::string& fault) {
-  connected_ = connected;
+  connected_.store(connected, std::memory_order_relaxed);
   const std::lock_guard lock(health_mutex_);
-  health_.connected = connected;
-  health_.fault = fault;
+  fault_ = fault;
 }
 
 void CanDevice::wake() noexcept {

@@ -58,7 +58,8 @@ struct CanDeviceConfig {
   std::vector<SentMessageConfig> send;
   std::vector<ReceivedMessageConfig> receive;
   double bits_per_second = 500'000.0;  ///< for the bus load
-  std::filesystem::path log_file;      ///< candump -l format; empty: no log
+  bool may_be_lost = false;        ///< frames that can not be sent while the bus is lost are no send_fault()
+  std::filesystem::path log_file;  ///< candump -l format; empty: no log
   std::function<void()>
       on_thread_start;  ///< called first in the device's thread (name, priority); may be empty
 };
@@ -75,6 +76,9 @@ class CanDevice final : public Device {
   const std::string& name() const noexcept override { return config_.name; }
   std::span<const ChannelInfo> inputs() const noexcept override { return inputs_; }
   std::span<const ChannelInfo> outputs() const noexcept override { return outputs_; }
+  std::span<const InputGroup> input_groups() const noexcept override { return groups_; }
+  /// The shortest time-out of its received messages; 1 s where none has one.
+  RunTimeNs loss_timeout_ns() const noexcept override { return loss_timeout_ns_; }
 
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
@@ -87,7 +91,10 @@ class CanDevice final : public Device {
   /// In lock-step the safe values are sent by the next exchange() or by stop().
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
+  bool connected() const noexcept override { return connected_.load(std::memory_order_relaxed); }
   DeviceHealth health() const override;
+  /// A queue towards the bus that stays full for longer than loss_timeout_ns() is a cause, too.
+  std::string send_fault() const override;
 
   CanCounters counters() const noexcept;
   /// Why the log lacks frames though its queue had room (CandumpLogWriter::fault); whole after stop().
@@ -96,6 +103,7 @@ class CanDevice final : public Device {
 
  private:
   struct Sent {
+    std::string message;
     MessageEncoder encoder;
     std::int64_t period_ns;
     std::int64_t next_due_ns;
@@ -124,9 +132,13 @@ class CanDevice final : public Device {
   void send_released();
   void send_due(std::span<const double> values, RunTimeNs tick_ns);
   void send_message(Sent& sent);
+  void note_full_queue(RunTimeNs now_ns);
+  void note_send_error(const Sent& sent);
+  void set_send_fault(const std::string& fault);
   void send_safe_values_if_asked();
   void publish_if_changed();
   void lose_inputs();
+  void follow_bus_state(const Frame& frame);
   void set_health(bool connected, const std::string& fault);
   void wake() noexcept;
 
@@ -134,6 +146,8 @@ class CanDevice final : public Device {
   std::unique_ptr<Bus> bus_;
   std::vector<ChannelInfo> inputs_;
   std::vector<ChannelInfo> outputs_;
+  std::vector<InputGroup> groups_;
+  RunTimeNs loss_timeout_ns_ = 0;
   std::vector<std::int64_t> input_timeout_ns_;
   std::vector<double> safe_outputs_;
   std::vector<Sent> sent_;
@@ -154,13 +168,16 @@ class CanDevice final : public Device {
   int wake_fd_ = -1;
   std::atomic<bool> stopping_{false};
   std::atomic<bool> safe_state_asked_{false};
-  bool connected_ = false;
-  std::optional<RunTimeNs> last_tick_ns_;  ///< lock-step: of the last exchange
+  std::atomic<bool> connected_{false};
+  bool bus_off_ = false;                    ///< the controller has said so and not come back
+  std::optional<RunTimeNs> full_since_ns_;  ///< the queue towards the bus has had no room since
+  std::optional<RunTimeNs> last_tick_ns_;   ///< lock-step: of the last exchange
 
   Counts counts_;
   BusLoadMeter load_;
-  mutable std::mutex health_mutex_;
-  DeviceHealth health_;
+  mutable std::mutex health_mutex_;  ///< of the two faults
+  std::string fault_;
+  std::string send_fault_;
 };
 
 }  // namespace hil::io::can

@@ -167,11 +167,13 @@ void SocketCanBus::close() noexcept {
 }
 
 SendResult SocketCanBus::send(const Frame& frame) noexcept {
+  send_error_ = ENETDOWN;
   if (socket_ < 0 || lost_) return SendResult::error;
   const ssize_t sent = ::send(socket_, &frame.raw, frame.struct_size(), MSG_DONTWAIT);
   if (sent == static_cast<ssize_t>(frame.struct_size())) return SendResult::sent;
   if (sent < 0 && (errno == ENOBUFS || errno == EAGAIN || errno == EINTR)) return SendResult::no_buffer;
-  if (sent < 0 && is_bus_gone(errno)) lose(errno);
+  send_error_ = sent < 0 ? errno : EIO;
+  if (is_bus_gone(send_error_)) lose(send_error_);
   return SendResult::error;
 }
 

@@ -43,6 +43,7 @@ class SocketCanBus final : public Bus {
   void close() noexcept override;
   int fd() const noexcept override { return socket_; }
   SendResult send(const Frame& frame) noexcept override;
+  int send_error() const noexcept override { return send_error_; }
   ReceiveResult receive(Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override;
   SettleResult settle(RunTimeNs now_ns) override;
@@ -65,6 +66,7 @@ class SocketCanBus final : public Bus {
   FilterSet filters_;
   const RunClock* clock_ = nullptr;
   int socket_ = -1;
+  int send_error_ = 0;
   bool lost_ = false;                ///< no more frames than those the socket still holds
   std::int64_t next_look_ns_ = 0;    ///< monotonic: when to try the interface again
   std::uint32_t last_overflow_ = 0;  ///< the kernel's count for this socket

@@ -105,6 +105,8 @@ void ClientDevice::build_channels() {
       wanted_.push_back(entry.safe_value);
     }
   }
+  for (std::size_t channel = 0; channel < inputs_.size(); ++channel)
+    groups_.push_back({inputs_[channel].name, channel, 1, loss_timeout_ns()});
   newest_readings_.resize(inputs_.size());
   for (std::size_t channel = 0; channel < inputs_.size(); ++channel) {
     newest_readings_[channel].value = inputs_[channel].safe_value;
@@ -166,7 +168,7 @@ void ClientDevice::stop() noexcept {
   const std::scoped_lock lock(lockstep_mutex_, health_mutex_);
   session_.disconnect();
   started_ = false;
-  health_.connected = false;
+  answers_.store(false, relaxed);
 }
 
 // ---- the tick's side
@@ -289,6 +291,7 @@ bool ClientDevice::cycle(WallTime until) {
   if (!write_all(until) || !read_all(until)) return false;
   due_ = false;
   reconnect_pause_ = settings_.reconnect_pause_min;
+  answers_.store(true, relaxed);
   set_fault(cycle_fault_);
   return true;
 }
@@ -304,8 +307,6 @@ bool ClientDevice::connect_until(WallTime until) {
   for (WriteRequest& request : write_requests_)
     request.written.clear();
   counters_.connects.fetch_add(1, relaxed);
-  const std::scoped_lock lock(health_mutex_);
-  health_.connected = true;
   return true;
 }
 
@@ -343,11 +344,25 @@ bool ClientDevice::write_all(WallTime until) {
     if (!settle(reply, "writing", request.plan)) return false;
     if (reply == Reply::good) {
       request.written = request.image;
+      request.refused_since_ns.reset();
     } else {
       request.written.clear();
+      note_refusal(request);
     }
   }
   return true;
+}
+
+/// A unit that is busy refuses for a moment; one that goes on refusing never gets its outputs.
+void ClientDevice::note_refusal(WriteRequest& request) {
+  const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? wanted_tick_ns_ : clock_->now_ns();
+  if (!request.refused_since_ns) request.refused_since_ns = now_ns;
+  if (now_ns - *request.refused_since_ns <= loss_timeout_ns()) return;
+  const std::scoped_lock lock(health_mutex_);
+  if (!send_fault_.empty()) return;
+  send_fault_ = who_ + " has refused outputs for more than " + std::to_string(settings_.max_age.count()) +
+                " ms: writing " + place_of(request.plan.table, request.plan.address, request.plan.count) + ": " +
+                session_.fault();
 }
 
 bool ClientDevice::read_all(WallTime until) {
@@ -426,6 +441,7 @@ std::chrono::microseconds ClientDevice::request_limit(WallTime until) const {
 
 void ClientDevice::lose_connection(const std::string& fault) {
   session_.disconnect();
+  answers_.store(false, relaxed);
   next_connect_ = WallClock::now() + reconnect_pause_;
   reconnect_pause_ = std::min(2 * reconnect_pause_, settings_.reconnect_pause_max);
   set_fault(fault);
@@ -433,13 +449,21 @@ void ClientDevice::lose_connection(const std::string& fault) {
 
 void ClientDevice::set_fault(const std::string& fault) {
   const std::scoped_lock lock(health_mutex_);
-  health_.connected = session_.connected();
-  health_.fault = fault.empty() ? "" : who_ + ": " + fault;
+  fault_ = fault.empty() ? "" : who_ + ": " + fault;
+}
+
+RunTimeNs ClientDevice::loss_timeout_ns() const noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
+}
+
+std::string ClientDevice::send_fault() const {
+  const std::scoped_lock lock(health_mutex_);
+  return send_fault_;
 }
 
 DeviceHealth ClientDevice::health() const {
   const std::scoped_lock lock(health_mutex_);
-  return health_;
+  return {connected(), fault_};
 }
 
 std::vector<DeviceEvent> ClientDevice::events_since(std::size_t first) const {

@@ -96,6 +96,9 @@ class ClientDevice final : public Device {
   const std::string& name() const noexcept override { return settings_.name; }
   std::span<const ChannelInfo> inputs() const noexcept override { return inputs_; }
   std::span<const ChannelInfo> outputs() const noexcept override { return outputs_; }
+  std::span<const InputGroup> input_groups() const noexcept override { return groups_; }
+  /// `max_age`.
+  RunTimeNs loss_timeout_ns() const noexcept override;
 
   /// Connects, trying again for `start_limit`; DeviceError when the unit can not be reached by then.
   void start(const RunClock& clock, Pacing pacing) override;
@@ -106,7 +109,10 @@ class ClientDevice final : public Device {
   /// is under way).
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
+  bool connected() const noexcept override { return answers_.load(std::memory_order_relaxed); }
   DeviceHealth health() const override;
+  /// A write that the unit has refused with exceptions for longer than `max_age` is a cause.
+  std::string send_fault() const override;
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
 
   ClientCounters counters() const noexcept;
@@ -128,6 +134,7 @@ class ClientDevice final : public Device {
     PlannedRequest plan;
     std::vector<std::uint16_t> image;    ///< what the unit should hold
     std::vector<std::uint16_t> written;  ///< what it was last told; empty: nothing since the connect
+    std::optional<RunTimeNs> refused_since_ns;  ///< the unit has answered it with exceptions since
   };
   struct AtomicCounters {
     std::atomic<std::uint64_t> requests{0}, replies{0}, timeouts{0}, errors{0}, connects{0}, superseded{0};
@@ -143,6 +150,7 @@ class ClientDevice final : public Device {
   bool cycle(WallTime until);
   bool connect_until(WallTime until);
   bool write_all(WallTime until);
+  void note_refusal(WriteRequest& request);
   bool read_all(WallTime until);
   void encode_outputs();
   Conversion encode_into(WriteRequest& request, std::size_t entry, double value);
@@ -159,6 +167,7 @@ class ClientDevice final : public Device {
   const std::string short_;  ///< "unit plc"
   mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
+  std::vector<InputGroup> groups_;
   std::vector<std::size_t> input_entries_, output_entries_;  ///< channel -> index into the map
   std::vector<std::size_t> channel_of_input_;                ///< index into the map -> input channel
   std::optional<std::size_t> run_time_entry_, heartbeat_entry_;
@@ -194,8 +203,9 @@ class ClientDevice final : public Device {
   std::thread thread_;
 
   AtomicCounters counters_;
-  mutable std::mutex health_mutex_;  ///< never taken by the tick
-  DeviceHealth health_;
+  std::atomic<bool> answers_{false};  ///< the last cycle was answered whole
+  mutable std::mutex health_mutex_;   ///< never taken by the tick
+  std::string fault_, send_fault_;
 };
 
 }  // namespace hil::io::modbus

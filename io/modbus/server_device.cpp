@@ -62,7 +62,9 @@ void ServerDevice::build_channels() {
     (entry.writable ? outputs_ : inputs_)
         .push_back({entry.name, entry.unit, entry.minimum, entry.maximum, entry.safe_value});
     (entry.writable ? output_entries_ : input_entries_).push_back(index);
-    if (!entry.writable) newest_readings_.push_back({entry.safe_value, 0, false});
+    if (entry.writable) continue;
+    groups_.push_back({entry.name, newest_readings_.size(), 1, loss_timeout_ns()});
+    newest_readings_.push_back({entry.safe_value, 0, false});
   }
 }
 
@@ -167,6 +169,10 @@ void ServerDevice::wake() noexcept {
   [[maybe_unused]] const ssize_t written = ::write(wake_event_.get(), &one, sizeof(one));
 }
 
+RunTimeNs ServerDevice::loss_timeout_ns() const noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
+}
+
 // ---- the server's side
 
 void ServerDevice::run() noexcept {
@@ -222,7 +228,7 @@ std::vector<DeviceEvent> ServerDevice::events_since(std::size_t first) const {
 }
 
 DeviceHealth ServerDevice::health() const {
-  return {server_.clients() > 0, ""};
+  return {connected(), ""};
 }
 
 }  // namespace hil::io::modbus

@@ -56,6 +56,9 @@ class ServerDevice final : public Device {
   const std::string& name() const noexcept override { return settings_.name; }
   std::span<const ChannelInfo> inputs() const noexcept override { return inputs_; }
   std::span<const ChannelInfo> outputs() const noexcept override { return outputs_; }
+  std::span<const InputGroup> input_groups() const noexcept override { return groups_; }
+  /// `max_age`.
+  RunTimeNs loss_timeout_ns() const noexcept override;
 
   /// Listens; DeviceError when the port can not be had.
   void start(const RunClock& clock, Pacing pacing) override;
@@ -65,8 +68,9 @@ class ServerDevice final : public Device {
   bool exchange(RunTimeNs tick_ns) override;
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
-  /// connected: at least one client is.
+  bool connected() const noexcept override { return server_.clients() > 0; }
   DeviceHealth health() const override;
+  std::string send_fault() const override { return {}; }
 
   /// The port it listens on; 0 before start and after stop.
   std::uint16_t port() const noexcept { return port_.load(); }
@@ -97,6 +101,7 @@ class ServerDevice final : public Device {
   const std::string who_;  ///< "unit panel"
   mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
+  std::vector<InputGroup> groups_;
   std::vector<std::size_t> input_entries_, output_entries_;  ///< channel -> index into the map
 
   // The tick's side.

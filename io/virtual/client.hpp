@@ -8,6 +8,7 @@
 // Threads: as io/can/bus.hpp says.
 
 #include <atomic>
+#include <cerrno>
 #include <mutex>
 #include <string>
 
@@ -38,6 +39,7 @@ class Client final : public can::Bus {
   int fd() const noexcept override { return socket_; }
   /// In lock-step this waits for the hub to take the frame.
   can::SendResult send(const can::Frame& frame) noexcept override;
+  int send_error() const noexcept override { return socket_ < 0 || lost_ ? ENETDOWN : EINVAL; }
   /// Own frames are not received. A hub that closed is lost for good.
   can::ReceiveResult receive(can::Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }

@@ -14,6 +14,7 @@
 // Threads: as io/can/bus.hpp says; station_count() and client_counters() from any thread.
 
 #include <atomic>
+#include <cerrno>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -70,6 +71,7 @@ class Hub final : public can::Bus {
   void close() noexcept override;
   int fd() const noexcept override { return epoll_; }
   can::SendResult send(const can::Frame& frame) noexcept override;
+  int send_error() const noexcept override { return epoll_ < 0 ? ENETDOWN : EINVAL; }
   can::ReceiveResult receive(can::Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
   can::SettleResult settle(RunTimeNs now_ns) override;

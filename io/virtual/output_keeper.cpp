@@ -23,7 +23,7 @@ constexpr std::string_view rest_left_out =
 }  // namespace
 
 OutputKeeper::OutputKeeper(const std::filesystem::path& file)
-    : file_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
+    : file_name_(file.string()), file_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
   if (file_.get() < 0) return;
   std::array<int, 2> ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return;
@@ -58,6 +58,12 @@ void OutputKeeper::finish() noexcept {
   from_.reset();
 }
 
+std::string OutputKeeper::fault() const {
+  if (write_error_ == 0) return {};
+  return "the output of a program can not be written whole to '" + file_name_ +
+         "': " + std::generic_category().message(write_error_);
+}
+
 void OutputKeeper::serve() noexcept {
   ::pthread_setname_np(::pthread_self(), "process output");
   while (!finishing_.load()) {
@@ -86,7 +92,10 @@ void OutputKeeper::keep(const char* bytes, std::size_t count) noexcept {
     while (!text.empty()) {
       const ssize_t written = ::write(file_.get(), text.data(), text.size());
       if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) return;  // a full disk takes no more of it; the child is not to suffer from that
+      if (written <= 0) {  // a full disk takes no more of it; the child is not to suffer from that
+        if (write_error_ == 0) write_error_ = written < 0 ? errno : EIO;
+        return;
+      }
       text.remove_prefix(static_cast<std::size_t>(written));
     }
   };

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstddef>
 #include <filesystem>
+#include <string>
 #include <thread>
 
 #include "io/virtual/descriptor.hpp"
@@ -32,6 +33,9 @@ class OutputKeeper {
   bool begin();
   /// Takes in what has been printed so far, and ends. What is printed later has no reader.
   void finish() noexcept;
+  /// After finish: why the file lacks what was printed, in a sentence; empty: it lacks nothing, or only what is
+  /// beyond the limit.
+  std::string fault() const;
 
  private:
   void serve() noexcept;
@@ -39,6 +43,8 @@ class OutputKeeper {
   bool take(std::size_t most_bytes) noexcept;
   void keep(const char* bytes, std::size_t count) noexcept;
 
+  const std::string file_name_;
+  int write_error_ = 0;  ///< the first one
   Descriptor file_;
   Descriptor from_, into_;  ///< the ends of the pipe
   Descriptor wake_;

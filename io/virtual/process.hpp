@@ -72,6 +72,8 @@ class Child {
   const Exit& stop(std::int64_t limit_ns);
   /// Misuse (asserts): while it runs.
   const Exit& exit() const;
+  /// Once it has ended: why its output file lacks what it printed (OutputKeeper::fault).
+  std::string output_fault() const { return output_ ? output_->fault() : std::string(); }
 
  private:
   /// True when the child has ended, now or before.

@@ -16,6 +16,8 @@
 
 #include <rtstdb/database.hpp>
 
+#include "runtime/cli/limited_memory.hpp"
+#include "runtime/cli/start_failure.hpp"
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/cli/told.hpp"
 #include "runtime/executive/clock.hpp"
@@ -118,10 +120,14 @@ void add_doctor(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("doctor", "say what this machine can do: real-time, wake-up latency, Vulkan, CAN");
   command->callback([&exit_code] {
-    const bool gpu = look_at_gpus();
-    look_at_can();
-    measure_wakeups(look_at_scheduling());
-    exit_code = told("doctor", gpu ? run::exit_passed : run::exit_gpu_failed);
+    exit_code = run_within_limits(
+        [] {
+          const bool gpu = look_at_gpus();
+          look_at_can();
+          measure_wakeups(look_at_scheduling());
+          return told("doctor", gpu ? run::exit_passed : run::exit_gpu_failed);
+        },
+        [](const std::string& end) { return report_lack_of_memory("doctor", end); });
   });
 }
 

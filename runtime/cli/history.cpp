@@ -9,6 +9,8 @@
 #include <rtstdb/limits.hpp>
 
 #include "runtime/cli/history_answers.hpp"
+#include "runtime/cli/limited_memory.hpp"
+#include "runtime/cli/start_failure.hpp"
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/cli/told.hpp"
 #include "runtime/config/units.hpp"
@@ -271,6 +273,15 @@ int exit_code_of(HistoryError::Kind kind) {
   return run::exit_internal;
 }
 
+int answered(const Arguments& arguments, int (*answer)(const Arguments&)) {
+  try {
+    return answer(arguments);
+  } catch (const HistoryError& error) {
+    std::fprintf(stderr, "hil history: %s\n", error.what());
+    return exit_code_of(error.kind());
+  }
+}
+
 void add_times(CLI::App* command, Arguments& arguments, bool series) {
   command->add_option("--at", arguments.at, "run time that is asked about: 12.3s")->required();
   command->add_option("--gpu", arguments.gpu, "the Vulkan device: a part of its name, its index, or auto");
@@ -350,12 +361,9 @@ void add_history(CLI::App& app, int& exit_code) {
   add_questions(command, arguments, [&](CLI::App* one, int (*answer)(const Arguments&)) {
     one->fallthrough();
     one->callback([arguments, answer, &exit_code] {
-      try {
-        exit_code = answer(*arguments);
-      } catch (const HistoryError& error) {
-        std::fprintf(stderr, "hil history: %s\n", error.what());
-        exit_code = exit_code_of(error.kind());
-      }
+      exit_code =
+          run_within_limits([&] { return answered(*arguments, answer); },
+                            [](const std::string& end) { return report_lack_of_memory("history", end); });
     });
   });
 }

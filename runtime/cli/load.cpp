@@ -6,7 +6,7 @@ namespace hil::cli {
 
 std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides) {
   config::Diagnostics diagnostics;
-  auto scenario = config::load_scenario(file, overrides, run::module_schemas(), diagnostics);
+  auto scenario = config::load_scenario_to_wire(file, overrides, run::module_schemas(), diagnostics);
   std::optional<run::Wiring> wiring;
   Loaded loaded;
   if (scenario) {
@@ -14,7 +14,7 @@ std::optional<Loaded> load(const std::string& file, const std::vector<std::strin
     wiring = run::wire(*loaded.scenario, diagnostics);
   }
   std::fputs(diagnostics.to_text().c_str(), stderr);
-  if (!wiring) return std::nullopt;
+  if (!wiring || !diagnostics.empty()) return std::nullopt;
   loaded.wiring = std::move(*wiring);
   loaded.warning_count = diagnostics.warning_count();
   return loaded;

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "runtime/cli/subcommands.hpp"
+#include "runtime/cli/usage_error.hpp"
 #include "runtime/run/session.hpp"
 
 namespace {
@@ -25,8 +26,9 @@ int command_line(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    const int answer = app.exit(error);
-    return answer == 0 ? 0 : hil::run::exit_bad_config;
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::fprintf(stderr, "%s\n", hil::cli::usage_error(app, error).c_str());
+    return hil::run::exit_bad_config;
   }
   return exit_code;
 }
@@ -37,7 +39,7 @@ int main(int argc, char** argv) {
   try {
     return command_line(argc, argv);
   } catch (const std::bad_alloc&) {
-    std::fputs("hil: memory ran out\n", stderr);
+    std::fputs("hil: memory ran out; raise its limit (ulimit -v, ulimit -d) or make memory free\n", stderr);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hil: internal fault: %s\n", error.what());
   }

@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <optional>
 
+#include "runtime/cli/limited_memory.hpp"
 #include "runtime/cli/load.hpp"
+#include "runtime/cli/start_failure.hpp"
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/cli/told.hpp"
 #include "runtime/report/report_files.hpp"
@@ -97,7 +99,7 @@ std::size_t terminal_columns() {
 }
 
 /// Writes the report, then the trace, which is large. What the folder does not take makes the run one that failed, and no
-/// file there claims that it passed. Whether there is a report.
+/// file there claims that it passed: those that can be written then say so. Whether there is a report.
 bool write_files(run::SessionResult& result, const std::filesystem::path& directory) {
   report::RunRecord& record = result.record;
   try {
@@ -112,14 +114,22 @@ bool write_files(run::SessionResult& result, const std::filesystem::path& direct
       record.exit_code = run::exit_io_failed;
     }
   }
+  std::error_code ignored;
+  for (const char* file : {"report.json", "junit.xml", "report.html", "trace.json"})
+    std::filesystem::remove(directory / file, ignored);
   try {
     report::write_report(record, directory);
-    return true;
   } catch (const report::ReportError&) {
-    std::error_code ignored;
-    for (const char* file : {"report.json", "junit.xml", "report.html"})
-      std::filesystem::remove(directory / file, ignored);
-    return false;
+    // Said above; the small files come first.
+  }
+  return std::filesystem::exists(directory / "report.json", ignored);
+}
+
+void note_exit_code(const run::SessionOptions& options, bool to_console, const std::string& sentence) {
+  try {
+    run::RunLog(options.directory / "run.log", to_console, false).info(sentence);
+  } catch (const io::DeviceError& error) {
+    std::fprintf(stderr, "hil run: %s\n", error.what());
   }
 }
 
@@ -129,12 +139,25 @@ int leave_report(run::SessionResult& result, const run::SessionOptions& options)
   const bool is_there = write_files(result, options.directory);
   std::fputs(report::report_text(record, is_there ? options.directory.string() : "").c_str(), stdout);
   const int exit_code = told("run", record.exit_code);
-  try {
-    run::RunLog(options.directory / "run.log", options.verbose, false)
-        .info("exit code " + std::to_string(exit_code) + ": " + record.reason);
-  } catch (const io::DeviceError& error) {
-    std::fprintf(stderr, "hil run: %s\n", error.what());
-  }
+  note_exit_code(options, options.verbose, "exit code " + std::to_string(exit_code) + ": " + record.reason);
+  return exit_code;
+}
+
+/// Leaves the report of a run that did not begin. The reason is printed once, on stderr.
+int leave_refusal(const config::Scenario& scenario, const run::SessionOptions& options,
+                  const StartFailure& failure) {
+  std::fprintf(stderr, "hil run: %s\n", failure.sentence.c_str());
+  run::SessionResult result;
+  result.record =
+      run::record_of_refusal(scenario, options, failure.verdict, failure.exit_code, failure.sentence);
+  const bool is_there = write_files(result, options.directory);
+  std::printf("%s: the reason is on stderr%s\n", report::headline(failure.verdict),
+              is_there ? (" and in the report in " + options.directory.string()).c_str()
+                       : ", and there is no report");
+  const int exit_code = told("run", result.record.exit_code);
+  note_exit_code(
+      options, false,
+      "the run can not begin: " + failure.sentence + " (exit code " + std::to_string(exit_code) + ")");
   return exit_code;
 }
 
@@ -153,24 +176,16 @@ int refuse_scenario(const std::string& directory) {
 
 int run_in_folder(Loaded& loaded, const run::SessionOptions& options, const run::RunFolder& folder,
                   bool live) {
-  const config::Scenario& scenario = *loaded.scenario;
   run::SessionResult result;
-  const auto refuse = [&](const std::exception& error, report::Verdict verdict, int exit_code) {
-    std::fprintf(stderr, "hil run: %s\n", error.what());
-    result.record = run::record_of_refusal(scenario, options, verdict, exit_code, error.what());
-  };
+  std::optional<StartFailure> failure;
   try {
     folder.clear();
     result = run::run_session(std::move(loaded.wiring), options, stop_requested);
     if (live) std::fputs("\r\033[K", stdout);
-  } catch (const run::GpuError& error) {
-    refuse(error, report::Verdict::gpu_failed, run::exit_gpu_failed);
-  } catch (const io::DeviceError& error) {
-    refuse(error, report::Verdict::io_failed, run::exit_io_failed);
-  } catch (const modules::SetupError& error) {
-    refuse(error, report::Verdict::refused, run::exit_bad_config);
+  } catch (const std::exception& error) {
+    failure = start_failure_of(error, options.directory);
   }
-  return leave_report(result, options);
+  return failure ? leave_refusal(*loaded.scenario, options, *failure) : leave_report(result, options);
 }
 
 int run(const Arguments& arguments, bool seed_given) {
@@ -201,7 +216,11 @@ int run(const Arguments& arguments, bool seed_given) {
   catch_signals();
   try {
     const run::RunFolder folder(options.directory);
-    return run_in_folder(*loaded, options, folder, live);
+    return run_within_limits([&] { return run_in_folder(*loaded, options, folder, live); },
+                             [&](const std::string& end) {
+                               return leave_refusal(*loaded->scenario, options,
+                                                    failure_for_lack_of_memory(end));
+                             });
   } catch (const io::DeviceError& error) {
     std::fprintf(stderr, "hil run: %s\n", error.what());
     return run::exit_io_failed;

@@ -247,38 +247,62 @@ BoundCondition Condition::bind(std::span<const std::uint32_t> indices) const {
 bool BoundCondition::holds(std::span<const double> values) const noexcept {
   require(!nodes_.empty(), "a condition made by Condition::bind");
   require(values.size() >= least_size_, "a value for each signal of the condition");
-  return evaluate(nodes_.size() - 1, values);
+  return evaluate(nodes_.size() - 1, values, {}) == Truth::yes;
 }
 
-bool BoundCondition::evaluate(std::size_t index, std::span<const double> values) const noexcept {
+Truth BoundCondition::truth(std::span<const double> values,
+                            std::span<const std::uint8_t> unknown) const noexcept {
+  require(!nodes_.empty(), "a condition made by Condition::bind");
+  require(values.size() >= least_size_ && unknown.size() == values.size(),
+          "a value for each signal of the condition, and whether it is unknown");
+  return evaluate(nodes_.size() - 1, values, unknown);
+}
+
+Truth BoundCondition::evaluate(std::size_t index, std::span<const double> values,
+                               std::span<const std::uint8_t> unknown) const noexcept {
   using Operation = Condition::Operation;
   const Condition::Node& node = nodes_[index];
+  const auto part = [&](std::size_t child) { return evaluate(child, values, unknown); };
+  const auto either = [&](Truth decisive, Truth other) {
+    const Truth first = part(node.first);
+    if (first == decisive) return decisive;
+    const Truth second = part(node.second);
+    if (second == decisive) return decisive;
+    return first == Truth::unknown || second == Truth::unknown ? Truth::unknown : other;
+  };
+  const auto is_unknown = [&](const Condition::Operand& operand) {
+    return operand.is_signal && !unknown.empty() && unknown[operand.signal] != 0;
+  };
   const auto value_of = [&](const Condition::Operand& operand) {
     return operand.is_signal ? values[operand.signal] : operand.number;
   };
-  const double left = value_of(node.left);
-  const double right = value_of(node.right);
+  const auto compare = [&](auto comparison) {
+    if (is_unknown(node.left) || is_unknown(node.right)) return Truth::unknown;
+    return comparison(value_of(node.left), value_of(node.right)) ? Truth::yes : Truth::no;
+  };
   switch (node.operation) {
     case Operation::all_of:
-      return evaluate(node.first, values) && evaluate(node.second, values);
+      return either(Truth::no, Truth::yes);
     case Operation::any_of:
-      return evaluate(node.first, values) || evaluate(node.second, values);
-    case Operation::negation:
-      return !evaluate(node.first, values);
+      return either(Truth::yes, Truth::no);
+    case Operation::negation: {
+      const Truth inner = part(node.first);
+      return inner == Truth::unknown ? inner : inner == Truth::yes ? Truth::no : Truth::yes;
+    }
     case Operation::equal:
-      return left == right;
+      return compare(std::equal_to<>());
     case Operation::not_equal:
-      return left != right;
+      return compare(std::not_equal_to<>());
     case Operation::less:
-      return left < right;
+      return compare(std::less<>());
     case Operation::less_or_equal:
-      return left <= right;
+      return compare(std::less_equal<>());
     case Operation::greater:
-      return left > right;
+      return compare(std::greater<>());
     case Operation::greater_or_equal:
-      return left >= right;
+      return compare(std::greater_equal<>());
   }
-  return false;
+  return Truth::unknown;
 }
 
 }  // namespace hil::config

@@ -11,6 +11,9 @@
 //
 // Comparisons are those of IEEE doubles: with a NaN, every one but != is false.
 //
+// A signal may be unknown. A comparison with it is then unknown, and `and`, `or` and `not` follow Kleene's
+// three-valued logic: `false and unknown` is false, `true or unknown` is true.
+//
 // Threads: immutable after parsing; holds() may be called from any thread and neither allocates nor blocks.
 
 #include <cstddef>
@@ -24,6 +27,8 @@
 #include "runtime/config/schema.hpp"
 
 namespace hil::config {
+
+enum class Truth : std::uint8_t { no, yes, unknown };
 
 /// A word of the user's that is looked up later, and where it stands.
 struct Word {
@@ -88,15 +93,19 @@ class Condition {
   std::vector<Node> nodes_;  ///< parts before the whole; the last one is the condition
 };
 
-/// A condition whose signals are known by index.
+/// A condition whose signals are given by index.
 class BoundCondition {
  public:
-  /// Misuse (asserts): an index that was bound lies outside of `values`.
+  /// With every signal known. Misuse (asserts): an index that was bound lies outside of `values`.
   bool holds(std::span<const double> values) const noexcept;
+  /// `unknown[i]` says that values[i] is not to be used; as many as values. Misuse (asserts): as for holds().
+  Truth truth(std::span<const double> values, std::span<const std::uint8_t> unknown) const noexcept;
 
  private:
   friend class Condition;
-  bool evaluate(std::size_t node, std::span<const double> values) const noexcept;
+  /// An empty `unknown`: every signal is known.
+  Truth evaluate(std::size_t node, std::span<const double> values,
+                 std::span<const std::uint8_t> unknown) const noexcept;
 
   std::vector<Condition::Node> nodes_;
   std::uint32_t least_size_ = 0;

@@ -120,6 +120,19 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
   return candidates.size() > most_listed ? list + ", ..." : list;
 }
 
+std::string all_known(std::string_view word, const std::vector<std::string>& candidates) {
+  const std::string near = nearest(word, candidates);
+  std::string list =
+      near.empty() ? "; known here: " : "; did you mean " + in_quotes(near) + "? Known here: " + near;
+  bool first = near.empty();
+  for (const std::string& candidate : candidates) {
+    if (candidate == near) continue;
+    list += (first ? "" : ", ") + candidate;
+    first = false;
+  }
+  return list;
+}
+
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest_shown = 60;
   const bool shortened = text.size() > longest_shown;

@@ -65,6 +65,10 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
 /// candidates.
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
 
+/// For a short list that is shown as a whole: "; did you mean 'b'? Known here: b, a, c", the nearest candidate
+/// first; without a near one "; known here: a, b, c".
+std::string all_known(std::string_view word, const std::vector<std::string>& candidates);
+
 /// The user's text in single quotes, shortened when it is long, with unprintable bytes shown as '?'.
 std::string in_quotes(std::string_view text);
 

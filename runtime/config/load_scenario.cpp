@@ -1,14 +1,26 @@
 #include <filesystem>
 #include <memory>
 #include <system_error>
+#include <utility>
 
 #include "runtime/config/overrides.hpp"
 #include "runtime/config/scenario_parts.hpp"
 
 namespace hil::config {
+namespace {
 
-std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
-                                      const SchemaOfModules& modules, Diagnostics& diagnostics) {
+/// Whether all parts are free of mistakes that other parts refer to: all but the expectations.
+bool rest_is_sound(TreeNode tree, const Schema& schema) {
+  std::erase_if(tree.entries, [](const TreeEntry& entry) { return entry.key.scalar == "expectations"; });
+  Diagnostics of_rest;
+  check_tree(tree, schema, of_rest);
+  return of_rest.empty();
+}
+
+}  // namespace
+
+std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
+                                              const SchemaOfModules& modules, Diagnostics& diagnostics) {
   const std::size_t mistakes_before = diagnostics.count();
   const std::shared_ptr<const SourceText> source = read_source(path, diagnostics);
   if (!source) return std::nullopt;
@@ -16,20 +28,32 @@ std::optional<Scenario> load_scenario(const std::string& path, std::span<const s
   if (!tree) return std::nullopt;
   const Schema schema = scenario_schema();
   apply_overrides(*tree, schema, overrides, diagnostics);
+  bool sound = diagnostics.count() == mistakes_before;
   const std::optional<Value> root = check_tree(*tree, schema, diagnostics);
   if (!root) return std::nullopt;
+  if (diagnostics.count() != mistakes_before) sound = sound && rest_is_sound(std::move(*tree), schema);
 
   Scenario scenario;
   std::error_code error;
   scenario.file = std::filesystem::absolute(path, error).lexically_normal().string();
   Reading reading{diagnostics, modules, std::nullopt, {}, {}};
+  const std::size_t mistakes_of_schema = diagnostics.count();
   read_general(*root, scenario, reading);
   read_world(*root, scenario, reading);
   read_tasks(*root, scenario, reading);
   read_can(*root, scenario, reading);
   read_modbus(*root, scenario, reading);
   read_processes(*root, scenario, reading);
+  sound = sound && diagnostics.count() == mistakes_of_schema;
   read_expectations(*root, scenario, reading);
+  if (!sound) return std::nullopt;
+  return scenario;
+}
+
+std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
+                                      const SchemaOfModules& modules, Diagnostics& diagnostics) {
+  const std::size_t mistakes_before = diagnostics.count();
+  std::optional<Scenario> scenario = load_scenario_to_wire(path, overrides, modules, diagnostics);
   if (diagnostics.count() != mistakes_before) return std::nullopt;
   return scenario;
 }

@@ -183,6 +183,7 @@ void read_can(const Value& root, Scenario& scenario, Reading& reading) {
     section.database = value["database"].text();
     section.database_place = value["database"].place();
     section.bits_per_second = static_cast<double>(value["bit_rate"].integer());
+    section.may_be_lost = value["may_be_lost"].boolean();
     if (value.has("priority")) section.thread_priority = static_cast<int>(value["priority"].integer());
     scenario.can.push_back(std::move(section));
   }

@@ -46,7 +46,9 @@ void read_expectations(const Value& root, Scenario& scenario, Reading& reading) 
                               "'by' belongs to 'eventually', not to " + in_quotes(value.chosen()));
     }
     std::optional<Claim> claim = read_claim(value, scenario.duration_ns, reading.diagnostics);
-    if (claim) scenario.expectations.push_back({value["name"].text(), value.place(), std::move(*claim)});
+    if (!claim) continue;
+    scenario.expectations.push_back(
+        {value["name"].text(), value.place(), value["coverage"].number(), std::move(*claim)});
   }
 }
 

@@ -27,6 +27,7 @@ void read_realtime(const Value& value, Realtime& realtime) {
   realtime.lock_memory = value["lock_memory"].boolean();
   for (const Value& cpu : value["cpus"].items())
     realtime.cpus.push_back(static_cast<int>(cpu.integer()));
+  realtime.max_lost = value["max_lost"].number();
   if (value.has("watchdog")) realtime.watchdog_ns = value["watchdog"].duration_ns();
 }
 

@@ -137,6 +137,7 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   if (value.has("max_age")) section.max_age_ns = value["max_age"].duration_ns();
   section.start_limit_ns = value["start_limit"].duration_ns();
   section.unit_id = static_cast<std::uint8_t>(value["unit_id"].integer());
+  section.may_be_lost = value["may_be_lost"].boolean();
   section.max_gap = static_cast<std::uint16_t>(value["max_gap"].integer());
   section.max_clients = static_cast<std::size_t>(value["max_clients"].integer());
   if (value.has("priority")) section.thread_priority = static_cast<int>(value["priority"].integer());

@@ -54,6 +54,8 @@ void read_process(const Word& name, const Value& value, Scenario& scenario, cons
   if (!is_whole(value)) return;
   process.enabled = value["enabled"].boolean();
   process.safe_on_exit = value["safe_on_exit"].boolean();
+  process.may_be_lost = value["may_be_lost"].boolean();
+  process.free_running = value["free_running"].boolean();
   process.start_timeout_ns = value["start_timeout"].duration_ns();
   scenario.processes.push_back(std::move(process));
 }
@@ -81,6 +83,35 @@ void check_automatic_ports(const Scenario& scenario, const Reading& reading) {
   }
 }
 
+/// What tells a process the time of the run under the virtual clock.
+bool keeps_step(const CommandWord::Placeholder& placeholder, const Scenario& scenario) {
+  if (placeholder.section == "clock" || placeholder.section == "can")
+    return true;  // each bus is a virtual one
+  for (const ModbusSection& unit : scenario.modbus) {
+    if (unit.unit.text == placeholder.name) return unit.run_time_entry.has_value();
+  }
+  return true;  // the unit's own mistake is reported elsewhere
+}
+
+/// Under the virtual clock a program that keeps to the wall clock gives other results in each run.
+void check_stepping(const Scenario& scenario, Diagnostics& diagnostics) {
+  if (scenario.clock != ClockKind::virtual_time) return;
+  for (const ProcessSection& process : scenario.processes) {
+    bool steps = !process.enabled || process.free_running;
+    for (const CommandWord& word : process.command) {
+      for (const CommandWord::Placeholder& placeholder : word.placeholders)
+        steps = steps || keeps_step(placeholder, scenario);
+    }
+    if (steps) continue;
+    diagnostics.add(
+        process.name.place,
+        "'clock: virtual': the process " + in_quotes(process.name.text) +
+            " can not keep step with the run: its command has neither {clock}, nor {can.BUS} of a "
+            "virtual bus, nor {modbus.UNIT} of a unit with 'run_time'; give it one of these, or say "
+            "'free_running: true' if it need not keep step");
+  }
+}
+
 }  // namespace
 
 void read_processes(const Value& root, Scenario& scenario, Reading& reading) {
@@ -92,7 +123,10 @@ void read_processes(const Value& root, Scenario& scenario, Reading& reading) {
     all_whole = all_whole && is_whole(value);
   }
   const Value* const others = part_of(root, "processes");
-  if (others == nullptr) return;
+  if (others == nullptr) {
+    if (all_whole) check_stepping(scenario, reading.diagnostics);
+    return;
+  }
   for (std::size_t i = 0; i < others->entries().size(); ++i) {
     const auto& [name, value] = others->entries()[i];
     if (name == dut_name) {
@@ -101,7 +135,9 @@ void read_processes(const Value& root, Scenario& scenario, Reading& reading) {
     }
     read_process({name, others->key_place(i)}, value, scenario, reading);
   }
-  if (all_whole && is_whole(*others)) check_automatic_ports(scenario, reading);
+  if (!all_whole || !is_whole(*others)) return;
+  check_automatic_ports(scenario, reading);
+  check_stepping(scenario, reading.diagnostics);
 }
 
 }  // namespace hil::config

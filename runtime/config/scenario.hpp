@@ -34,6 +34,7 @@ struct Realtime {
   bool lock_memory = true;
   std::vector<int> cpus;         ///< empty: no affinity
   std::int64_t watchdog_ns = 0;  ///< 0: the executive's own choice
+  double max_lost = 0.0;         ///< share of ticks, or of a task's releases, that may be lost
 };
 
 /// Sizes are full extents in metres.
@@ -174,6 +175,7 @@ struct CanSection {
   std::vector<SentMessage> send;
   std::vector<ReceivedMessage> receive;
   BusFaults faults;
+  bool may_be_lost = false;  ///< its loss is no fault of the run
   bool is_virtual() const noexcept { return interface.empty(); }
 };
 
@@ -202,6 +204,7 @@ struct ModbusSection {
   std::optional<Word> run_time_entry;
   std::optional<Word> heartbeat_entry;
   std::optional<int> thread_priority;
+  bool may_be_lost = false;  ///< its loss is no fault of the run
   std::vector<RegisterWrite> write;
   std::vector<Word> read;
 };
@@ -238,6 +241,8 @@ struct ProcessSection {
   bool enabled = true;
   std::vector<CommandWord> command;  ///< the program first; at least one word
   bool safe_on_exit = true;          ///< outputs go to their safe values when it ends before the run does
+  bool may_be_lost = false;          ///< its end before the run's is no fault of the run
+  bool free_running = false;         ///< under the virtual clock: it keeps no step with the run, and need not
   std::int64_t start_timeout_ns = 0;
 };
 
@@ -262,6 +267,7 @@ struct Response {
 struct Expectation {
   std::string name;
   Place place;
+  double coverage = 0.95;  ///< the least share of its ticks it has to be evaluated on
   std::variant<Never, Always, Eventually, Response> claim;
 };
 
@@ -299,6 +305,12 @@ Schema register_map_schema();
 /// mistakes at once; empty when there was any. `overrides`: see overrides.hpp.
 std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
                                       const SchemaOfModules& modules, Diagnostics& diagnostics);
+
+/// The same for a scenario that is to be wired next: expectations with mistakes are left out, so that the mistakes
+/// of a wiring show at once with theirs. Empty when anything else is wrong; the scenario must not run unless
+/// `diagnostics` is empty.
+std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
+                                              const SchemaOfModules& modules, Diagnostics& diagnostics);
 
 /// Reads a register map file: {registers: [{name, table, address, type, ...}]}. Empty when there was any
 /// mistake.

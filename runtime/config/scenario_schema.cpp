@@ -34,6 +34,13 @@ Schema thread_priority() {
   return Schema::integer(1, highest_priority);
 }
 
+/// `subject`: what is lost, and when.
+Field may_be_lost(const std::string& subject) {
+  return Field::with_default(
+      "may_be_lost", Schema::boolean(), "false",
+      "Whether it may be lost without making the run fail with exit code 4. " + subject);
+}
+
 Schema vector3(Quantity quantity, double largest) {
   return Schema::list(Schema::quantity(quantity, -largest, largest), 3, 3);
 }
@@ -49,6 +56,11 @@ Schema realtime_schema() {
       Field::with_default("lock_memory", Schema::boolean(), "true", "Keep all memory of the program in RAM."),
       Field::with_default("cpus", Schema::list(Schema::integer(0, 1023), 0, 1024), "[]",
                           "The processors the base thread may run on; none listed: any."),
+      Field::with_default(
+          "max_lost", Schema::quantity(Quantity::share, 0.0, 1.0), "5 %",
+          "The share of the base ticks that may be given up, and of each task's releases that may "
+          "be skipped, aborted or left without an answer from the world; above it the run's timing "
+          "is broken (exit code 3)."),
       Field::optional("watchdog", duration(1e-3),
                       "A base thread that makes no tick for so long ends the run, outputs in their safe "
                       "state; left out: the longer of 100 ms and 50 base periods."),
@@ -229,6 +241,7 @@ Schema can_schema() {
                                               "periods of its rate."),
                       }),
                       "What a virtual bus does to frames."),
+      may_be_lost("The bus: its interface goes down or away, or its controller goes bus-off."),
   });
 }
 
@@ -257,6 +270,8 @@ Schema modbus_schema() {
       Field::optional("run_time", Schema::name(),
                       "A register that the run's time in milliseconds is written to."),
       Field::optional("heartbeat", Schema::name(), "A register that is counted up in each cycle."),
+      may_be_lost("The unit: it does not answer for longer than max_age; as a server: no client is connected "
+                  "for longer than max_age."),
       Field::optional("priority", thread_priority(),
                       "The real-time priority of its thread; left out: an ordinary thread."),
       Field::with_default("write", Schema::map(Schema::text()), "{}",
@@ -271,8 +286,14 @@ Schema process_schema() {
       Field::needed(
           "command", Schema::list(Schema::text(), 1, 1000),
           "The program and its words; {can.BUS} and {modbus.UNIT} stand for the addresses of this run."),
-      Field::with_default("safe_on_exit", Schema::boolean(), "true",
-                          "Outputs go to their safe values when it ends before the run does."),
+      Field::with_default(
+          "safe_on_exit", Schema::boolean(), "true",
+          "Outputs go to their safe values, and the run ends, when it ends before the run does."),
+      may_be_lost("The process: with safe_on_exit: false, it ends before the run does."),
+      Field::with_default(
+          "free_running", Schema::boolean(), "false",
+          "Under clock: virtual, true permits a process that can not keep step with the run: its "
+          "command has none of {clock}, {can.BUS} and {modbus.UNIT} of a unit with run_time."),
       Field::with_default(
           "start_timeout", duration(1e-3, 3600.0), "5 s",
           "How long it may take, by the wall clock, until it has connected to the virtual buses of "
@@ -288,7 +309,7 @@ Schema expectation_schema() {
                     "The signal that answers, by taking the value that the request had."),
       Field::needed("within", duration(shortest_s), "The time the answer may take."),
       Field::with_default("at_least", Schema::integer(1, 1'000'000'000), "1",
-                          "So many answers have to be seen."),
+                          "So many requests have to be seen; with fewer the expectation is not checked."),
   });
   return Schema::exactly_one(
       {
@@ -301,6 +322,10 @@ Schema expectation_schema() {
           Field::needed("name", Schema::text(), "What the report calls it."),
           Field::optional("by", duration(0.0),
                           "With eventually: the run time by which the condition has to have held."),
+          Field::with_default(
+              "coverage", Schema::quantity(Quantity::share, 0.0, 1.0), "95 %",
+              "The least share of the ticks it covers that it has to be evaluated on; below it the "
+              "expectation is not checked, and the run does not pass."),
       });
 }
 

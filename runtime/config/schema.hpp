@@ -34,6 +34,7 @@ enum class Quantity : std::uint8_t {
   duration_s,
   frequency_hz,
   mass_kg,
+  share,  ///< dimensionless, written in per cent: 95 % is 0.95
 };
 
 enum class Kind : std::uint8_t {

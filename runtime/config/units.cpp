@@ -25,6 +25,7 @@ constexpr std::array durations{Unit{"s", 1, 1, 1'000'000'000}, Unit{"ms", 1, 1e3
                                Unit{"min", 60, 1, 60'000'000'000}};
 constexpr std::array frequencies{Unit{"Hz", 1, 1}, Unit{"kHz", 1000, 1}, Unit{"MHz", 1e6, 1}};
 constexpr std::array masses{Unit{"kg", 1, 1}, Unit{"t", 1000, 1}, Unit{"g", 1, 1000}};
+constexpr std::array shares{Unit{"%", 1, 100}};
 
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && text.front() == ' ')
@@ -39,7 +40,7 @@ std::string written_in(Quantity quantity) {
 }
 
 bool is_unit(std::string_view symbol) {
-  for (std::uint8_t i = 0; i <= static_cast<std::uint8_t>(Quantity::mass_kg); ++i) {
+  for (std::uint8_t i = 0; i <= static_cast<std::uint8_t>(Quantity::share); ++i) {
     for (const Unit& unit : units_of(static_cast<Quantity>(i))) {
       if (unit.symbol == symbol) return true;
     }
@@ -77,6 +78,8 @@ std::span<const Unit> units_of(Quantity quantity) {
       return frequencies;
     case Quantity::mass_kg:
       return masses;
+    case Quantity::share:
+      return shares;
   }
   stop_on_misuse("a quantity of the list");
 }
@@ -99,6 +102,8 @@ std::string_view name_with_article(Quantity quantity) {
       return "a frequency";
     case Quantity::mass_kg:
       return "a mass";
+    case Quantity::share:
+      return "a share";
   }
   stop_on_misuse("a quantity of the list");
 }

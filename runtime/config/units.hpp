@@ -18,7 +18,7 @@ struct Unit {
   std::int64_t nanoseconds = 0;  ///< durations: the unit in whole nanoseconds
 };
 
-/// The SI unit first.
+/// The SI unit first; of a share, the only one: per cent.
 std::span<const Unit> units_of(Quantity quantity);
 
 /// "a speed"

@@ -62,6 +62,15 @@ struct Ports {
 class SetupError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+  /// The database refused something of `who`'s ("module scanner").
+  SetupError(const std::string& who, const rtstdb::Error& error)
+      : std::runtime_error(who + ": " + error.message), code_(error.code) {}
+
+  /// Where the scenario is at fault: bad_input or capacity.
+  rtstdb::ErrorCode code() const noexcept { return code_; }
+
+ private:
+  rtstdb::ErrorCode code_ = rtstdb::ErrorCode::bad_input;
 };
 
 /// What a module needs to know about its task.

@@ -5,6 +5,18 @@
 #include "runtime/modules/module.hpp"
 
 namespace hil::modules {
+namespace {
+
+rtstdb::Error error_of(const rtstdb::Outcome& outcome) {
+  const bool by_log =
+      outcome.refused_by == rtstdb::RefusedBy::log_full || outcome.refused_by == rtstdb::RefusedBy::log_fault;
+  return {outcome.status == rtstdb::Status::device_lost ? rtstdb::ErrorCode::device_lost
+          : by_log                                      ? rtstdb::ErrorCode::file
+                                                        : rtstdb::ErrorCode::bad_input,
+          rtstdb::describe(outcome)};
+}
+
+}  // namespace
 
 World::World(rtstdb::Database& database, std::vector<std::string> layers)
     : database_(database),
@@ -35,7 +47,7 @@ std::uint32_t World::mask_of(const std::vector<std::string>& layers, const std::
 
 rtstdb::GeometryId World::add_geometry(const rtstdb::TriangleMesh& mesh, const std::string& name) {
   auto added = database_.add_geometry(mesh, name);
-  if (!added) throw SetupError(name + ": " + added.error().message);
+  if (!added) throw SetupError(name, added.error());
   geometry_bounds_.resize(std::max<std::size_t>(geometry_bounds_.size(), added.value().index + 1));
   geometry_bounds_[added.value().index] = rtstdb::bounds_of(mesh);
   return added.value();
@@ -63,7 +75,7 @@ rtstdb::EntityId World::create(const std::string& name, const rtstdb::EntityRow&
   creation_->begin({});
   const std::uint32_t ordinal = creation_->create(row);
   const rtstdb::Outcome& outcome = database_.execute(*creation_);
-  if (!outcome.done()) throw SetupError("entity '" + name + "': " + rtstdb::describe(outcome));
+  if (!outcome.done()) throw SetupError("entity '" + name + "'", error_of(outcome));
   const rtstdb::EntityId entity = creation_->created(ordinal);
   by_name_.emplace(name, entity);
   const std::size_t needed = std::max<std::size_t>(names_.size(), entity.index + 1);

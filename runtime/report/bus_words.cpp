@@ -31,6 +31,9 @@ std::vector<std::string> can_shortfalls(const CanBus& bus) {
                 "whose outputs were not sent: the bus's thread was too slow");
   sentences.add(bus.log_dropped, "frame", "frames",
                 "missing in the log: the disk was too slow, or refused them");
+  sentences.add(bus.send_errors, "frame", "frames",
+                bus.send_fault.empty() ? "could not be sent while the bus was lost"
+                                       : "could not be sent (the first: " + bus.send_fault + ")");
   return sentences.take();
 }
 
@@ -47,7 +50,6 @@ std::vector<std::string> can_remarks(const CanBus& bus) {
                 "corrupted on purpose (faults): the log shows them as they were on the bus");
   sentences.add(bus.fault_delayed, "frame", "frames",
                 "delayed on purpose (faults): the log shows when they were on the bus");
-  sentences.add(bus.send_errors, "frame", "frames", "could not be sent: the bus was lost");
   sentences.add(bus.wrong_length, "received frame", "received frames",
                 "refused: a wrong length, or a remote request");
   sentences.add(bus.lost_arrivals, "received value", "received values",

@@ -17,6 +17,7 @@ std::string trouble_in_words(const RunRecord& record) {
   std::string words = ticks_given_up(record);
   if (!words.empty()) words += '\n';
   for (const Task& task : record.tasks) {
+    if (const std::string sentence = releases_lost(task); !sentence.empty()) words += sentence + '\n';
     if (task.deadline_misses == 0) continue;
     words += task.name + ": " + counted(task.deadline_misses, "deadline miss", "deadline misses") + '\n';
     for (const Miss& miss : task.misses) {
@@ -42,7 +43,7 @@ class Cases {
     for (const Expectation& expectation : record_.expectations)
       of(expectation);
     open("run completed");
-    if (!run_completed(record_.verdict)) complain("error", record_.reason, to_string(record_.verdict));
+    if (!run_completed(record_.verdict)) complain("error", record_.reason, failures_text());
     xml_.close();
     timing();
   }
@@ -56,12 +57,23 @@ class Cases {
   }
   void of(const Expectation& expectation) {
     open(expectation.name);
-    if (!expectation.passed) {
+    if (expectation.result != ExpectationResult::held) {
       const auto& at = expectation.first_failure_ns;
-      complain("failure", expectation.detail,
-               at ? "first at " + to_ascii(instant(*at)) + ": " + expectation.detail : expectation.detail);
+      const std::string result = to_string(expectation.result);
+      const std::string share = "evaluated on " + to_ascii(count_text(expectation.evaluated_ticks)) + " of " +
+                                to_ascii(counted(expectation.covered_ticks, "tick", "ticks"));
+      xml_.element(
+          "failure", {{"message", result + ": " + expectation.detail}, {"type", result}},
+          (at ? "first at " + to_ascii(instant(*at)) + ": " : "") + expectation.detail + "\n" + share);
     }
     xml_.close();
+  }
+  /// Everything that failed outside the run, a line each.
+  std::string failures_text() const {
+    std::string text = to_string(record_.verdict);
+    for (const std::string& failure : record_.failures)
+      text += '\n' + failure;
+    return to_ascii(text);
   }
   void timing() {
     open("timing not broken");
@@ -82,8 +94,9 @@ class Cases {
 }  // namespace
 
 std::string junit_xml(const RunRecord& record) {
-  const auto failed =
-      std::ranges::count_if(record.expectations, [](const Expectation& e) { return !e.passed; });
+  const auto failed = std::ranges::count_if(record.expectations, [](const Expectation& expectation) {
+    return expectation.result != ExpectationResult::held;
+  });
   const auto failures =
       static_cast<std::uint64_t>(failed) + (record.verdict == Verdict::timing_broken ? 1 : 0);
   const std::string tests = std::to_string(record.expectations.size() + 2);

@@ -212,6 +212,7 @@ void each_field(T& bus, Visit&& visit) {
   visit("bus_load_mean", bus.bus_load_mean);
   visit("bus_load_peak", bus.bus_load_peak);
   visit("send_errors", bus.send_errors);
+  visit("send_fault", bus.send_fault);
   visit("wrong_length", bus.wrong_length);
   visit("saturated", bus.saturated);
   visit("refused_values", bus.refused_values);
@@ -263,9 +264,25 @@ void each_field(T& process, Visit&& visit) {
 template <Is<Expectation> T, class Visit>
 void each_field(T& expectation, Visit&& visit) {
   visit("name", expectation.name);
-  visit("passed", expectation.passed);
+  visit("result", expectation.result);
+  if constexpr (std::is_const_v<T>) {  // for programs that ask for no more; the reader takes `result`
+    const bool passed = expectation.result == ExpectationResult::held;
+    visit("passed", passed);
+  }
   visit("detail", expectation.detail);
   visit("first_failure_ns", expectation.first_failure_ns);
+  visit("evaluated_ticks", expectation.evaluated_ticks);
+  visit("covered_ticks", expectation.covered_ticks);
+}
+
+template <Is<Loss> T, class Visit>
+void each_field(T& loss, Visit&& visit) {
+  visit("what", loss.what);
+  visit("begin_ns", loss.begin_ns);
+  visit("duration_ns", loss.duration_ns);
+  visit("to_the_end", loss.to_the_end);
+  visit("permitted", loss.permitted);
+  visit("cause", loss.cause);
 }
 
 template <Is<ResponseTime> T, class Visit>
@@ -274,6 +291,7 @@ void each_field(T& response, Visit&& visit) {
   visit("limit_ns", response.limit_ns);
   visit("samples_ns", response.samples_ns);
   visit("unanswered", response.unanswered);
+  visit("no_chance", response.no_chance);
 }
 
 template <Is<Shape> T, class Visit>
@@ -349,6 +367,9 @@ void each_field(T& record, Visit&& visit) {
   visit("realtime", record.realtime);
   visit("gpu", record.gpu);
   visit("expectations", record.expectations);
+  visit("losses", record.losses);
+  visit("losses_not_listed", record.losses_not_listed);
+  visit("failures", record.failures);
   visit("tasks", record.tasks);
   visit("base_stages", record.base_stages);
   visit("watchdog", record.watchdog);

@@ -9,6 +9,7 @@
 #include "runtime/report/html/report_html.hpp"
 #include "runtime/report/html/scan_panel.hpp"
 #include "runtime/report/html/top_view.hpp"
+#include "runtime/report/html/world_window.hpp"
 #include "runtime/report/junit_xml.hpp"
 #include "runtime/report/markup.hpp"
 
@@ -55,9 +56,10 @@ void write_text(const fs::path& path, const std::string& text) {
 }
 
 void write_pictures(const RunRecord& record, const fs::path& directory) {
-  if (!record.top_view && record.scan_comparison.empty()) return;
+  const bool has_top_view = record.top_view && has_content(*record.top_view);
+  if (!has_top_view && record.scan_comparison.empty()) return;
   make_directory(directory);
-  if (record.top_view) {
+  if (has_top_view) {
     Markup svg;
     draw_top_view(svg, *record.top_view, PictureUse::standalone_file);
     write_text(directory / "top-view.svg", svg.take());

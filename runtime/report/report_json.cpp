@@ -162,6 +162,12 @@ void read_word(const Place& place, Verdict& verdict) {
   if (!found) place.refuse("a verdict");
   verdict = *found;
 }
+void read_word(const Place& place, ExpectationResult& result) {
+  const auto found =
+      place.json.is_string() ? expectation_result_from(place.json.get<std::string>()) : std::nullopt;
+  if (!found) place.refuse("the result of an expectation");
+  result = *found;
+}
 void read_word(const Place& place, Layer& layer) {
   const auto found = place.json.is_string() ? layer_from(place.json.get<std::string>()) : std::nullopt;
   if (!found) place.refuse("a layer");

@@ -34,12 +34,24 @@ std::vector<std::string> live_fields(const LiveStatus& status) {
 
 void add_expectations(std::string& out, const RunRecord& record) {
   for (const Expectation& expectation : record.expectations) {
-    if (expectation.passed) continue;
-    out += "  failed: " + one_line(expectation.name);
+    if (expectation.result == ExpectationResult::held) continue;
+    out += std::string("  ") + to_string(expectation.result) + ": " + one_line(expectation.name);
     if (expectation.first_failure_ns) out += " at " + to_ascii(instant(*expectation.first_failure_ns));
-    if (!expectation.detail.empty()) out += ": " + one_line(expectation.detail);
+    const bool said_above = record.reason.find(expectation.detail) != std::string::npos;
+    if (!said_above) out += ": " + one_line(expectation.detail);
     out += '\n';
   }
+}
+
+void add_failures(std::string& out, const RunRecord& record) {
+  for (const std::string& failure : record.failures) {
+    if (failure != record.reason) out += "  I/O: " + one_line(failure) + '\n';
+  }
+  for (const Loss& loss : record.losses) {
+    if (loss.permitted) out += "  lost, as the scenario permits: " + one_line(sentence_of(loss)) + '\n';
+  }
+  if (record.losses_not_listed > 0)
+    out += "  " + to_ascii(counted(record.losses_not_listed, "more loss", "more losses")) + '\n';
 }
 
 std::string causes_text(const Task& task) {
@@ -81,9 +93,14 @@ std::string live_line(const LiveStatus& status, std::size_t columns) {
 
 std::string report_text(const RunRecord& record, const std::string& report_place) {
   std::string out = one_line(headline(record.verdict)) + ": " + one_line(reason_sentence(record)) + '\n';
+  add_failures(out, record);
   add_expectations(out, record);
   for (const Task& task : record.tasks)
     add_misses(out, task);
+  for (const Task& task : record.tasks) {
+    if (const std::string sentence = releases_lost(task); !sentence.empty())
+      out += "  " + to_ascii(one_line(sentence)) + '\n';
+  }
   if (const std::string sentence = ticks_given_up(record); !sentence.empty())
     out += "  " + to_ascii(sentence) + '\n';
   for (const CanBus& bus : record.can) {
@@ -110,6 +127,21 @@ std::string ticks_given_up(const RunRecord& record) {
          "): real time had run ahead";
 }
 
+std::string releases_lost(const Task& task) {
+  if (task.skipped + task.aborted == 0) return {};
+  const std::uint64_t releases = task.runs + task.skipped;
+  std::string sentence = "task " + task.name + ": " + count_text(task.skipped) + " of " +
+                         counted(releases, "release", "releases") + " skipped";
+  if (task.aborted > 0) sentence += ", " + count_text(task.aborted) + " aborted";
+  return sentence + " (" +
+         percent(static_cast<double>(task.skipped + task.aborted) / static_cast<double>(releases)) + ")";
+}
+
+std::string sentence_of(const Loss& loss) {
+  return loss.what + " was lost from " + instant(loss.begin_ns) + " on for " + chosen_time(loss.duration_ns) +
+         (loss.to_the_end ? ", to the end of the run" : "") + (loss.cause.empty() ? "" : ": " + loss.cause);
+}
+
 const char* headline(Verdict verdict) noexcept {
   switch (verdict) {
     case Verdict::passed:
@@ -132,8 +164,8 @@ const char* headline(Verdict verdict) noexcept {
 
 std::string reason_sentence(const RunRecord& record) {
   if (!record.reason.empty()) return record.reason;
-  const auto failed = static_cast<std::uint64_t>(
-      std::ranges::count_if(record.expectations, [](const Expectation& e) { return !e.passed; }));
+  const auto failed = static_cast<std::uint64_t>(std::ranges::count_if(
+      record.expectations, [](const Expectation& e) { return e.result != ExpectationResult::held; }));
   switch (record.verdict) {
     case Verdict::passed:
       return record.expectations.empty() ? "The run came to its end; nothing was expected of it."

@@ -29,12 +29,19 @@ struct LiveStatus {
 /// No line break, at most `columns` wide: what does not fit is left out from the end, whole words at a time.
 std::string live_line(const LiveStatus& status, std::size_t columns);
 
-/// Verdict, reason, failed expectations, misses by task and cause, ticks given up, what was degraded, where the report lies.
+/// Verdict, reason, what else failed outside the run, losses, expectations that did not hold, misses by task and
+/// cause, releases skipped, ticks given up, what was degraded, where the report lies.
 /// Each line ends with a newline. An empty place: there is no report.
 std::string report_text(const RunRecord& record, const std::string& report_place);
 
 /// How many ticks were given up, of how many, and why; empty when none was. Typographic.
 std::string ticks_given_up(const RunRecord& record);
+
+/// How many of the task's releases were skipped or aborted, of how many; empty when none was. Typographic.
+std::string releases_lost(const Task& task);
+
+/// What was lost, since when, for how long and why.
+std::string sentence_of(const Loss& loss);
 
 /// "Passed", "Failed", "Timing broken", ...
 const char* headline(Verdict verdict) noexcept;

@@ -232,7 +232,8 @@ struct CanBus {
   std::uint64_t unknown_id = 0;
   double bus_load_mean = not_known;    ///< of the whole tenths of a second in the run
   double bus_load_peak = not_known;    ///< in the busiest of them
-  std::uint64_t send_errors = 0;       ///< sends that failed because the bus was lost
+  std::uint64_t send_errors = 0;       ///< sends that the bus refused, or that failed because it was lost
+  std::string send_fault{};            ///< why the first frame that makes the run fail could not be sent
   std::uint64_t wrong_length = 0;      ///< received frames refused for it
   std::uint64_t saturated = 0;         ///< output values beyond their signal's range
   std::uint64_t refused_values = 0;    ///< output values that were no numbers
@@ -279,11 +280,29 @@ struct Process {
   std::optional<std::int64_t> died_at_ns;  ///< set only when it ended before the run did
 };
 
+enum class ExpectationResult : std::uint8_t {
+  held,
+  failed,
+  not_checked,  ///< neither: too little of the run could be evaluated
+};
+
 struct Expectation {
   std::string name;
-  bool passed = false;
+  ExpectationResult result = ExpectationResult::not_checked;
   std::string detail;
-  std::optional<std::int64_t> first_failure_ns;
+  std::optional<std::int64_t> first_failure_ns{};
+  std::uint64_t evaluated_ticks = 0;  ///< ticks on which it was true or false
+  std::uint64_t covered_ticks = 0;    ///< ticks of the run on which it should have been
+};
+
+/// A bus, a Modbus unit or a process that was lost for longer than its time-out.
+struct Loss {
+  std::string what;  ///< "CAN bus car", "Modbus unit plc", "process dut"
+  std::int64_t begin_ns = 0;
+  std::int64_t duration_ns = 0;
+  bool to_the_end = false;  ///< it had not come back when the run ended
+  bool permitted = false;   ///< the scenario says may_be_lost
+  std::string cause;        ///< in words; may be empty
 };
 
 struct ResponseTime {
@@ -291,6 +310,9 @@ struct ResponseTime {
   std::int64_t limit_ns = 0;  ///< 0: no limit
   std::vector<std::int64_t> samples_ns;
   std::uint64_t unanswered = 0;
+  std::uint64_t no_chance =
+      0;  ///< unanswered requests that could not be answered: the reply's bus was lost, or
+          ///< the run ended before their time was over
 };
 
 struct PointM {
@@ -402,14 +424,20 @@ struct RunRecord {
   std::vector<ModbusUnit> modbus;
   std::vector<Process> processes;
   std::vector<Expectation> expectations;
+  std::vector<Loss> losses;
+  std::uint64_t losses_not_listed = 0;
+  std::vector<std::string> failures;  ///< everything outside the run that makes it fail (exit code 4), in
+                                      ///< sentences: what was lost, not sent, not written; the gravest first
   std::vector<ResponseTime> response_times;
   std::vector<Event> events;
   std::optional<TopView> top_view;
   std::vector<ScanPicture> scan_comparison;
 };
 
+const char* to_string(ExpectationResult result) noexcept;
 const char* to_string(Verdict verdict) noexcept;
 const char* to_string(Layer layer) noexcept;
+std::optional<ExpectationResult> expectation_result_from(const std::string& word);
 std::optional<Verdict> verdict_from(const std::string& word);
 std::optional<Layer> layer_from(const std::string& word);
 

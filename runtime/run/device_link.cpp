@@ -1,5 +1,7 @@
 #include "runtime/run/device_link.hpp"
 
+#include <algorithm>
+
 namespace hil::run {
 
 DeviceLink::DeviceLink(io::Device& device, Links links, signals::SignalTable& table, io::Pacing pacing)
@@ -10,11 +12,20 @@ DeviceLink::DeviceLink(io::Device& device, Links links, signals::SignalTable& ta
       samples_(device.inputs().size()),
       values_(device.outputs().size()) {}
 
-void DeviceLink::latch_inputs() noexcept {
+void DeviceLink::latch_inputs(std::int64_t time_ns) noexcept {
   device_.latch_inputs(samples_);
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     table_.write(links_.inputs[i],
                  signals::SignalValue{samples_[i].value, samples_[i].time_ns, samples_[i].fresh});
+  }
+  if (links_.connected.valid()) table_.write(links_.connected, device_.connected() ? 1.0 : 0.0, time_ns);
+  const auto groups = device_.input_groups();
+  for (std::size_t i = 0; i < links_.fresh.size(); ++i) {
+    if (!links_.fresh[i].valid()) continue;
+    const auto inputs = std::span(samples_).subspan(groups[i].first, groups[i].count);
+    const bool fresh =
+        std::any_of(inputs.begin(), inputs.end(), [](const auto& input) { return input.fresh; });
+    table_.write(links_.fresh[i], fresh ? 1.0 : 0.0, time_ns);
   }
 }
 
@@ -22,6 +33,7 @@ void DeviceLink::step(const executive::TickInfo& tick) noexcept {
   for (std::size_t i = 0; i < values_.size(); ++i) {
     const Source& source = links_.outputs[i];
     values_[i] = source.signal.valid() ? table_.value(source.signal) : source.constant;
+    if (holds_safe_values_) values_[i] = device_.outputs()[i].safe_value;
   }
   device_.release_outputs(values_, tick.time_ns);
   if (pacing_ == io::Pacing::lockstep && in_step_) in_step_ = device_.exchange(tick.time_ns);

@@ -23,13 +23,19 @@ class DeviceLink final : public executive::Task {
   struct Links {
     std::vector<signals::SignalId> inputs;  ///< by input channel
     std::vector<Source> outputs;            ///< by output channel
+    signals::SignalId connected;            ///< 1 while the device is connected, else 0; invalid: nowhere
+    std::vector<signals::SignalId> fresh;   ///< by input group: 1 while one of its inputs is fresh, else 0;
+                                            ///< invalid: nowhere
   };
 
   DeviceLink(io::Device& device, Links links, signals::SignalTable& table, io::Pacing pacing);
 
   io::Device& device() const noexcept { return device_; }
-  /// Base thread, at the begin of every tick.
-  void latch_inputs() noexcept;
+  //// Base thread, at the begin of every tick.
+  void latch_inputs(std::int64_t time_ns) noexcept;
+  /// Base thread. From the next step on the outputs have their safe values, whatever their signals say, until
+  /// `hold` is false again.
+  void hold_safe_values(bool hold) noexcept { holds_safe_values_ = hold; }
   /// The task's work: release the outputs of this tick; in lock-step also wait for the answers.
   void step(const executive::TickInfo& tick) noexcept override;
   /// False once a lock-step exchange failed: the other side is gone.
@@ -43,6 +49,7 @@ class DeviceLink final : public executive::Task {
   std::vector<io::Sample> samples_;
   std::vector<double> values_;
   bool in_step_ = true;
+  bool holds_safe_values_ = false;
 };
 
 }  // namespace hil::run

@@ -1,19 +1,16 @@
 #include "runtime/run/expectations.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <memory>
 
+#include "runtime/report/quantities.hpp"
 #include "runtime/run/response_judge.hpp"
 
 namespace hil::run {
 namespace {
 
-std::string seconds_text(std::int64_t time_ns) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.3f s", static_cast<double>(time_ns) * 1e-9);
-  return text;
+std::string at_second(std::int64_t time_ns) {
+  return report::to_ascii(report::instant(time_ns));
 }
 
 /// A condition with the few signals that it mentions.
@@ -22,17 +19,21 @@ class Watched {
   Watched(const config::Condition& condition, const signals::SignalTable& table)
       : text_(condition.text()),
         values_(condition.mentions().size()),
+        unknown_(values_.size()),
         bound_(condition.bind(indices(values_.size()))) {
     for (const config::Word& word : condition.mentions())
       ids_.push_back(*table.find(word.text));
   }
 
-  bool holds(const signals::SignalTable& table) noexcept {
-    for (std::size_t i = 0; i < ids_.size(); ++i)
+  config::Truth truth(const signals::SignalTable& table) noexcept {
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
       values_[i] = table.value(ids_[i]);
-    return bound_.holds(values_);
+      unknown_[i] = is_known(table, ids_[i]) ? 0 : 1;
+    }
+    return bound_.truth(values_, unknown_);
   }
   const std::string& text() const noexcept { return text_; }
+  const std::vector<signals::SignalId>& signals() const noexcept { return ids_; }
 
  private:
   static std::vector<std::uint32_t> indices(std::size_t count) {
@@ -45,66 +46,105 @@ class Watched {
   std::string text_;
   std::vector<signals::SignalId> ids_;
   std::vector<double> values_;
+  std::vector<std::uint8_t> unknown_;
   config::BoundCondition bound_;
 };
 
 class AtEveryTick final : public Judge {
  public:
-  AtEveryTick(std::string name, const config::Condition& condition, bool wanted,
+  AtEveryTick(const config::Expectation& expectation, const config::Condition& condition, bool wanted,
               const signals::SignalTable& table)
-      : name_(std::move(name)), watched_(condition, table), wanted_(wanted) {}
+      : name_(expectation.name),
+        watched_(condition, table),
+        coverage_(watched_.signals(), table, expectation.coverage),
+        wanted_(wanted) {}
 
   void look(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
             std::int64_t time_ns) noexcept override {
-    ++ticks_;
-    if (!first_failure_ns_ && watched_.holds(table) != wanted_) first_failure_ns_ = time_ns;
+    const config::Truth truth = watched_.truth(table);
+    const bool evaluated = truth != config::Truth::unknown;
+    coverage_.look(table, time_ns, evaluated);
+    if (evaluated && !first_failure_ns_ && (truth == config::Truth::yes) != wanted_)
+      first_failure_ns_ = time_ns;
   }
 
-  report::Expectation result(std::int64_t /*end_ns*/) const override {
-    const char* claim = wanted_ ? "always " : "never ";
-    if (ticks_ == 0)
-      return {name_, false, claim + watched_.text() + ": the run had no tick to judge", std::nullopt};
+  report::Expectation result(const Extent& extent) const override {
+    const std::string claim = (wanted_ ? "always " : "never ") + watched_.text();
+    report::Expectation result{.name = name_,
+                               .result = report::ExpectationResult::held,
+                               .detail = {},
+                               .first_failure_ns = first_failure_ns_,
+                               .evaluated_ticks = coverage_.evaluated_ticks(),
+                               .covered_ticks = extent.ticks};
     if (first_failure_ns_) {
-      return {name_, false, claim + watched_.text() + ": broken at " + seconds_text(*first_failure_ns_),
-              first_failure_ns_};
+      result.result = report::ExpectationResult::failed;
+      result.detail = claim + ": broken at " + at_second(*first_failure_ns_);
+    } else if (const std::string shortfall = coverage_.shortfall(extent.ticks); !shortfall.empty()) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail = claim + ": " + shortfall;
+    } else {
+      result.detail = claim + ": held for " + std::to_string(result.evaluated_ticks) + " ticks";
     }
-    return {name_, true, claim + watched_.text() + ": held for " + std::to_string(ticks_) + " ticks",
-            std::nullopt};
+    return result;
   }
 
  private:
   const std::string name_;
   Watched watched_;
+  Coverage coverage_;
   const bool wanted_;
-  std::uint64_t ticks_ = 0;
   std::optional<std::int64_t> first_failure_ns_;
 };
 
 class Once final : public Judge {
  public:
-  Once(std::string name, const config::Eventually& claim, const signals::SignalTable& table)
-      : name_(std::move(name)), watched_(claim.condition, table), by_ns_(claim.by_ns) {}
+  Once(const config::Expectation& expectation, const config::Eventually& claim,
+       const signals::SignalTable& table)
+      : name_(expectation.name),
+        watched_(claim.condition, table),
+        coverage_(watched_.signals(), table, expectation.coverage),
+        by_ns_(claim.by_ns) {}
 
   void look(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
             std::int64_t time_ns) noexcept override {
-    if (!met_ns_ && watched_.holds(table)) met_ns_ = time_ns;
+    if (met_ns_) return;
+    const config::Truth truth = watched_.truth(table);
+    if (truth == config::Truth::yes) met_ns_ = time_ns;
+    if (!by_ns_ || time_ns <= *by_ns_) coverage_.look(table, time_ns, truth != config::Truth::unknown);
   }
 
-  report::Expectation result(std::int64_t end_ns) const override {
+  report::Expectation result(const Extent& extent) const override {
     const std::string claim = "eventually " + watched_.text();
-    const std::int64_t limit_ns = std::min(by_ns_.value_or(end_ns), end_ns);
-    if (!met_ns_) return {name_, false, claim + ": not in " + seconds_text(limit_ns), limit_ns};
-    if (by_ns_ && *met_ns_ > *by_ns_) {
-      return {name_, false,
-              claim + ": only at " + seconds_text(*met_ns_) + ", wanted by " + seconds_text(*by_ns_),
-              *by_ns_};
+    report::Expectation result{.name = name_,
+                               .result = report::ExpectationResult::held,
+                               .detail = {},
+                               .first_failure_ns = std::nullopt,
+                               .evaluated_ticks = coverage_.evaluated_ticks(),
+                               .covered_ticks = covered_ticks(extent)};
+    if (met_ns_ && (!by_ns_ || *met_ns_ <= *by_ns_)) {
+      result.detail = claim + ": at " + at_second(*met_ns_);
+      return result;
     }
-    return {name_, true, claim + ": at " + seconds_text(*met_ns_), std::nullopt};
+    const std::int64_t limit_ns = std::min(by_ns_.value_or(extent.end_ns), extent.end_ns);
+    const std::string seen = met_ns_ ? "only at " + at_second(*met_ns_) + ", wanted by " + at_second(*by_ns_)
+                                     : "not in " + at_second(limit_ns);
+    const std::string shortfall = coverage_.shortfall(result.covered_ticks);
+    result.result =
+        shortfall.empty() ? report::ExpectationResult::failed : report::ExpectationResult::not_checked;
+    result.detail = claim + ": " + seen + (shortfall.empty() ? "" : ", and " + shortfall);
+    if (shortfall.empty()) result.first_failure_ns = limit_ns;
+    return result;
   }
 
  private:
+  std::uint64_t covered_ticks(const Extent& extent) const {
+    if (!by_ns_ || extent.period_ns <= 0) return extent.ticks;
+    return std::min(extent.ticks, static_cast<std::uint64_t>(*by_ns_ / extent.period_ns) + 1);
+  }
+
   const std::string name_;
   Watched watched_;
+  Coverage coverage_;
   const std::optional<std::int64_t> by_ns_;
   std::optional<std::int64_t> met_ns_;
 };
@@ -114,16 +154,16 @@ class Once final : public Judge {
 std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const signals::SignalTable& table,
                                   const Arrivals& arrivals, std::uint64_t most_samples) {
   if (const auto* never = std::get_if<config::Never>(&expectation.claim)) {
-    return std::make_unique<AtEveryTick>(expectation.name, never->condition, false, table);
+    return std::make_unique<AtEveryTick>(expectation, never->condition, false, table);
   }
   if (const auto* always = std::get_if<config::Always>(&expectation.claim)) {
-    return std::make_unique<AtEveryTick>(expectation.name, always->condition, true, table);
+    return std::make_unique<AtEveryTick>(expectation, always->condition, true, table);
   }
   if (const auto* eventually = std::get_if<config::Eventually>(&expectation.claim)) {
-    return std::make_unique<Once>(expectation.name, *eventually, table);
+    return std::make_unique<Once>(expectation, *eventually, table);
   }
-  return std::make_unique<ResponseJudge>(expectation.name, std::get<config::Response>(expectation.claim),
-                                         table, arrivals, most_samples);
+  return std::make_unique<ResponseJudge>(expectation, std::get<config::Response>(expectation.claim), table,
+                                         arrivals, most_samples);
 }
 
 }  // namespace hil::run

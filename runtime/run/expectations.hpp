@@ -1,8 +1,9 @@
 #pragma once
-// Watches what the scenario expects, tick by tick, without allocating.
+// Judges what the scenario expects, tick by tick, without allocating. An expectation has held, has failed, or was
+// not checked (coverage.hpp says when).
 //
-// never / always  judged after every tick.
-// eventually      met by the first tick that fulfils it, not later than its time.
+// never / always  fails on the first tick whose condition is known to be what it must not be.
+// eventually      holds from the first tick on whose condition is known to be true, not later than its time.
 // response        runtime/run/response_judge.hpp.
 //
 // Threads: the base thread judges; results are read after the run.
@@ -15,6 +16,7 @@
 #include "runtime/config/scenario.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/run/arrivals.hpp"
+#include "runtime/run/coverage.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::run {
@@ -26,7 +28,7 @@ class Judge {
   /// After every tick, with what arrived since the tick before.
   virtual void look(const signals::SignalTable& table, std::span<const Arrival> arrived,
                     std::int64_t time_ns) noexcept = 0;
-  virtual report::Expectation result(std::int64_t end_ns) const = 0;
+  virtual report::Expectation result(const Extent& extent) const = 0;
   /// Response times, where the expectation measures them.
   virtual std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const {
     (void)end_ns;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 
 #include "runtime/config/parse.hpp"
 
@@ -15,6 +16,31 @@ constexpr std::array counts{"misses",        "overruns",     "skipped",     "abo
 
 std::uint32_t index_of(const std::string& name) {
   return static_cast<std::uint32_t>(std::find(counts.begin(), counts.end(), name) - counts.begin());
+}
+
+bool is_word_letter(char letter) {
+  return std::isalnum(static_cast<unsigned char>(letter)) != 0 || letter == '_' || letter == '.';
+}
+
+/// Adds a mistake for each word that is no count, whatever else is wrong with the condition.
+void check_words(const config::Value& value, config::Diagnostics& diagnostics) {
+  constexpr std::array joining{"and", "or", "not"};
+  const std::string& text = value.text();
+  for (std::size_t begin = 0; begin < text.size(); ++begin) {
+    if (!is_word_letter(text[begin])) continue;
+    std::size_t end = begin;
+    while (end < text.size() && is_word_letter(text[end]))
+      ++end;
+    const std::string word = text.substr(begin, end - begin);
+    const bool is_number = std::isdigit(static_cast<unsigned char>(word.front())) != 0 || word.front() == '.';
+    const bool joins = std::find(joining.begin(), joining.end(), word) != joining.end();
+    if (!is_number && !joins && index_of(word) == counts.size()) {
+      diagnostics.add(value.place_in_text(begin),
+                      config::in_quotes(word) + " is not a count of the run" +
+                          config::all_known(word, {counts.begin(), counts.end()}));
+    }
+    begin = end;
+  }
 }
 
 /// Without the quotation mark that stands before the text there.
@@ -29,15 +55,9 @@ std::optional<config::Condition> parse_quoted(const std::string& text, config::D
       nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
   const auto value = config::parse_text("--fail-on", quoted, config::Schema::text(), diagnostics);
   if (!value) return std::nullopt;
-  auto condition = config::Condition::parse(*value, diagnostics);
-  if (!condition) return std::nullopt;
-  for (const config::Word& mention : condition->mentions()) {
-    if (index_of(mention.text) < counts.size()) continue;
-    const std::string near = config::nearest(mention.text, {counts.begin(), counts.end()});
-    diagnostics.add(mention.place, "'" + mention.text + "' is not counted" +
-                                       (near.empty() ? "" : "; did you mean '" + near + "'?"));
-  }
-  return condition;
+  check_words(*value, diagnostics);
+  if (!diagnostics.empty()) return std::nullopt;
+  return config::Condition::parse(*value, diagnostics);
 }
 
 }  // namespace

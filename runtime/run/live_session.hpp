@@ -14,6 +14,7 @@
 #include "runtime/executive/executive.hpp"
 #include "runtime/run/device_watch.hpp"
 #include "runtime/run/expectations.hpp"
+#include "runtime/run/loss_watch.hpp"
 #include "runtime/run/process_watch.hpp"
 #include "runtime/run/run_log.hpp"
 #include "runtime/run/session.hpp"
@@ -59,21 +60,23 @@ class LiveSession final : public executive::TickHooks {
     open_modbus(io::modbus::Role::server);  // programs may be its clients
     start_processes();
     wait_for_stations();
-    open_modbus(io::modbus::Role::client);
+    open_clients();
     link_devices();
     make_judges();
   }
 
   SessionResult run(const std::atomic<bool>& stop_requested);
-  void note_refusal(const std::string& why) { run_log_.warn("the run can not begin: " + why); }
 
   void before_first_tick(std::int64_t start_ns) noexcept override {
     device_clock_.set_origin(start_ns);
     arrivals_.begin();
   }
-  void begin_tick(const executive::TickInfo& /*tick*/) noexcept override {
+  void begin_tick(const executive::TickInfo& tick) noexcept override {
     for (const auto& link : links_)
-      link->latch_inputs();
+      link->latch_inputs(tick.time_ns);
+    loss_watch_->look(tick.time_ns);
+    for (const auto& link : links_)
+      link->hold_safe_values(loss_watch_->outputs_must_be_safe());
   }
   void end_tick(const executive::TickInfo& tick) noexcept override {
     const std::span<const Arrival> arrived = arrivals_.collect();
@@ -117,6 +120,8 @@ class LiveSession final : public executive::TickHooks {
   void wait_for_stations();
   bool all_connected(Bus& bus, std::int64_t waited_ns);
   void open_modbus(io::modbus::Role role);
+  /// The units that hil is the client of, which its programs may play.
+  void open_clients();
   void link_devices();
   void make_judges();
   void close_devices() noexcept;
@@ -136,9 +141,10 @@ class LiveSession final : public executive::TickHooks {
   /// Closes signals.csv and hears of every log whether all of it was written. After close_devices.
   void end_logs();
   void tell_unanswered_runs(report::RunRecord& record) const;
-  void fill_record(const executive::RunResult& result, bool interrupted, report::RunRecord& record);
-  void decide(const executive::RunResult& result, bool interrupted, report::RunRecord& record) const;
+  void fill_record(const executive::RunResult& result, report::RunRecord& record);
   std::string io_fault() const;
+  /// Losses, and everything outside the run that makes it fail.
+  void add_failures(std::int64_t end_ns, report::RunRecord& record) const;
 
   Wiring wiring_;
   const config::Scenario& scenario_;
@@ -169,18 +175,18 @@ class LiveSession final : public executive::TickHooks {
   std::vector<Unit> units_;
   std::vector<std::unique_ptr<DeviceLink>> links_;
   std::optional<DeviceWatch> device_watch_;
+  std::optional<LossWatch> loss_watch_;
   std::unique_ptr<ProcessWatch> processes_;
   std::vector<ProcessFate> fates_;
 
   Arrivals arrivals_;
   std::vector<std::unique_ptr<Judge>> judges_;
   std::unique_ptr<SignalLog> log_;
-  std::string log_fault_;  ///< of the first log that could not be written
+  std::vector<std::string> write_faults_;  ///< what the run promised to leave and could not write
   std::uint64_t log_every_ticks_ = 1;
 
   std::atomic<bool> stop_{false};
   const std::atomic<bool>* outer_stop_ = nullptr;
-  std::atomic<bool> process_lost_{false};
   std::uint64_t gpu_losses_ = 0;  ///< told so far
   bool gpu_was_lost_ = false;     ///< at the last look
   bool log_has_refused_ = false;

@@ -87,6 +87,8 @@ void LiveSession::open_world() {
   auto opened = rtstdb::Database::open(options);
   if (!opened && opened.error().code == rtstdb::ErrorCode::file)
     throw io::DeviceError(opened.error().message);
+  if (!opened && opened.error().code == rtstdb::ErrorCode::out_of_memory)
+    throw MemoryError(opened.error().message);
   if (!opened) throw GpuError(opened.error().message);
   database_ = std::move(opened).value();
   run_log_.info("GPU: " + database_->device().name + ", " + database_->device().driver);
@@ -204,7 +206,8 @@ void LiveSession::start_processes() {
                   .search_folders = options_.program_folders,
                   .working_folder = std::filesystem::path(scenario_.file).parent_path(),
                   .output_file = options_.directory / (section.name.text + ".out")},
-        .safe_on_exit = section.safe_on_exit};
+        .safe_on_exit = section.safe_on_exit && !section.may_be_lost,
+        .may_be_lost = section.may_be_lost};
     for (const config::CommandWord& word : section.command) {
       program.child.command.push_back(word.expand(
           [this](const std::string& kind, const std::string& name) { return address_of(kind, name); }));
@@ -290,19 +293,35 @@ void LiveSession::open_modbus(io::modbus::Role role) {
   }
 }
 
+void LiveSession::open_clients() {
+  try {
+    open_modbus(io::modbus::Role::client);
+  } catch (const io::DeviceError& error) {
+    const std::string dead = processes_->first_dead();
+    if (dead.empty()) throw;
+    throw io::DeviceError("process " + dead + " before the run began; its output is in " +
+                          options_.directory.string() + ". After that: " + error.what());
+  }
+}
+
 /// Buses first, then units, as add_tasks takes them.
 void LiveSession::link_devices() {
+  std::vector<LossWatch::Subject> subjects;
   for (const Bus& bus : buses_) {
     links_.push_back(std::make_unique<DeviceLink>(*bus.device, bus.wired->links, wiring_.signals, pacing()));
+    subjects.push_back({bus.device.get(), "CAN bus " + bus.device->name(), bus.wired->section->may_be_lost});
   }
   for (const Unit& unit : units_) {
     links_.push_back(
         std::make_unique<DeviceLink>(unit.device(), unit.wired->links, wiring_.signals, pacing()));
+    subjects.push_back(
+        {&unit.device(), "Modbus unit " + unit.device().name(), unit.wired->section->may_be_lost});
   }
   std::vector<const io::Device*> devices;
   for (const auto& link : links_)
     devices.push_back(&link->device());
   device_watch_.emplace(devices);
+  loss_watch_.emplace(std::move(subjects));
 }
 
 void LiveSession::make_judges() {

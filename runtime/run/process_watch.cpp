@@ -28,7 +28,9 @@ ProcessWatch::ProcessWatch(const std::vector<Program>& programs, RunTimeNow now_
                         .fate = {.name = program.child.name,
                                  .command = joined(program.child.command),
                                  .exit = "running",
-                                 .safe_on_exit = program.safe_on_exit}});
+                                 .safe_on_exit = program.safe_on_exit,
+                                 .may_be_lost = program.may_be_lost,
+                                 .output_fault = {}}});
   }
   wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
 }
@@ -118,6 +120,7 @@ std::vector<ProcessFate> ProcessWatch::stop() {
     if (watched.child != nullptr && !watched.fate.ended_early) {
       watched.fate.exit = io::process::describe(watched.child->stop(stop_limit_ns));
     }
+    if (watched.child != nullptr) watched.fate.output_fault = watched.child->output_fault();
     watched.child.reset();
     fates.push_back(watched.fate);
   }

@@ -26,7 +26,9 @@ struct ProcessFate {
   bool ended_early = false;
   std::int64_t ended_at_ns = 0;  ///< run time, when ended_early
   std::string exit;              ///< in words
-  bool safe_on_exit = true;
+  bool safe_on_exit = true;      ///< its end ends the run
+  bool may_be_lost = false;      ///< its end is no fault of the run
+  std::string output_fault;      ///< why what it printed could not be kept; empty: it was
 };
 
 class ProcessWatch {
@@ -34,6 +36,7 @@ class ProcessWatch {
   struct Program {
     io::process::ChildConfig child;
     bool safe_on_exit = true;
+    bool may_be_lost = false;
   };
   using RunTimeNow = std::function<std::int64_t()>;
 

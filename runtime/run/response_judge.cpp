@@ -20,11 +20,13 @@ std::string milliseconds_text(std::int64_t time_ns) {
 
 }  // namespace
 
-ResponseJudge::ResponseJudge(std::string name, const config::Response& claim,
+ResponseJudge::ResponseJudge(const config::Expectation& expectation, const config::Response& claim,
                              const signals::SignalTable& table, const Arrivals& arrivals,
                              std::uint64_t most_samples)
-    : name_(std::move(name)),
+    : name_(expectation.name),
       arrivals_(arrivals),
+      coverage_({*table.find(claim.request.text)}, table, expectation.coverage),
+      reply_connected_(table.find(table.info(*table.find(claim.reply.text)).writer + ".connected")),
       within_ns_(claim.within_ns),
       at_least_(claim.at_least),
       pending_(std::clamp<std::uint64_t>(most_samples, 1, most_pending)) {
@@ -55,40 +57,73 @@ void ResponseJudge::take(Side& side, const signals::SignalTable& table, std::spa
 }
 
 void ResponseJudge::look(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                         std::int64_t /*time_ns*/) noexcept {
+                         std::int64_t time_ns) noexcept {
   take(requests_, table, arrived, [this](Known request) { add_request(request); });
   take(replies_, table, arrived, [this](Known reply) { take_reply(reply); });
+  if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_without_chance(time_ns);
+  // Requests without a time-out may be rare: that none has come yet is no gap.
+  const bool may_be_rare = table.info(requests_.signal).timeout_ns == 0;
+  coverage_.look(table, time_ns, may_be_rare || is_known(table, requests_.signal));
 }
 
-report::Expectation ResponseJudge::result(std::int64_t end_ns) const {
-  const std::string claim =
-      requests_.name + " answered by " + replies_.name + " within " + milliseconds_text(within_ns_);
-  const std::uint64_t unanswered = unanswered_by(end_ns);
-  const std::uint64_t judged = answered_ + unanswered;
-  std::string figures = std::to_string(judged) + " requests, " + std::to_string(unanswered) +
-                        " unanswered, " + std::to_string(late_) + " late";
-  if (answered_ > 0) figures += ", slowest " + milliseconds_text(slowest_ns_);
+std::string ResponseJudge::figures(const Unanswered& unanswered) const {
+  std::string text = std::to_string(answered_ + unanswered.judged) + " requests, " +
+                     std::to_string(unanswered.judged) + " unanswered, " + std::to_string(late_) + " late";
+  if (answered_ > 0) text += ", slowest " + milliseconds_text(slowest_ns_);
+  if (unanswered.disconnected > 0)
+    text +=
+        "; " + std::to_string(unanswered.disconnected) + " more while the replying device was not connected";
+  if (unanswered.cut_off > 0)
+    text += "; " + std::to_string(unanswered.cut_off) + " more too late in the run to be judged";
   if (!is_list_whole())
-    figures += " (the list of times holds the first " + std::to_string(samples_ns_.size()) + ")";
+    text += " (the list of times holds the first " + std::to_string(samples_ns_.size()) + ")";
+  return text;
+}
+
+report::Expectation ResponseJudge::result(const Extent& extent) const {
+  const std::string claim =
+      requests_.name + " answered by " + replies_.name + " within " + milliseconds_text(within_ns_) + ": ";
+  const Unanswered unanswered = unanswered_by(extent.end_ns);
+  const std::uint64_t judged = answered_ + unanswered.judged;
+  const std::uint64_t could_be_judged = judged + unanswered.disconnected;
+  const std::string seen = figures(unanswered);
+  const std::string shortfall = coverage_.shortfall(extent.ticks);
+  report::Expectation result{.name = name_,
+                             .result = report::ExpectationResult::not_checked,
+                             .detail = {},
+                             .first_failure_ns = first_failure(extent.end_ns),
+                             .evaluated_ticks = coverage_.evaluated_ticks(),
+                             .covered_ticks = extent.ticks};
   if (arrivals_.lost() > 0) {
-    return {name_, false,
-            claim + ": can not be judged, " + std::to_string(arrivals_.lost()) +
-                " samples were lost between the bus and the tick; without them " + figures,
-            first_failure(end_ns)};
+    result.detail = claim + "can not be judged, " + std::to_string(arrivals_.lost()) +
+                    " samples were lost between the bus and the tick; without them " + seen;
+  } else if (unanswered.judged > 0 || late_ > 0) {
+    result.result = report::ExpectationResult::failed;
+    result.detail = claim + seen;
+  } else if (judged < at_least_) {
+    result.detail = claim + "only " + seen + "; at least " + std::to_string(at_least_) + " are asked for";
+  } else if (!coverage_.suffices(judged, could_be_judged)) {
+    result.detail =
+        claim + "judged " + coverage_.share_text(judged, could_be_judged, "requests") + "; " + seen;
+  } else if (!shortfall.empty()) {
+    result.detail = claim + seen + ", and " + shortfall;
+  } else {
+    result.result = report::ExpectationResult::held;
+    result.detail = claim + seen;
   }
-  if (judged < at_least_) {
-    return {name_, false,
-            claim + ": only " + figures + "; at least " + std::to_string(at_least_) + " are asked for",
-            first_failure(end_ns)};
-  }
-  return {name_, unanswered == 0 && late_ == 0, claim + ": " + figures, first_failure(end_ns)};
+  return result;
 }
 
 std::optional<report::ResponseTime> ResponseJudge::response_times(std::int64_t end_ns) const {
   // What is told of the list under its name is told of all answers, unless it says otherwise.
   const std::string name =
       is_list_whole() ? name_ : name_ + " (the first " + std::to_string(samples_ns_.size()) + " answers)";
-  return report::ResponseTime{name, within_ns_, samples_ns_, unanswered_by(end_ns)};
+  const Unanswered unanswered = unanswered_by(end_ns);
+  return report::ResponseTime{.name = name,
+                              .limit_ns = within_ns_,
+                              .samples_ns = samples_ns_,
+                              .unanswered = unanswered.judged,
+                              .no_chance = unanswered.disconnected + unanswered.cut_off};
 }
 
 void ResponseJudge::add_request(Known request) noexcept {
@@ -116,7 +151,7 @@ bool ResponseJudge::answer(Known reply) noexcept {
     give_up_first(i);  // an answer passes over older requests: those stay unanswered
     ++answered_;
     slowest_ns_ = std::max(slowest_ns_, took_ns);
-    if (took_ns > within_ns_) {
+    if (took_ns > within_ns_ && !waiting(0).had_no_chance) {
       ++late_;
       note_failure(waiting(0).time_ns + within_ns_);
     }
@@ -127,10 +162,24 @@ bool ResponseJudge::answer(Known reply) noexcept {
   return false;
 }
 
+/// Requests whose time is not over yet, while the device that replies is away.
+void ResponseJudge::mark_without_chance(std::int64_t time_ns) noexcept {
+  for (std::size_t i = pending_count_; i-- > 0;) {
+    Known& request = pending_[(first_ + i) % pending_.size()];
+    if (request.had_no_chance || request.time_ns + within_ns_ < time_ns) return;  // older ones likewise
+    request.had_no_chance = true;
+  }
+}
+
 void ResponseJudge::give_up_first(std::size_t count) noexcept {
-  for (std::size_t i = 0; i < count; ++i)
-    note_failure(waiting(i).time_ns + within_ns_);
-  given_up_ += count;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (waiting(i).had_no_chance) {
+      ++given_up_without_chance_;
+    } else {
+      note_failure(waiting(i).time_ns + within_ns_);
+      ++given_up_;
+    }
+  }
   drop_first(count);
 }
 
@@ -143,10 +192,14 @@ void ResponseJudge::note_failure(std::int64_t time_ns) noexcept {
   if (!first_failure_ns_ || time_ns < *first_failure_ns_) first_failure_ns_ = time_ns;
 }
 
-std::uint64_t ResponseJudge::unanswered_by(std::int64_t end_ns) const {
-  std::uint64_t count = given_up_;
-  for (std::size_t i = 0; i < pending_count_; ++i)
-    count += waiting(i).time_ns + within_ns_ <= end_ns ? 1 : 0;
+ResponseJudge::Unanswered ResponseJudge::unanswered_by(std::int64_t end_ns) const {
+  Unanswered count{.judged = given_up_, .disconnected = given_up_without_chance_, .cut_off = 0};
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    const Known& request = waiting(i);
+    ++(request.had_no_chance                    ? count.disconnected
+       : request.time_ns + within_ns_ <= end_ns ? count.judged
+                                                : count.cut_off);
+  }
   return count;
 }
 
@@ -154,7 +207,7 @@ std::optional<std::int64_t> ResponseJudge::first_failure(std::int64_t end_ns) co
   std::optional<std::int64_t> first = first_failure_ns_;
   for (std::size_t i = 0; i < pending_count_; ++i) {
     const std::int64_t due_ns = waiting(i).time_ns + within_ns_;
-    if (due_ns <= end_ns && (!first || due_ns < *first)) first = due_ns;
+    if (!waiting(i).had_no_chance && due_ns <= end_ns && (!first || due_ns < *first)) first = due_ns;
   }
   return first;
 }

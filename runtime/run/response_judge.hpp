@@ -4,7 +4,12 @@
 // Every sample of the request signal is one request, known by its value and time; every sample of the reply
 // signal is one reply. A request is answered by the first reply of its value that does not come before it. A
 // reply passes over older requests: they stay unanswered. At most 65536 requests wait at once; beyond, the
-// oldest counts as unanswered. Requests that the run's end leaves less than the limit for are not judged.
+// oldest counts as unanswered.
+//
+// A request that is not answered had no chance, and is counted apart, when the run ended before its time was over
+// or when the device that replies was not connected (its signal `connected`) at some tick of that time. The claim
+// is not checked when fewer requests than `at_least` could be judged, or too few of those that the run's end left
+// time for.
 //
 // Samples of a CAN message are frames, each with its own time: two that come within one tick are two. Of
 // other signals only the value at every tick is known; a sample is one that differs from the tick before (or from
@@ -16,6 +21,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,18 +33,19 @@ class ResponseJudge final : public Judge {
  public:
   /// `arrivals` outlives it. Keeps the times of the first `most_samples` answers, a million at most; all are
   /// judged.
-  ResponseJudge(std::string name, const config::Response& claim, const signals::SignalTable& table,
-                const Arrivals& arrivals, std::uint64_t most_samples);
+  ResponseJudge(const config::Expectation& expectation, const config::Response& claim,
+                const signals::SignalTable& table, const Arrivals& arrivals, std::uint64_t most_samples);
 
   void look(const signals::SignalTable& table, std::span<const Arrival> arrived,
             std::int64_t time_ns) noexcept override;
-  report::Expectation result(std::int64_t end_ns) const override;
+  report::Expectation result(const Extent& extent) const override;
   std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const override;
 
  private:
   struct Known {
     double value = 0.0;
     std::int64_t time_ns = 0;
+    bool had_no_chance = false;  ///< of a request
   };
 
   /// One side of the claim.
@@ -57,15 +64,24 @@ class ResponseJudge final : public Judge {
   void add_request(Known request) noexcept;
   void take_reply(Known reply) noexcept;
   bool answer(Known reply) noexcept;
+  void mark_without_chance(std::int64_t time_ns) noexcept;
   void give_up_first(std::size_t count) noexcept;
   void drop_first(std::size_t count) noexcept;
   void note_failure(std::int64_t time_ns) noexcept;
   bool is_list_whole() const noexcept { return answered_ == samples_ns_.size(); }
-  std::uint64_t unanswered_by(std::int64_t end_ns) const;
+  struct Unanswered {
+    std::uint64_t judged = 0;        ///< had their time and a device that could reply
+    std::uint64_t disconnected = 0;  ///< the device was not connected
+    std::uint64_t cut_off = 0;       ///< the run ended too early
+  };
+  Unanswered unanswered_by(std::int64_t end_ns) const;
+  std::string figures(const Unanswered& unanswered) const;
   std::optional<std::int64_t> first_failure(std::int64_t end_ns) const;
 
   const std::string name_;
   const Arrivals& arrivals_;
+  Coverage coverage_;
+  std::optional<signals::SignalId> reply_connected_;
   Side requests_, replies_;
   const std::int64_t within_ns_;
   const std::uint64_t at_least_;
@@ -73,7 +89,7 @@ class ResponseJudge final : public Judge {
   std::size_t first_ = 0, pending_count_ = 0;
   std::array<Known, 64> early_replies_;  // a ring; unused ones are older than any request
   std::size_t next_early_ = 0;
-  std::uint64_t answered_ = 0, late_ = 0, given_up_ = 0;
+  std::uint64_t answered_ = 0, late_ = 0, given_up_ = 0, given_up_without_chance_ = 0;
   std::int64_t slowest_ns_ = 0;
   std::optional<std::int64_t> first_failure_ns_;
   std::vector<std::int64_t> samples_ns_;

@@ -248,6 +248,7 @@ report::CanBus can_bus_of(const io::can::CanDevice& device) {
   bus.bus_load_mean = counters.bus_load_mean;
   bus.bus_load_peak = counters.bus_load_peak;
   bus.send_errors = counters.send_errors;
+  bus.send_fault = device.send_fault();
   bus.wrong_length = counters.wrong_length;
   bus.saturated = counters.saturated;
   bus.refused_values = counters.refused_values;

@@ -9,6 +9,7 @@
 
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_text.hpp"
+#include "runtime/run/descriptors.hpp"
 #include "runtime/run/live_session.hpp"
 #include "runtime/run/run_record_parts.hpp"
 #include "runtime/run/scenery.hpp"
@@ -72,8 +73,9 @@ report::RunRecord record_of_refusal(const config::Scenario& scenario, const Sess
   record.exit_code = exit_code;
   record.reason = why;
   for (const config::Expectation& expectation : scenario.expectations)
-    record.expectations.push_back(
-        {expectation.name, false, "not judged: the run did not begin", std::nullopt});
+    record.expectations.push_back({.name = expectation.name,
+                                   .result = report::ExpectationResult::not_checked,
+                                   .detail = "the run did not begin"});
   return record;
 }
 
@@ -149,7 +151,6 @@ executive::RunResult LiveSession::run_watched(executive::Executive& executive) {
   const ProcessWatch::Watching watching = processes_->watch(
       [this](const ProcessFate& fate) {
         if (fate.safe_on_exit) {
-          process_lost_.store(true);
           for (const auto& link : links_)
             link->device().enter_safe_state();
           stop_.store(true);
@@ -207,8 +208,16 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
   end_database(record);
   end_logs();
   const bool interrupted = result.stopped && stop_requested.load();
-  if (!fault.empty()) record.reason = fault;
-  fill_record(result, interrupted, record);
+  if (!fault.empty()) record.failures.push_back(fault);
+  fill_record(result, record);
+  decide({.result = result,
+          .gpu_lost = database_->health().device_lost,
+          .interrupted = interrupted,
+          .max_lost = scenario_.realtime.max_lost,
+          .fail_on = options_.fail_on},
+         record);
+  for (const std::string& failure : record.failures)
+    run_log_.warn(failure);
   if (const std::string sentence = report::ticks_given_up(record); !sentence.empty())
     run_log_.warn(report::to_ascii(sentence));
   for (const std::string& sentence : record.realtime.degraded)
@@ -222,21 +231,44 @@ void LiveSession::end_database(report::RunRecord& record) {
   const rtstdb::Durability durability = database_->durability();
   const report::DatabaseLog& log = record.database_log =
       database_log_of(durability, database_->latest().version, database_->counts());
-  if (!ended) degraded_.add("the database's log could not be ended: " + ended.error().message);
-  if (durability.mode != rtstdb::DurabilityMode::volatile_only && log.durable_version < log.latest_version)
-    degraded_.add("the world's history is on disk up to version " + std::to_string(log.durable_version) +
-                  " of " + std::to_string(log.latest_version) +
-                  (log.last_fault.empty() ? "" : ": " + log.last_fault));
+  if (log.refused_transactions > 0) write_faults_.push_back(log_refusal(log));
+  if (!ended) write_faults_.push_back("the database's log could not be ended: " + ended.error().message);
+  if (durability.mode == rtstdb::DurabilityMode::volatile_only) return;
+  if (log.durable_version < log.latest_version) {
+    write_faults_.push_back(
+        "the world's history is on disk up to version " + std::to_string(log.durable_version) + " of " +
+        std::to_string(log.latest_version) + (log.last_fault.empty() ? "" : ": " + log.last_fault));
+  } else if (log.commits_in_gaps > 0) {
+    write_faults_.push_back("the world's history lacks " + std::to_string(log.commits_in_gaps) +
+                            " commits: the disk was too slow");
+  }
 }
 
 void LiveSession::end_logs() {
-  std::vector<std::string> faults{log_->close()};
-  for (const Bus& bus : buses_)
-    faults.push_back(bus.device->log_fault());
-  for (const std::string& fault : faults) {
-    if (fault.empty()) continue;
-    degraded_.add(fault);
-    if (log_fault_.empty()) log_fault_ = fault;
+  const auto add = [this](const std::string& fault) {
+    if (!fault.empty()) write_faults_.push_back(fault);
+  };
+  add(log_->close());
+  if (const std::uint64_t rows = log_->lost_rows(); rows > 0)
+    add("signals.csv lacks " + std::to_string(rows) + " rows: the disk was too slow");
+  std::vector<std::string> files{"signals.csv", "run.log", "world.json"};
+  for (const Bus& bus : buses_) {
+    add(bus.device->log_fault());
+    const std::uint64_t frames = bus.device->counters().log_dropped;
+    const std::string file = "can-" + bus.device->name() + ".log";
+    if (frames > 0 && bus.device->log_fault().empty())
+      add(file + " lacks " + std::to_string(frames) + " frames: the disk was too slow");
+    files.push_back(file);
+  }
+  for (const ProcessFate& fate : fates_) {
+    add(fate.output_fault);
+    files.push_back(fate.name + ".out");
+  }
+  if (scenario_.world.durability != config::Durability::none) files.push_back("database");
+  for (const std::string& file : files) {
+    std::error_code error;
+    if (!std::filesystem::exists(options_.directory / file, error))
+      add((options_.directory / file).string() + " was removed while the run went on");
   }
 }
 
@@ -263,8 +295,41 @@ void LiveSession::tell_unanswered_runs(report::RunRecord& record) const {
   }
 }
 
-void LiveSession::fill_record(const executive::RunResult& result, bool interrupted,
-                              report::RunRecord& record) {
+/// The gravest first: a process that has ended, then what was out of step (added before), lost, not sent, not
+/// written.
+void LiveSession::add_failures(std::int64_t end_ns, report::RunRecord& record) const {
+  std::vector<std::string> ended;
+  for (const ProcessFate& fate : fates_) {
+    if (!fate.ended_early) continue;
+    if (fate.safe_on_exit) {
+      ended.push_back("process " + fate.name + " " + fate.exit +
+                      " before the run was over; outputs were set to their safe values");
+    } else {
+      record.losses.push_back({.what = "process " + fate.name,
+                               .begin_ns = fate.ended_at_ns,
+                               .duration_ns = end_ns - fate.ended_at_ns,
+                               .to_the_end = true,
+                               .permitted = fate.may_be_lost,
+                               .cause = fate.exit});
+    }
+  }
+  record.failures.insert(record.failures.begin(), ended.begin(), ended.end());
+  for (report::Loss& loss : loss_watch_->losses(end_ns))
+    record.losses.push_back(std::move(loss));
+  std::stable_sort(record.losses.begin(), record.losses.end(),
+                   [](const auto& left, const auto& right) { return left.begin_ns < right.begin_ns; });
+  record.losses_not_listed = loss_watch_->not_listed();
+  for (const report::Loss& loss : record.losses) {
+    if (!loss.permitted) record.failures.push_back(report::to_ascii(report::sentence_of(loss)));
+  }
+  for (const auto& link : links_) {
+    if (const std::string fault = link->device().send_fault(); !fault.empty())
+      record.failures.push_back(fault);
+  }
+  record.failures.insert(record.failures.end(), write_faults_.begin(), write_faults_.end());
+}
+
+void LiveSession::fill_record(const executive::RunResult& result, report::RunRecord& record) {
   describe(scenario_, options_, record);
   take_executive(result, scenario_, record);
   tell_unanswered_runs(record);
@@ -287,8 +352,11 @@ void LiveSession::fill_record(const executive::RunResult& result, bool interrupt
     record.processes.push_back({fate.name, fate.command, fate.exit,
                                 fate.ended_early ? std::optional(fate.ended_at_ns) : std::nullopt});
   }
+  const Extent extent{.end_ns = result.run_time_ns,
+                      .ticks = std::max(scenario_.duration_ticks, record.ticks + record.skipped_ticks),
+                      .period_ns = record.period_ns};
   for (const auto& judge : judges_) {
-    record.expectations.push_back(judge->result(result.run_time_ns));
+    record.expectations.push_back(judge->result(extent));
     if (auto times = judge->response_times(result.run_time_ns))
       record.response_times.push_back(std::move(*times));
   }
@@ -306,82 +374,18 @@ void LiveSession::fill_record(const executive::RunResult& result, bool interrupt
   record.top_view->shapes = outlines(scenario_, wiring_.scenery, result.run_time_ns);
   for (const WiredModule& wired : wiring_.modules)
     wired.module->contribute(record);
-  if (log_->lost_rows() > 0) {
-    record.realtime.degraded.push_back("signals.csv lacks " + std::to_string(log_->lost_rows()) +
-                                       " rows: the disk was too slow");
-  }
   if (events_.lost() > 0) {
     record.realtime.degraded.push_back("the event list lacks " + std::to_string(events_.lost()) +
                                        " events: it was full");
   }
-  decide(result, interrupted, record);
-}
-
-void LiveSession::decide(const executive::RunResult& result, bool interrupted,
-                         report::RunRecord& record) const {
-  const auto conclude = [&](report::Verdict verdict, int exit_code, std::string reason) {
-    record.verdict = verdict;
-    record.exit_code = exit_code;
-    record.reason = std::move(reason);
-  };
-  if (database_->health().device_lost) {
-    conclude(report::Verdict::gpu_failed, exit_gpu_failed, "the GPU stopped answering");
-    return;
-  }
-  if (process_lost_.load()) {
-    for (const ProcessFate& fate : fates_) {
-      if (!fate.ended_early || !fate.safe_on_exit) continue;
-      conclude(report::Verdict::io_failed, exit_io_failed,
-               "process " + fate.name + " " + fate.exit +
-                   " before the run was over; outputs were set to their safe values");
-      return;
-    }
-  }
-  if (record.database_log.refused_transactions > 0) {
-    conclude(report::Verdict::io_failed, exit_io_failed, log_refusal(record.database_log));
-    return;
-  }
-  if (!record.reason.empty()) {
-    conclude(report::Verdict::io_failed, exit_io_failed, record.reason);
-    return;
-  }
-  if (!log_fault_.empty()) {
-    conclude(report::Verdict::io_failed, exit_io_failed, log_fault_);
-    return;
-  }
-  if (result.hang) {
-    conclude(report::Verdict::timing_broken, exit_timing_broken, record.watchdog.front().text);
-    return;
-  }
-  if (options_.fail_on && timing_broken(*options_.fail_on, result, record)) {
-    conclude(report::Verdict::timing_broken, exit_timing_broken,
-             "--fail-on '" + options_.fail_on->text() + "' came true");
-    return;
-  }
-  if (interrupted) {
-    conclude(report::Verdict::interrupted, exit_interrupted,
-             "interrupted after " + std::to_string(result.ticks) + " ticks");
-    return;
-  }
-  for (const report::Expectation& expectation : record.expectations) {
-    if (expectation.passed) continue;
-    conclude(report::Verdict::failed, exit_expectation_failed,
-             "expectation '" + expectation.name + "' failed: " + expectation.detail);
-    return;
-  }
-  conclude(report::Verdict::passed, exit_passed,
-           record.expectations.empty() ? "the scenario expects nothing" : "every expectation held");
+  add_failures(result.run_time_ns, record);
 }
 
 SessionResult run_session(Wiring wiring, const SessionOptions& options,
                           const std::atomic<bool>& stop_requested) {
+  require_descriptors(*wiring.scenario);
   LiveSession session(std::move(wiring), options);
-  try {
-    session.open(stop_requested);
-  } catch (const std::exception& error) {
-    session.note_refusal(error.what());
-    throw;
-  }
+  session.open(stop_requested);
   return session.run(stop_requested);
 }
 

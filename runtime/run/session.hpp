@@ -20,23 +20,19 @@
 #include "runtime/report/run_record.hpp"
 #include "runtime/report/trace_json.hpp"
 #include "runtime/run/fail_on.hpp"
+#include "runtime/run/verdict.hpp"
 #include "runtime/run/wiring.hpp"
 
 namespace hil::run {
 
-enum ExitCode : int {
-  exit_passed = 0,
-  exit_expectation_failed = 1,
-  exit_bad_config = 2,
-  exit_timing_broken = 3,
-  exit_io_failed = 4,
-  exit_gpu_failed = 5,
-  exit_internal = 70,
-  exit_interrupted = 130,  ///< SIGINT, as shells have it
-};
-
 /// The GPU or its driver can not be had. A sentence for the user.
 class GpuError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The database got no memory, or no thread. A sentence for the user.
+class MemoryError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
@@ -56,12 +52,12 @@ struct SessionResult {
   report::TraceRecord trace;
 };
 
-/// The record of a run that never began: every expectation is failed, since nothing was judged.
+/// The record of a run that never began: no expectation was checked.
 report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
                                     report::Verdict verdict, int exit_code, const std::string& why);
 
-/// Runs to the end, or until `stop_requested`. Throws GpuError, io::DeviceError, modules::SetupError when the
-/// run can not begin; trouble after that is in the record.
+/// Runs to the end, or until `stop_requested`. Throws GpuError, MemoryError, io::DeviceError, modules::SetupError or an
+/// exception of the standard library when the run can not begin; trouble after that is in the record.
 SessionResult run_session(Wiring wiring, const SessionOptions& options,
                           const std::atomic<bool>& stop_requested);
 

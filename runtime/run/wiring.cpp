@@ -190,6 +190,7 @@ std::optional<io::can::CanDeviceConfig> describe_device(const config::CanSection
   io::can::CanDeviceConfig device;
   device.name = section.bus.text;
   device.bits_per_second = section.bits_per_second;
+  device.may_be_lost = section.may_be_lost;
   for (const config::SentMessage& sent : section.send) {
     const io::can::DbcMessage* message = find_message(*database, sent.message, diagnostics);
     if (message == nullptr) continue;
@@ -228,14 +229,32 @@ std::optional<io::can::CanDeviceConfig> describe_device(const config::CanSection
 
 void declare_inputs(const io::Device& device, const std::string& prefix, const Place& place, Wiring& wiring,
                     DeviceLink::Links& links, Diagnostics& diagnostics) {
-  for (const io::ChannelInfo& channel : device.inputs()) {
+  const std::string writer = prefix.substr(0, prefix.size() - 1);
+  std::vector<std::int64_t> timeouts_ns(device.inputs().size(), 0);
+  for (const io::InputGroup& group : device.input_groups())
+    std::fill_n(timeouts_ns.begin() + static_cast<std::ptrdiff_t>(group.first), group.count,
+                group.timeout_ns);
+  for (std::size_t i = 0; i < device.inputs().size(); ++i) {
+    const io::ChannelInfo& channel = device.inputs()[i];
     add_signal(wiring.signals,
                {.name = prefix + channel.name,
                 .unit = channel.unit,
-                .writer = prefix.substr(0, prefix.size() - 1),
-                .initial = channel.safe_value},
+                .writer = writer,
+                .initial = channel.safe_value,
+                .arrives = true,
+                .timeout_ns = timeouts_ns[i]},
                place, diagnostics, links.inputs);
   }
+  const auto add_state = [&](const std::string& name) -> signals::SignalId {
+    if (!wiring.signals.find(prefix + name)) return wiring.signals.add({prefix + name, "", writer});
+    diagnostics.warn(place, "'" + prefix + name +
+                                "' is a signal of the device itself, so it does not say whether "
+                                "the device is there; give the device's signal another name");
+    return {};
+  };
+  links.connected = add_state("connected");
+  for (const io::InputGroup& group : device.input_groups())
+    links.fresh.push_back(add_state(group.name + ".fresh"));
 }
 
 /// Constants for every output, in the device's order, until connected.

@@ -27,6 +27,8 @@ struct SignalInfo {
   std::string unit;    ///< SI symbol, "" when dimensionless
   std::string writer;  ///< who writes it: a module's or a device's name
   double initial = 0.0;
+  bool arrives = false;         ///< comes from outside the run: known only while it is fresh
+  std::int64_t timeout_ns = 0;  ///< of one that arrives: how long its value stays fresh; 0: for ever
 };
 
 /// A value and when it came to be, in run time. For a device's input that is the instant the bytes arrived;

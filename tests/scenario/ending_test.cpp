@@ -191,7 +191,7 @@ TEST(Ending, AKilledPlcPutsOutputsInTheirSafeState) {
 }
 
 TEST(Ending, AUnitThatStopsAnsweringAndComesBackIsInTheReportWithItsTimes) {
-  LongRun run("realtime");
+  LongRun run("realtime", {"--set", "modbus.plc.may_be_lost=true"});
   run.strike("hil-crossing-plc", SIGSTOP);
   const std::string log = run.out() + "/run.log";
   EXPECT_TRUE(eventually([&] { return read_text(log).find("device plc is lost") != std::string::npos; }))

@@ -32,7 +32,7 @@ std::vector<std::string> few_beams() {
 }
 
 std::vector<std::string> patient_watchdog() {
-  return {"--set", "realtime.watchdog=30 s"};
+  return {"--set", "realtime.watchdog=30 s", "--set", "realtime.max_lost=100 %"};
 }
 
 std::vector<std::string> joined(std::initializer_list<std::vector<std::string>> parts) {

@@ -22,7 +22,8 @@ Ended run_hil(std::vector<std::string> words, const Environment& environment = {
 
 /// Fewer beams: what a run needs that does not look at what the scanner sees.
 std::vector<std::string> few_beams();
-/// For runs in real time on machines that share their processors: a late tick is no hang.
+/// For runs in real time on machines that share their processors: a late tick is no hang, and ticks that are
+/// given up do not break the timing.
 std::vector<std::string> patient_watchdog();
 
 /// One command line of several parts.

@@ -59,6 +59,25 @@ TEST(Leftovers, ARunThatCanNotBeginSaysWhyInItsLog) {
   EXPECT_NE(read_text(folder / "out/run.log").find("the run can not begin: "), std::string::npos);
 }
 
+TEST(Leftovers, TheReasonOfAFailedStartIsPrintedOnceAndLoggedOnce) {
+  const auto count = [](const std::string& text, const std::string& part) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+      ++found;
+    return found;
+  };
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--verbose"}}) {
+    const Folder folder;
+    const Ended run = run_hil(joined(
+        {{"run", crossing(), "--out", folder / "out", "--set", "dut.command=[no-such-program]"}, more}));
+    EXPECT_EQ(run.code, 4);
+    EXPECT_EQ(count(run.output + run.errors, "'no-such-program'"), 1U) << run.output << run.errors;
+    EXPECT_EQ(run.output,
+              "I/O failed: the reason is on stderr and in the report in " + (folder / "out") + "\n");
+    EXPECT_EQ(count(read_text(folder / "out/run.log"), "'no-such-program'"), 1U);
+  }
+}
+
 TEST(Leftovers, NothingOfAnEarlierRunIsTakenForTheResultOfOneThatCouldNotBegin) {
   const Folder folder;
   run_shortly(folder);
@@ -72,6 +91,7 @@ TEST(Leftovers, NothingOfAnEarlierRunIsTakenForTheResultOfOneThatCouldNotBegin) 
   EXPECT_EQ(report["ticks"], 0);
   ASSERT_EQ(report["expectations"].size(), 2U);
   EXPECT_EQ(report["expectations"][0]["passed"], false);
+  EXPECT_EQ(report["expectations"][0]["result"], "not checked");
   const std::string junit = read_text(folder / "out/junit.xml");
   EXPECT_NE(junit.find("errors=\"1\""), std::string::npos) << junit;
   EXPECT_NE(junit.find("failures=\"2\""), std::string::npos) << junit;
@@ -243,7 +263,8 @@ TEST(Commands, LackOfMemoryIsSaidInWords) {
                                       hil({"check", folder / "many.yaml"})}))
                           .wait();
   EXPECT_EQ(ended.code, 70);
-  EXPECT_EQ(ended.errors, "hil: memory ran out\n");
+  EXPECT_EQ(ended.errors,
+            "hil: memory ran out; raise its limit (ulimit -v, ulimit -d) or make memory free\n");
 }
 
 TEST(Commands, AnUnknownCommandOrOptionIsExitCode2) {

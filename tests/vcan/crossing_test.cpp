@@ -141,5 +141,32 @@ TEST(CrossingOnVcan, CansendFromOutsideReachesASignalAndTheCar) {
   EXPECT_EQ(values_on_bus(frames, "BrakeCommand.Deceleration").size(), commanded + 1);
 }
 
+TEST(CrossingOnVcan, AnInterfaceThatGoesDownInMidRunIsALossAlsoWhenItComesBack) {
+  const Folder folder;
+  const std::size_t listened = io::can::listeners();
+  Program program(on_vcan0(folder / "out", {"--set", "dut.enabled=false", "--duration", "3600 s"}));
+  ASSERT_TRUE(eventually([&] { return io::can::listeners() > listened; }, std::chrono::seconds(150)))
+      << program.wait(std::chrono::seconds(1)).errors;
+  EXPECT_EQ(io::can::Tool({"candump", "-n", "1", "vcan0"}, folder / "first_frame.log").finish(), 0);
+  io::can::shell("ip link set vcan0 down");
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  io::can::shell("ip link set vcan0 up");
+  EXPECT_EQ(io::can::Tool({"candump", "-n", "1", "vcan0"}, folder / "later_frame.log").finish(), 0);
+  program.signal(SIGINT);
+  const Ended ended = program.wait(std::chrono::seconds(60));
+  EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
+  const auto report = read_report(folder / "out");
+  ASSERT_EQ(report["losses"].size(), 1U) << report["losses"];
+  EXPECT_EQ(report["losses"][0]["what"], "CAN bus car");
+  EXPECT_EQ(report["losses"][0]["to_the_end"], false);
+  EXPECT_GT(report["losses"][0]["duration_ns"].get<std::int64_t>(), 1'000'000'000);
+  EXPECT_NE(report["can"][0]["send_fault"].get<std::string>().find("Network is down"), std::string::npos)
+      << report["can"][0];
+  const Signals signals(folder / "out");
+  EXPECT_EQ(signals["can.car.connected"].front(), 1.0);
+  EXPECT_TRUE(std::ranges::count(signals["can.car.connected"], 0.0) > 0);
+  io::can::real_frames_seen += read_can_log(folder / "out/can-car.log").size();
+}
+
 }  // namespace
 }  // namespace hil::scenario_test

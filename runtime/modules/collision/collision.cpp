@@ -36,7 +36,7 @@ class Collision final : public Module {
     database_ = &world.database();
     auto query = database_->prepare(
         rtstdb::OverlapQueryOptions{.name = task.instance, .capacity = 1, .ids_per_entity = most_hits});
-    if (!query) throw SetupError("module " + task.instance + ": " + query.error().message);
+    if (!query) throw SetupError("module " + task.instance, query.error());
     query_ = std::move(query).value();
     transaction_ = database_->make_transaction({.max_queries = 1});
     touching_.reserve(most_hits);

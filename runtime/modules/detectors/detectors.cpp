@@ -44,7 +44,7 @@ class Detectors final : public Module {
         database_->prepare(rtstdb::RegionQueryOptions{.name = task.instance,
                                                       .capacity = static_cast<std::uint32_t>(loops_.size()),
                                                       .ids_per_region = most_bodies});
-    if (!query) throw SetupError("module " + task.instance + ": " + query.error().message);
+    if (!query) throw SetupError("module " + task.instance, query.error());
     query_ = std::move(query).value();
     for (std::size_t i = 0; i < loops_.size(); ++i) {
       rtstdb::Region& region = query_->regions()[i];

@@ -181,7 +181,7 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts
         .capacity = static_cast<std::uint32_t>(std::max<std::uint64_t>(most_beams, 1)),
         .mode = rtstdb::RayMode::closest,
         .ignore_motion = ignore_motion});
-    if (!query) throw SetupError(who + ": " + query.error().message);
+    if (!query) throw SetupError(who, query.error());
     return std::move(query).value();
   };
   moving_ = prepare("", options_.ignore_motion);

@@ -69,7 +69,8 @@ h3{font-size:15px;margin:0 0 4px}
 p{margin:6px 0;max-width:78ch}
 .soft,figcaption,.facts dt{color:var(--soft)}
 .small{font-size:13px}
-td,dd,figcaption,.reason{overflow-wrap:anywhere}
+dd,figcaption,li,h1,h3,p{overflow-wrap:anywhere}
+td{overflow-wrap:break-word}
 .verdict{background:var(--card);border:1px solid var(--line);border-left:8px solid var(--tone);border-radius:10px;
 padding:20px 24px}
 .verdict h1{color:var(--tone)}
@@ -91,7 +92,7 @@ th.n{white-space:normal}
 .n:first-child{width:1%}
 .n+:not(.n){padding-left:16px}
 .group{text-align:center;border-bottom:1px solid var(--line)}
-.name{min-width:9em;overflow-wrap:anywhere}
+.name{min-width:9em}
 .nowrap{white-space:nowrap}
 main svg{display:block;width:100%;height:auto}
 .wide svg{min-width:680px}
@@ -109,7 +110,28 @@ figcaption{font-size:13px;margin-top:4px}
 .legend svg{display:inline-block;width:12px;height:12px;margin-right:6px;vertical-align:-1px}
 ul{margin:6px 0;padding-left:20px}
 code{font:13px ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}
+.on-phone{display:none}
 footer{margin-top:40px;color:var(--soft);font-size:13px}
+@media (max-width:640px){
+main{padding:12px 10px 40px}
+h1{font-size:26px}
+h2{font-size:18px;margin:28px 0 8px}
+.card{padding:12px}
+.verdict{padding:14px 16px}
+.facts{grid-template-columns:repeat(auto-fill,minmax(130px,1fr))}
+.on-page{display:none}
+.on-phone{display:block}
+.pair>div,.pair>.card{overflow-x:auto}
+.pair svg{min-width:400px}
+thead{position:absolute;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)}
+table,tbody,tr{display:block}
+tr{padding:7px 0;border-bottom:1px solid var(--line)}
+tbody tr:last-child{border-bottom:0}
+td,.n,.n:first-child,.n+:not(.n),.first,.key,.nowrap,.name,.bar-cell{display:grid;grid-template-columns:7.5em minmax(0,1fr);gap:10px;
+width:auto;min-width:0;padding:1px 0;border:0;text-align:left;white-space:normal}
+td::before{content:attr(data-label);color:var(--soft);font-weight:400}
+td:first-child{font-weight:600}
+}
 @media print{:root{--bg:#fff}body{font-size:12px}main{max-width:none;padding:0}
 .card,.verdict,figure,tr{break-inside:avoid}h2,h3{break-after:avoid}.scroll{overflow:visible}.wide svg{min-width:0}
 svg,.verdict{print-color-adjust:exact;-webkit-print-color-adjust:exact}}

@@ -17,6 +17,7 @@ std::string report_html(const RunRecord& record) {
   out.close().open("body").open("main");
   verdict_section(out, record);
   degraded_section(out, record);
+  failures_section(out, record);
   expectations_section(out, record);
   events_section(out, record);
   top_view_section(out, record);

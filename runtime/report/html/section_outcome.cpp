@@ -97,15 +97,48 @@ void expectations_section(Markup& out, const RunRecord& record) {
   if (record.expectations.empty()) {
     out.element("p", {{"class", "soft"}}, "The scenario expects nothing.");
   } else {
-    Table table(out, {{"Result"}, {"Expectation"}, {"What was seen"}, {"First failed", true}});
+    Table table(
+        out, {{"Result"}, {"Expectation"}, {"What was seen"}, {"Evaluated", true}, {"First failed", true}});
     for (const Expectation& expectation : record.expectations) {
-      table.row({{expectation.passed ? "✓ held" : "✗ failed",
-                  expectation.passed ? "tone good nowrap" : "tone bad nowrap"},
+      const bool held = expectation.result == ExpectationResult::held;
+      table.row({{(held ? "✓ " : "✗ ") + std::string(to_string(expectation.result)),
+                  held ? "tone good nowrap" : "tone bad nowrap"},
                  expectation.name,
                  expectation.detail,
+                 count_text(expectation.evaluated_ticks) + " of " +
+                     counted(expectation.covered_ticks, "tick", "ticks"),
                  expectation.first_failure_ns ? instant(*expectation.first_failure_ns) : std::string(dash)});
     }
     table.end();
+  }
+  out.close();
+}
+
+void failures_section(Markup& out, const RunRecord& record) {
+  if (record.failures.empty() && record.losses.empty()) return;
+  out.element("h2", "Outside the run");
+  out.open("div", {{"class", "card"}});
+  if (!record.failures.empty()) {
+    out.open("ul");
+    for (const std::string& failure : record.failures)
+      out.element("li", failure);
+    out.close();
+  }
+  if (!record.losses.empty()) {
+    Table table(out, {{"Lost"}, {"Since", true}, {"For", true}, {"Until"}, {"Permitted"}, {"Cause"}});
+    for (const Loss& loss : record.losses) {
+      table.row(
+          {loss.what,
+           instant(loss.begin_ns),
+           chosen_time(loss.duration_ns),
+           loss.to_the_end ? std::string("the end of the run") : instant(loss.begin_ns + loss.duration_ns),
+           {loss.permitted ? "yes, by may_be_lost" : "no", loss.permitted ? "" : "tone bad"},
+           loss.cause.empty() ? std::string(dash) : loss.cause});
+    }
+    table.end();
+    if (record.losses_not_listed > 0)
+      out.element("p", {{"class", "small soft"}},
+                  counted(record.losses_not_listed, "more loss is", "more losses are") + " not listed.");
   }
   out.close();
 }

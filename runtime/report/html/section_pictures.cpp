@@ -7,6 +7,7 @@
 #include "runtime/report/html/sections.hpp"
 #include "runtime/report/html/table.hpp"
 #include "runtime/report/html/top_view.hpp"
+#include "runtime/report/html/world_window.hpp"
 #include "runtime/report/quantities.hpp"
 
 namespace hil::report {
@@ -95,11 +96,13 @@ void response_card(Markup& out, const ResponseTime& response) {
 }  // namespace
 
 void top_view_section(Markup& out, const RunRecord& record) {
-  if (!record.top_view) return;
+  if (!record.top_view || !has_content(*record.top_view)) return;
   out.element("h2", "The world from above at " + instant(record.top_view->time_ns));
   out.open("figure", {{"class", "card"}});
-  out.open("div", {{"class", "scroll wide"}});
+  out.open("div", {{"class", "scroll wide on-page"}});
   const TopViewResult result = draw_top_view(out, *record.top_view, PictureUse::inline_in_page);
+  out.close().open("div", {{"class", "on-phone"}});
+  draw_top_view(out, *record.top_view, PictureUse::inline_in_page, PictureWidth::phone);
   out.close();
   std::string caption;
   if (!record.top_view->scan_points.empty()) {

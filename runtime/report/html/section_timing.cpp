@@ -35,31 +35,32 @@ void timing_head(Markup& out) {
 }
 
 void timing_row(Markup& out, const Task& task) {
-  const auto cell = [&](const std::string& text, const char* css = "n") {
-    out.element("td", {{"class", css}}, text);
+  const auto cell = [&](const char* label, const std::string& text, const char* css = "n") {
+    out.element("td", {{"class", css}, {"data-label", label}}, text);
   };
-  const auto bad_count = [&](std::uint64_t count) {
-    cell(count_text(count), count > 0 ? "n tone bad" : "n");
+  const auto bad_count = [&](const char* label, std::uint64_t count) {
+    cell(label, count_text(count), count > 0 ? "n tone bad" : "n");
   };
   const Spread& wake = task.wake_latency_ns;
   const Slack& slack = task.slack_ns;
   const bool has_slack = slack.samples > 0;
   out.open("tr");
-  cell(task.name, "name");
-  cell(rate_text(task.rate_hz));
-  cell(count_text(task.runs));
-  bad_count(task.deadline_misses);
-  bad_count(task.overruns);
-  bad_count(task.skipped);
-  cell(of(wake, wake.p50), "n first");
-  for (const std::int64_t quantile : {wake.p99, wake.p999, wake.max})
-    cell(of(wake, quantile));
-  cell(of(task.wall_ns, task.wall_ns.p99), "n first");
-  for (const Spread* spread : {&task.cpu_ns, &task.blocked_ns})
-    cell(of(*spread, spread->p99));
-  cell(has_slack ? measured_time(slack.min) : dash,
+  cell("Task", task.name, "name");
+  cell("Rate", rate_text(task.rate_hz));
+  cell("Runs", count_text(task.runs));
+  bad_count("Misses", task.deadline_misses);
+  bad_count("Overruns", task.overruns);
+  bad_count("Skipped", task.skipped);
+  cell("Wake-up p50", of(wake, wake.p50), "n first");
+  cell("Wake-up p99", of(wake, wake.p99));
+  cell("Wake-up p99.9", of(wake, wake.p999));
+  cell("Wake-up max", of(wake, wake.max));
+  cell("Wall p99", of(task.wall_ns, task.wall_ns.p99), "n first");
+  cell("CPU p99", of(task.cpu_ns, task.cpu_ns.p99));
+  cell("Database p99", of(task.blocked_ns, task.blocked_ns.p99));
+  cell("Least slack", has_slack ? measured_time(slack.min) : dash,
        has_slack && slack.min < 0 ? "n first tone bad" : "n first");
-  cell(has_slack ? measured_time(slack.p50) : dash);
+  cell("Slack p50", has_slack ? measured_time(slack.p50) : dash);
   out.close();
 }
 

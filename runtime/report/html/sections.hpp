@@ -11,6 +11,7 @@ namespace hil::report {
 void verdict_section(Markup& out, const RunRecord& record);
 void expectations_section(Markup& out, const RunRecord& record);
 void degraded_section(Markup& out, const RunRecord& record);
+void failures_section(Markup& out, const RunRecord& record);
 void events_section(Markup& out, const RunRecord& record);
 
 // section_pictures.cpp

@@ -12,11 +12,16 @@ Table::Table(Markup& out, std::initializer_list<Column> columns) : out_(out), co
   out_.close().close().open("tbody");
 }
 
+const char* Table::label(std::size_t column) const {
+  return column < columns_.size() ? columns_[column].title : "";
+}
+
 void Table::cells(std::initializer_list<Cell> cells) {
   std::size_t index = 0;
   for (const Cell& cell : cells) {
     const bool numeric = index < columns_.size() && columns_[index].numeric;
-    out_.element("td", {{"class", std::string(numeric ? "n " : "") + cell.css_class}},
+    out_.element("td",
+                 {{"class", std::string(numeric ? "n " : "") + cell.css_class}, {"data-label", label(index)}},
                  cell.text.empty() ? dash : cell.text);
     ++index;
   }
@@ -32,7 +37,7 @@ Table& Table::row(std::initializer_list<Cell> row_cells) {
 Table& Table::open_row(std::initializer_list<Cell> row_cells, const char* css_class_of_last) {
   out_.open("tr");
   cells(row_cells);
-  out_.open("td", {{"class", css_class_of_last}});
+  out_.open("td", {{"class", css_class_of_last}, {"data-label", label(columns_.size() - 1)}});
   return *this;
 }
 

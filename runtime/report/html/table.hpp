@@ -1,5 +1,6 @@
 #pragma once
-// Tables of the page: a scrolling frame, a head, rows of cells.
+// Tables of the page: a scrolling frame, a head, rows of cells. On a phone each row is a list of cells, each with its
+// column's title beside it.
 
 #include <initializer_list>
 #include <string>
@@ -34,6 +35,8 @@ class Table {
   void end();
 
  private:
+  /// Stands beside each cell where a page is too narrow for columns.
+  const char* label(std::size_t column) const;
   void cells(std::initializer_list<Cell> cells);
   Markup& out_;
   std::vector<Column> columns_;

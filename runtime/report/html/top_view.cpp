@@ -12,12 +12,21 @@
 namespace hil::report {
 namespace {
 
-constexpr double width = 1040.0;
-constexpr double left = 46.0;
 constexpr double top = 8.0;
-constexpr double plot_width = 980.0;
 constexpr double axis_height = 40.0;
 constexpr double legend_row = 20.0;
+
+struct Layout {
+  double width;
+  double left;
+  double plot_width;
+  AspectLimits aspect;
+  int x_ticks;
+  const char* clip_id;
+};
+
+constexpr Layout page_layout{1040.0, 46.0, 980.0, {}, 12, "top-view-area"};
+constexpr Layout phone_layout{360.0, 38.0, 314.0, {0.9, 1.5}, 5, "top-view-area-phone"};
 
 /// What a symbol stands for; `width_px` decides where a row of the legend ends.
 struct LegendEntry {
@@ -81,22 +90,23 @@ std::vector<PointM> outline_of(const ScanFan& fan) {
 
 class Drawing {
  public:
-  Drawing(Markup& out, const TopView& view)
+  Drawing(Markup& out, const TopView& view, const Layout& layout)
       : out_(out),
         view_(view),
-        window_(window_of(view)),
-        place_(window_, left, top, plot_width),
+        layout_(layout),
+        window_(window_of(view, layout.aspect)),
+        place_(window_, layout.left, top, layout.plot_width),
         labels_(place_.area()) {
     collect_legend();
   }
 
   TopViewResult draw(PictureUse use) {
     const PixelBox& area = place_.area();
-    open_svg(out_, width, area.bottom + axis_height + legend_height(),
+    open_svg(out_, layout_.width, area.bottom + axis_height + legend_height(),
              "The world from above at " + instant(view_.time_ns), use);
     clip();
     rectangle("land", area);
-    out_.open("g", {{"clip-path", "url(#top-view-area)"}});
+    out_.open("g", {{"clip-path", "url(#" + std::string(layout_.clip_id) + ")"}});
     shapes(Layer::ground, Layer::marking);
     for (const Track& track : view_.tracks)
       draw_track(track);
@@ -124,7 +134,7 @@ class Drawing {
   }
 
   void clip() {
-    out_.open("clipPath", {{"id", "top-view-area"}});
+    out_.open("clipPath", {{"id", layout_.clip_id}});
     rectangle("", place_.area());
     out_.close();
   }
@@ -178,7 +188,7 @@ class Drawing {
 
   void axes() {
     const PixelBox& area = place_.area();
-    for (const double x_m : linear_ticks({window_.minimum.x_m, window_.maximum.x_m}, 12)) {
+    for (const double x_m : linear_ticks({window_.minimum.x_m, window_.maximum.x_m}, layout_.x_ticks)) {
       const double at = place_({x_m, 0.0}).x;
       svg_line(out_, "axis", {at, area.bottom}, {at, area.bottom + 4.0});
       svg_text(out_, "", {at, area.bottom + 16.0}, "middle", shortest(std::round(x_m * 1e6) / 1e6));
@@ -259,11 +269,11 @@ class Drawing {
   /// Calls draw(entry, x, row) for each entry, rows filled from the left.
   template <class Draw>
   void flow_legend(Draw draw) const {
-    double x = left;
+    double x = layout_.left;
     int row = 0;
     for (const LegendEntry& entry : legend_) {
-      if (x > left && x + entry_width(entry) > left + plot_width) {
-        x = left;
+      if (x > layout_.left && x + entry_width(entry) > layout_.left + layout_.plot_width) {
+        x = layout_.left;
         ++row;
       }
       draw(entry, x, row);
@@ -305,6 +315,7 @@ class Drawing {
 
   Markup& out_;
   const TopView& view_;
+  const Layout& layout_;
   ViewBox window_;
   WorldToPixels place_;
   LabelPlacement labels_;
@@ -314,8 +325,8 @@ class Drawing {
 
 }  // namespace
 
-TopViewResult draw_top_view(Markup& out, const TopView& view, PictureUse use) {
-  return Drawing(out, view).draw(use);
+TopViewResult draw_top_view(Markup& out, const TopView& view, PictureUse use, PictureWidth width) {
+  return Drawing(out, view, width == PictureWidth::phone ? phone_layout : page_layout).draw(use);
 }
 
 }  // namespace hil::report

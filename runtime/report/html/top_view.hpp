@@ -12,8 +12,12 @@ struct TopViewResult {
   std::vector<std::string> labels_without_room;  ///< for the caption
 };
 
+/// For what width of a page: its text is readable there.
+enum class PictureWidth { page, phone };
+
 /// Shapes, tracks and points with coordinates that are not finite are left out. Nothing to show gives an
 /// empty frame of 100 m by 60 m around the origin.
-TopViewResult draw_top_view(Markup& out, const TopView& view, PictureUse use);
+TopViewResult draw_top_view(Markup& out, const TopView& view, PictureUse use,
+                            PictureWidth width = PictureWidth::page);
 
 }  // namespace hil::report

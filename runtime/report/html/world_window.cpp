@@ -7,8 +7,6 @@
 namespace hil::report {
 namespace {
 
-constexpr double flattest = 0.42;  // height over width
-constexpr double tallest = 0.6;
 constexpr double margin_share = 0.06;
 constexpr double least_margin_m = 4.0;
 
@@ -19,7 +17,19 @@ class Bounds {
     box_.minimum = {std::min(box_.minimum.x_m, point.x_m), std::min(box_.minimum.y_m, point.y_m)};
     box_.maximum = {std::max(box_.maximum.x_m, point.x_m), std::max(box_.maximum.y_m, point.y_m)};
   }
+  void add(const Bounds& other) {
+    if (other.empty()) return;
+    add(other.box_.minimum);
+    add(other.box_.maximum);
+  }
   bool empty() const { return box_.minimum.x_m > box_.maximum.x_m; }
+  bool covers(const Bounds& other) const {
+    return box_.minimum.x_m <= other.box_.minimum.x_m && box_.minimum.y_m <= other.box_.minimum.y_m &&
+           box_.maximum.x_m >= other.box_.maximum.x_m && box_.maximum.y_m >= other.box_.maximum.y_m;
+  }
+  double area() const {
+    return (box_.maximum.x_m - box_.minimum.x_m) * (box_.maximum.y_m - box_.minimum.y_m);
+  }
   const ViewBox& box() const { return box_; }
 
  private:
@@ -27,24 +37,59 @@ class Bounds {
   ViewBox box_{{far, far}, {-far, -far}};
 };
 
-Bounds of_interest(const TopView& view) {
+Bounds bounds_of_footprint(const Shape& shape) {
   Bounds bounds;
-  for (const Shape& shape : view.shapes) {
-    if (shape.layer < Layer::detector || shape.layer == Layer::structure) continue;
-    for (const PointM& point : shape.footprint)
-      bounds.add(point);
+  for (const PointM& point : shape.footprint)
+    bounds.add(point);
+  return bounds;
+}
+
+/// Of bodies that do not move and may be ground under another name: those that do not cover all that is left, the largest
+/// first.
+void add_structures(std::vector<Bounds> structures, Bounds& bounds) {
+  std::ranges::sort(structures, {}, &Bounds::area);
+  std::vector<Bounds> with_smaller{bounds};  // [i]: everything but structures from i on
+  for (const Bounds& structure : structures) {
+    with_smaller.push_back(with_smaller.back());
+    with_smaller.back().add(structure);
   }
+  std::size_t kept = structures.size();
+  while (kept > 0 && !with_smaller[kept - 1].empty() && structures[kept - 1].covers(with_smaller[kept - 1]))
+    --kept;
+  bounds = with_smaller[kept];
+}
+
+Bounds of_tracks(const TopView& view) {
+  Bounds bounds;
   for (const Track& track : view.tracks) {
     for (const TrackPoint& point : track.points)
-      bounds.add({point.x_m, point.y_m});
+      bounds.add(PointM{point.x_m, point.y_m});
   }
-  for (const ScanPoint& point : view.scan_points)
-    bounds.add({point.x_m, point.y_m});
-  if (!bounds.empty()) return bounds;
+  return bounds;
+}
+
+Bounds of_interest(const TopView& view) {
+  Bounds bounds = of_tracks(view);
+  std::vector<Bounds> structures;
   for (const Shape& shape : view.shapes) {
-    for (const PointM& point : shape.footprint)
-      bounds.add(point);
+    if (shape.layer < Layer::detector) continue;
+    const Bounds of_shape = bounds_of_footprint(shape);
+    if (shape.layer != Layer::structure) {
+      bounds.add(of_shape);
+    } else if (!of_shape.empty()) {
+      structures.push_back(of_shape);
+    }
   }
+  add_structures(std::move(structures), bounds);
+  return bounds;
+}
+
+Bounds of_everything(const TopView& view) {
+  Bounds bounds = of_tracks(view);
+  for (const Shape& shape : view.shapes)
+    bounds.add(bounds_of_footprint(shape));
+  for (const ScanPoint& point : view.scan_points)
+    bounds.add(PointM{point.x_m, point.y_m});
   return bounds;
 }
 
@@ -58,11 +103,11 @@ bool is_usable(const ViewBox& box) {
   return std::isfinite(width) && std::isfinite(height) && width > 0.0 && height > 0.0;
 }
 
-ViewBox with_bearable_shape(const ViewBox& box) {
+ViewBox with_aspect(const ViewBox& box, const AspectLimits& aspect) {
   const double width = box.maximum.x_m - box.minimum.x_m;
   const double height = box.maximum.y_m - box.minimum.y_m;
-  if (height < flattest * width) return grown(box, 0.0, (flattest * width - height) / 2.0);
-  if (height > tallest * width) return grown(box, (height / tallest - width) / 2.0, 0.0);
+  if (height < aspect.flattest * width) return grown(box, 0.0, (aspect.flattest * width - height) / 2.0);
+  if (height > aspect.tallest * width) return grown(box, (height / aspect.tallest - width) / 2.0, 0.0);
   return box;
 }
 
@@ -89,14 +134,19 @@ bool is_finite(const PointM& point) {
   return std::isfinite(point.x_m) && std::isfinite(point.y_m);
 }
 
-ViewBox window_of(const TopView& view) {
-  if (view.view && is_usable(*view.view)) return with_bearable_shape(*view.view);
-  const Bounds bounds = of_interest(view);
+bool has_content(const TopView& view) {
+  return !of_everything(view).empty();
+}
+
+ViewBox window_of(const TopView& view, const AspectLimits& aspect) {
+  if (view.view && is_usable(*view.view)) return with_aspect(*view.view, aspect);
+  Bounds bounds = of_interest(view);
+  if (bounds.empty()) bounds = of_everything(view);
   if (bounds.empty()) return {{-50.0, -30.0}, {50.0, 30.0}};
   const ViewBox& box = bounds.box();
   const double extent = std::max(box.maximum.x_m - box.minimum.x_m, box.maximum.y_m - box.minimum.y_m);
   const double margin = std::max(margin_share * extent, least_margin_m);
-  const ViewBox window = with_bearable_shape(grown(box, margin, margin));
+  const ViewBox window = with_aspect(grown(box, margin, margin), aspect);
   return is_usable(window) ? window : ViewBox{{-50.0, -30.0}, {50.0, 30.0}};
 }
 

@@ -11,9 +11,19 @@ namespace hil::report {
 
 bool is_finite(const PointM& point);
 
-/// What the record asks for, else all that moves or was seen with a margin; never flatter or taller than a
-/// page bears.
-ViewBox window_of(const TopView& view);
+/// Height over width of a picture, at least and at most.
+struct AspectLimits {
+  double flattest = 0.42;
+  double tallest = 0.6;
+};
+
+/// Something that can be drawn: a shape, a track, a point.
+bool has_content(const TopView& view);
+
+/// What the record asks for, else the bounding box of bodies, detectors and tracks with a margin of 6 %, at least 4 m,
+/// grown to the aspect. Ground, roads and markings do not count, nor a body that lies under all the others, nor points
+/// that were seen; without bodies everything counts.
+ViewBox window_of(const TopView& view, const AspectLimits& aspect = {});
 
 /// The part of a polygon inside a rectangle (Sutherland-Hodgman; a concave outline may keep edges along the
 /// border, which fills the same area). Empty when nothing is left or a coordinate is not finite.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 
 #include "bench.hpp"
 #include "io/modbus/client_device.hpp"
@@ -285,6 +286,34 @@ TEST(ClientFaults, AnExceptionIsCountedNamedAndCostsNoConnection) {
   EXPECT_NE(client.health().fault.find("reading holding 10: illegal data address (exception 2)"),
             std::string::npos)
       << client.health().fault;
+  client.stop();
+}
+
+TEST(ClientFaults, AUnitThatGoesOnRefusingOutputsIsACauseAndOneThatIsBusyForAMomentIsNone) {
+  std::atomic<bool> refuses{true};
+  FakeServer server([&](FakeConnection& connection, int) {
+    for (Bytes request = connection.receive(); !request.empty(); request = connection.receive()) {
+      const auto id = static_cast<std::uint16_t>(request[0] << 8U | request[1]);
+      connection.send(request[7] == 6 && refuses ? bench::frame(id, {0x86, 4})
+                                                 : FakeConnection::reply_to(request, 9));
+    }
+  });
+  bench::HandClock clock;
+  ClientDevice client(patient(server.port()), two_words());
+  client.start(clock, Pacing::lockstep);
+  constexpr RunTimeNs ms = 1'000'000;
+  ASSERT_TRUE(exchange_once(client, 1, 0).good);
+  ASSERT_TRUE(exchange_once(client, 2, 1'000 * ms).good);
+  refuses = false;
+  ASSERT_TRUE(exchange_once(client, 3, 1'500 * ms).good);
+  refuses = true;
+  ASSERT_TRUE(exchange_once(client, 4, 2'000 * ms).good);
+  EXPECT_EQ(client.send_fault(), "");
+  ASSERT_TRUE(exchange_once(client, 5, 3'001 * ms).good);
+  EXPECT_NE(client.send_fault().find("has refused outputs for more than 1000 ms: writing holding 0: "),
+            std::string::npos)
+      << client.send_fault();
+  EXPECT_TRUE(client.connected()) << "it answers";
   client.stop();
 }
 

@@ -58,6 +58,34 @@ TEST(Condition, ComparisonsWithNanAreThoseOfIeee) {
   EXPECT_TRUE(holds("not c.d < 0"));
 }
 
+/// With a = 1 and b unknown.
+Truth truth(const std::string& written) {
+  Diagnostics diagnostics;
+  const std::optional<Condition> condition = parse(written, diagnostics);
+  if (!condition) throw std::runtime_error(diagnostics.to_text());
+  std::vector<std::uint32_t> indices;
+  for (const Word& mention : condition->mentions())
+    indices.push_back(mention.text == "a" ? 0 : 1);
+  const double values[] = {1.0, 1.0};
+  const std::uint8_t unknown[] = {0, 1};
+  return condition->bind(indices).truth(values, unknown);
+}
+
+TEST(Condition, AnUnknownSignalIsUnknownWhereItDecides) {
+  EXPECT_EQ(truth("a == 1"), Truth::yes);
+  EXPECT_EQ(truth("a == 2"), Truth::no);
+  EXPECT_EQ(truth("b == 1"), Truth::unknown);
+  EXPECT_EQ(truth("a == b"), Truth::unknown);
+  EXPECT_EQ(truth("not b == 1"), Truth::unknown);
+  EXPECT_EQ(truth("a == 1 and b == 1"), Truth::unknown);
+  EXPECT_EQ(truth("b == 1 and a == 2"), Truth::no);
+  EXPECT_EQ(truth("a == 2 and b == 1"), Truth::no);
+  EXPECT_EQ(truth("b == 1 or a == 1"), Truth::yes);
+  EXPECT_EQ(truth("a == 2 or b == 1"), Truth::unknown);
+  EXPECT_EQ(truth("not (b == 1 or a == 1)"), Truth::no);
+  EXPECT_EQ(truth("b == 1 or b != 1"), Truth::unknown) << "each comparison by itself";
+}
+
 TEST(Condition, JoinsByPrecedence) {
   EXPECT_TRUE(holds("a == 1 or a == 9 and a == 8"));  // and first
   EXPECT_FALSE(holds("(a == 1 or a == 9) and a == 8"));

@@ -6,6 +6,7 @@
 namespace hil::config {
 namespace {
 
+using testing::scenario_text;
 using testing::ScenarioFolder;
 using testing::with_change;
 
@@ -237,6 +238,59 @@ TEST(ScenarioDefaults, OneLineIsAScenario) {
   EXPECT_EQ(scenario->world.log_ring_bytes, 16U << 20);
   EXPECT_TRUE(scenario->tasks.empty());
   EXPECT_TRUE(scenario->processes.empty());
+}
+
+TEST(ScenarioDefaults, NothingMayBeLostUnlessItIsSaid) {
+  const ScenarioFolder files;
+  const auto load = [&](const std::string& text) {
+    Diagnostics diagnostics;
+    auto scenario = files.load(text, diagnostics);
+    EXPECT_TRUE(scenario) << diagnostics.to_text();
+    return std::move(scenario).value();
+  };
+  const Scenario strict = load(scenario_text);
+  EXPECT_DOUBLE_EQ(strict.realtime.max_lost, 0.05);
+  EXPECT_DOUBLE_EQ(strict.expectations[0].coverage, 0.95);
+  EXPECT_FALSE(strict.can[0].may_be_lost || strict.modbus[0].may_be_lost || strict.processes[0].may_be_lost);
+  EXPECT_FALSE(strict.processes[0].free_running);
+  const Scenario lenient = load(
+      with_change("watchdog: 250 ms", "watchdog: 250 ms, max_lost: 12.5 %",
+                  with_change("never: \"collision.ego > 0\"", "never: \"collision.ego > 0\", coverage: 50 %",
+                              with_change("    rate: 20 Hz\n", "    rate: 20 Hz\n    may_be_lost: true\n"))));
+  EXPECT_DOUBLE_EQ(lenient.realtime.max_lost, 0.125);
+  EXPECT_DOUBLE_EQ(lenient.expectations[0].coverage, 0.5);
+  EXPECT_TRUE(lenient.modbus[0].may_be_lost);
+}
+
+TEST(ScenarioDefaults, UnderTheVirtualClockAProcessKeepsStepOrIsSaidToRunFree) {
+  const ScenarioFolder files;
+  const auto mistakes = [&](const std::string& command, const std::string& more = "") {
+    Diagnostics diagnostics;
+    files.load(
+        "scenario: stepped\nclock: virtual\n"
+        "can: [{bus: car, database: crossing.dbc, rate: 100 Hz}]\n"
+        "modbus:\n"
+        "  - {unit: plc, device: \"127.0.0.1:auto\", registers: map.yaml, rate: 20 Hz, run_time: time_ms}\n"
+        "  - {unit: io, device: \"127.0.0.1:auto\", registers: map.yaml, rate: 20 Hz}\n"
+        "processes:\n"
+        "  ports: {command: [ports, \"{modbus.plc}\", \"{modbus.io}\"]}\n"
+        "  tool: {command: [tool" +
+            command + "]" + more + "}\n",
+        diagnostics);
+    return diagnostics.to_text();
+  };
+  EXPECT_EQ(mistakes(", \"{clock}\""), "");
+  EXPECT_EQ(mistakes(", \"{can.car}\""), "");
+  EXPECT_EQ(mistakes(", \"{modbus.plc}\""), "");
+  EXPECT_EQ(mistakes("", ", free_running: true"), "");
+  EXPECT_EQ(mistakes("", ", enabled: false"), "");
+  for (const char* command : {"", ", --fast", ", \"{modbus.io}\""}) {
+    const std::string text = mistakes(command);
+    EXPECT_NE(text.find(":9:3: 'clock: virtual': the process 'tool' can not keep step with the run"),
+              std::string::npos)
+        << text;
+    EXPECT_NE(text.find("'free_running: true'"), std::string::npos) << text;
+  }
 }
 
 TEST(ScenarioDefaults, HowSurelyTheHistoryIsOnDiskCanBeSaid) {

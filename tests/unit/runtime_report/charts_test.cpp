@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -277,6 +278,79 @@ TEST(TopView, BearsNothingAndNonsense) {
   EXPECT_NO_THROW(parse_strictly(text));
   EXPECT_EQ(text.find("nan"), std::string::npos);
   EXPECT_EQ(text.find("\"inf"), std::string::npos);
+}
+
+std::vector<PointM> square(double x_m, double y_m, double half_m) {
+  return {{x_m - half_m, y_m - half_m},
+          {x_m + half_m, y_m - half_m},
+          {x_m + half_m, y_m + half_m},
+          {x_m - half_m, y_m + half_m}};
+}
+
+void expect_box(const ViewBox& box, double x0, double y0, double x1, double y1) {
+  EXPECT_NEAR(box.minimum.x_m, x0, 1e-9);
+  EXPECT_NEAR(box.minimum.y_m, y0, 1e-9);
+  EXPECT_NEAR(box.maximum.x_m, x1, 1e-9);
+  EXPECT_NEAR(box.maximum.y_m, y1, 1e-9);
+}
+
+/// Takes every shape as it is.
+constexpr AspectLimits any_aspect{0.0, 1e9};
+
+TEST(TopView, ShowsTheBoundingBoxOfTheBodiesWithAMargin) {
+  TopView view;
+  view.shapes = {{Layer::ground, "ground", square(0, 0, 500)},
+                 {Layer::road, "road", square(0, 0, 300)},
+                 {Layer::structure, "terrain", square(10, 10, 400)},
+                 {Layer::structure, "house", square(-40, 0, 10)},
+                 {Layer::vehicle, "car", square(100, 20, 2)}};
+  view.tracks = {{"car", false, {{0, 60.0, -30.0}, {1, 100.0, 20.0}}}};
+  view.scan_points = {{900.0, 900.0, 0, 0, 0, 0, 0}};
+  // The larger extent is 152 m, and 6 % of it 9.12 m.
+  expect_box(window_of(view, any_aspect), -50 - 9.12, -30 - 9.12, 102 + 9.12, 22 + 9.12);
+}
+
+TEST(TopView, AMarginOfFourMetresAtLeast) {
+  TopView view;
+  view.shapes = {{Layer::ground, "ground", square(0, 0, 500)},
+                 {Layer::structure, "crate", square(100, 50, 1)}};
+  expect_box(window_of(view, any_aspect), 95, 45, 105, 55);
+}
+
+TEST(TopView, WithoutBodiesEverythingCounts) {
+  TopView view;
+  view.shapes = {{Layer::ground, "ground", square(0, 0, 50)}};
+  view.scan_points = {{100.0, 0.0, 0, 0, 0, 0, 0}};
+  expect_box(window_of(view, any_aspect), -59, -59, 109, 59);
+}
+
+TEST(TopView, IsGrownToTheAspectOfThePicture) {
+  TopView view;
+  view.shapes = {{Layer::vehicle, "a", square(0, 0, 1)}, {Layer::vehicle, "b", square(100, 0, 1)}};
+  const AspectLimits aspect{0.5, 1.0};
+  const ViewBox box = window_of(view, aspect);
+  EXPECT_NEAR((box.maximum.y_m - box.minimum.y_m) / (box.maximum.x_m - box.minimum.x_m), 0.5, 1e-9);
+  EXPECT_NEAR(box.minimum.y_m, -box.maximum.y_m, 1e-9);
+}
+
+TEST(TopView, HasContentWhenThereIsSomethingFinite) {
+  TopView view;
+  EXPECT_FALSE(has_content(view));
+  view.shapes = {{Layer::ego, "", {}}, {Layer::pole, "", {{not_known, 0}}}};
+  EXPECT_FALSE(has_content(view));
+  view.scan_points = {{1, 1, 0, 0, 0, 0, 0}};
+  EXPECT_TRUE(has_content(view));
+}
+
+TEST(TopView, TextOfThePhonesPictureStaysInside) {
+  Markup out;
+  draw_top_view(out, *test::full_record().top_view, PictureUse::inline_in_page, PictureWidth::phone);
+  const XmlElement svg = parse_strictly(out.take());
+  expect_text_inside(svg);
+  for (const char* name : {"ego", "car_1", "car_2"})
+    EXPECT_TRUE(std::ranges::any_of(svg.all("text"), [&](const XmlElement* text) {
+      return text->text == name;
+    })) << name;
 }
 
 TEST(TopView, NamesWithoutRoomAreHandedBack) {

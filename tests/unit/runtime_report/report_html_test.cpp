@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "hostile_text.hpp"
+#include "runtime/report/html/page_style.hpp"
 #include "runtime/report/record_fields.hpp"
 #include "runtime/report/text_safety.hpp"
 #include "sample_record.hpp"
@@ -44,10 +47,10 @@ void expect_self_contained(const std::string& html) {
       "dt",         "dd",   "table", "thead", "tbody", "tr",   "th",   "td",      "figure",
       "figcaption", "svg",  "g",     "path",  "rect",  "line", "text", "clipPath"};
   static const std::set<std::string> attributes{
-      "lang",    "charset", "name",        "content",  "class",      "id",          "scope",
-      "colspan", "rowspan", "viewBox",     "role",     "aria-label", "aria-hidden", "style",
-      "d",       "x",       "y",           "x1",       "y1",         "x2",          "y2",
-      "width",   "height",  "text-anchor", "clip-path"};
+      "lang",    "charset", "name",        "content",   "class",      "id",          "scope",
+      "colspan", "rowspan", "viewBox",     "role",      "aria-label", "aria-hidden", "style",
+      "d",       "x",       "y",           "x1",        "y1",         "x2",          "y2",
+      "width",   "height",  "text-anchor", "clip-path", "data-label"};
   std::set<std::string> ids;
   const XmlElement page = parse_strictly(html);
   for (const XmlElement* element : page.all()) {
@@ -56,7 +59,9 @@ void expect_self_contained(const std::string& html) {
       EXPECT_TRUE(attributes.contains(name)) << name;
       EXPECT_TRUE(name != "id" || ids.insert(value).second) << value << " twice";
       EXPECT_TRUE(name != "style" || value == "stroke-width:8") << value;
-      EXPECT_TRUE(name != "clip-path" || value == "url(#top-view-area)") << value;
+      EXPECT_TRUE(name != "clip-path" || value == "url(#top-view-area)" ||
+                  value == "url(#top-view-area-phone)")
+          << value;
     }
   }
   for (const XmlElement* style : page.all("style")) {
@@ -218,6 +223,104 @@ TEST(ReportHtml, MoreMissesThanItListsOrKnowsAreTold) {
                       "1\u202F000 of them. "
                       "The first 200 are listed here; report.json has those."),
             std::string::npos);
+}
+
+/// The rules of a style sheet without its @media blocks, as (selectors, declarations).
+std::vector<std::pair<std::string, std::string>> rules_of(std::string css) {
+  for (std::size_t media = css.find("@media"); media != std::string::npos; media = css.find("@media")) {
+    std::size_t end = css.find('{', media) + 1;
+    for (int depth = 1; depth > 0; ++end)
+      depth += css.at(end) == '{' ? 1 : css.at(end) == '}' ? -1 : 0;
+    css.erase(media, end - media);
+  }
+  std::vector<std::pair<std::string, std::string>> rules;
+  for (std::size_t at = 0; css.find('{', at) != std::string::npos;) {
+    const std::size_t open = css.find('{', at);
+    const std::size_t close = css.find('}', open);
+    rules.emplace_back(css.substr(at, open - at), css.substr(open + 1, close - open - 1));
+    at = close + 1;
+  }
+  return rules;
+}
+
+std::string phone_block() {
+  const std::string css(page_style());
+  const std::size_t begin = css.find("@media (max-width:640px){");
+  return css.substr(begin, css.find("\n}\n", begin) - begin);
+}
+
+TEST(ReportHtml, NoColumnIsNarrowerThanItsWords) {
+  // `anywhere` makes a single letter the least width of a column; `break-word` makes it the longest word.
+  for (const auto& [selectors, declarations] : rules_of(std::string(page_style()))) {
+    const bool of_cells =
+        selectors.find("td") != std::string::npos || selectors.find(".name") != std::string::npos;
+    if (of_cells) {
+      EXPECT_EQ(declarations.find("overflow-wrap:anywhere"), std::string::npos) << selectors;
+    }
+  }
+  EXPECT_NE(page_style().find("td{overflow-wrap:break-word}"), std::string_view::npos);
+  const XmlElement page = parse_strictly(report_html(test::full_record()));
+  for (const XmlElement* scroll : page.all("div")) {
+    const auto css = scroll->attributes.find("class");
+    if (css == scroll->attributes.end() || css->second != "scroll") continue;
+    EXPECT_EQ(scroll->all("table").size(), 1U);
+  }
+}
+
+TEST(ReportHtml, OnAPhoneEachCellStandsInALineWithItsTitle) {
+  const XmlElement page = parse_strictly(report_html(test::full_record()));
+  ASSERT_FALSE(page.all("td").empty());
+  for (const XmlElement* cell : page.all("td")) {
+    ASSERT_TRUE(cell->attributes.contains("data-label")) << cell->whole_text();
+    EXPECT_NE(cell->attributes.at("data-label"), "") << cell->whole_text();
+  }
+  const std::string phone = phone_block();
+  EXPECT_NE(phone.find("td::before{content:attr(data-label)"), std::string::npos);
+  EXPECT_NE(phone.find("table,tbody,tr{display:block}"), std::string::npos);
+  // What gives a cell a width of its own on a wide page gives it none here.
+  const std::size_t end = phone.find("{display:grid");
+  const std::string reset =
+      "," + phone.substr(phone.rfind('\n', end) + 1, end - phone.rfind('\n', end) - 1) + ",";
+  for (const auto& [selectors, declarations] : rules_of(std::string(page_style()))) {
+    std::string selector = selectors;
+    std::erase(selector, '\n');
+    const bool of_cells = selector == "td" || selector == ".key" || selector == ".name" ||
+                          selector == ".nowrap" || selector == ".bar-cell" || selector == ".first" ||
+                          selector.starts_with(".n:") || selector.starts_with(".n+") || selector == ".n";
+    if (of_cells) {
+      EXPECT_NE(reset.find("," + selector + ","), std::string::npos) << selector << " in " << reset;
+    }
+  }
+}
+
+TEST(ReportHtml, APhoneGetsATopViewOfItsOwn) {
+  const XmlElement page = parse_strictly(report_html(test::full_record()));
+  std::size_t on_page = 0;
+  std::size_t on_phone = 0;
+  for (const XmlElement* part : page.all("div")) {
+    const auto css = part->attributes.find("class");
+    if (css == part->attributes.end()) continue;
+    if (css->second.find("on-page") != std::string::npos) on_page += part->all("svg").size();
+    if (css->second != "on-phone") continue;
+    on_phone += part->all("svg").size();
+    const std::string box = part->all("svg").at(0)->attributes.at("viewBox");
+    EXPECT_TRUE(box.starts_with("0 0 360 "))
+        << "as wide as a phone's page, so that text keeps its size: " << box;
+  }
+  EXPECT_EQ(on_page, 1U);
+  EXPECT_EQ(on_phone, 1U);
+  EXPECT_NE(page_style().find("\n.on-phone{display:none}"), std::string_view::npos);
+  EXPECT_NE(phone_block().find(".on-page{display:none}"), std::string::npos);
+  EXPECT_NE(phone_block().find(".on-phone{display:block}"), std::string::npos);
+}
+
+TEST(ReportHtml, AScenarioWithoutAWorldHasNoPictureOfIt) {
+  RunRecord record;
+  EXPECT_EQ(report_html(record).find("The world from above"), std::string::npos);
+  record.top_view.emplace();
+  EXPECT_EQ(report_html(record).find("The world from above"), std::string::npos);
+  record.top_view->shapes = {{Layer::pole, "pole", {{0, 0}, {1, 0}, {1, 1}}}};
+  EXPECT_NE(report_html(record).find("The world from above"), std::string::npos);
 }
 
 }  // namespace

@@ -127,13 +127,15 @@ TEST(ReportJson, KeepsTheExtremesOfEveryType) {
   record.seed = std::numeric_limits<std::uint64_t>::max();
   record.duration_ns = std::numeric_limits<std::int64_t>::min();
   record.exit_code = std::numeric_limits<int>::min();
-  record.expectations = {{"never", true, "", std::nullopt}, {"at zero", false, "", 0}};
+  record.expectations = {{"never", ExpectationResult::held, "", std::nullopt},
+                         {"at zero", ExpectationResult::not_checked, "", 0}};
   const RunRecord again = parse_report(report_json(record));
   EXPECT_EQ(again.seed, record.seed);
   EXPECT_EQ(again.duration_ns, record.duration_ns);
   EXPECT_EQ(again.exit_code, record.exit_code);
   EXPECT_FALSE(again.expectations.at(0).first_failure_ns.has_value());
   EXPECT_EQ(again.expectations.at(1).first_failure_ns, 0);
+  EXPECT_EQ(again.expectations.at(1).result, ExpectationResult::not_checked);
 }
 
 TEST(ReportJson, WritesWhatIsNotANumberAsNull) {

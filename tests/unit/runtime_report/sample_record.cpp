@@ -279,8 +279,18 @@ RunRecord full_record() {
       4'158'976, 221,         2,          1,
       3'993'027, 123'931'859, 16'777'216, 28'288,
       1,         5,           3,          "write of segment.0000000002: Input/output error"};
-  record.can = {{"car", "virtual", 1'000, 3'021, 0,  0,  0,  2,  1,  0,  0.124, 0.31,
-                 1,     3,         5,     7,     11, 13, 17, 19, 23, 29, 1'031}};
+  record.can = {{"car", "virtual",
+                 1'000, 3'021,
+                 0,     0,
+                 0,     2,
+                 1,     0,
+                 0.124, 0.31,
+                 1,     "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
+                 3,     5,
+                 7,     11,
+                 13,    17,
+                 19,    23,
+                 29,    1'031}};
   ModbusUnit plc;
   plc.device = "plc at 127.0.0.1:40213";
   plc.role = "client";
@@ -311,8 +321,16 @@ RunRecord full_record() {
   record.processes = {{"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
                        "signal 11 (SIGSEGV)", 6'210 * millisecond},
                       {"plc", "hil-crossing-plc --listen 127.0.0.1:40213", "exit code 0", std::nullopt}};
-  record.expectations = {{"no collision", false, "collision.ego was 1", 8'412 * millisecond},
-                         {"DUT answers within 50 ms", true, "400 answers, slowest 41.2 ms", std::nullopt}};
+  record.expectations = {
+      {"no collision", ExpectationResult::failed, "collision.ego was 1", 8'412 * millisecond, 8'413, 10'000},
+      {"DUT answers within 50 ms", ExpectationResult::held, "400 answers, slowest 41.2 ms", std::nullopt,
+       9'900, 10'000}};
+  record.losses = {
+      {"Modbus unit plc", 3'200 * millisecond, 1'500 * millisecond, false, true, ""},
+      {"process dut", 6'210 * millisecond, 3'790 * millisecond, true, false, "signal 11 (SIGSEGV)"}};
+  record.losses_not_listed = 2;
+  record.failures = {
+      "process dut was lost from 6.210 s on for 3.79 s, to the end of the run: signal 11 (SIGSEGV)"};
   record.response_times = {response()};
   record.events = {{2'000 * millisecond, "light_cross turns red"},
                    {4'310 * millisecond, "car_1 runs its red light"},

@@ -2,30 +2,21 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/still_device.hpp"
+
 namespace hil::run {
 namespace {
 
-class Patient final : public io::Device {
+class Patient final : public tests::StillDevice {
  public:
+  Patient() : StillDevice("plc") {}
   io::DeviceHealth state{.connected = true, .fault = {}};
-
-  const std::string& name() const noexcept override { return name_; }
-  std::span<const io::ChannelInfo> inputs() const noexcept override { return {}; }
-  std::span<const io::ChannelInfo> outputs() const noexcept override { return {}; }
-  void start(const io::RunClock& /*clock*/, io::Pacing /*pacing*/) override {}
-  void latch_inputs(std::span<io::Sample> /*samples*/) noexcept override {}
-  void release_outputs(std::span<const double> /*values*/, io::RunTimeNs /*tick_ns*/) noexcept override {}
-  bool exchange(io::RunTimeNs /*tick_ns*/) override { return true; }
-  void enter_safe_state() noexcept override {}
-  void stop() noexcept override {}
+  bool connected() const noexcept override { return state.connected; }
   io::DeviceHealth health() const override { return state; }
   std::vector<io::DeviceEvent> events_since(std::size_t first) const override {
     return {happened.begin() + static_cast<std::ptrdiff_t>(first), happened.end()};
   }
   std::vector<io::DeviceEvent> happened;
-
- private:
-  const std::string name_ = "plc";
 };
 
 class Watch : public ::testing::Test {

@@ -65,12 +65,31 @@ TEST(FailOn, ConditionsMayBeJoined) {
   EXPECT_FALSE(broken("misses > 0 and overruns > 0", result));
 }
 
-TEST(FailOn, AnUnknownCountIsAMistakeWithItsColumnAndTheNearest) {
+TEST(FailOn, AnUnknownCountIsAMistakeWithItsColumnAndAllCountsTheNearestFirst) {
   config::Diagnostics diagnostics;
   EXPECT_FALSE(parse_fail_on("misses > 0 or overuns > 0", diagnostics));
-  ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
-  EXPECT_EQ(diagnostics.mistakes()[0].message, "'overuns' is not counted; did you mean 'overruns'?");
-  EXPECT_EQ(diagnostics.mistakes()[0].place.file, "--fail-on");
+  EXPECT_EQ(
+      diagnostics.to_text(),
+      "--fail-on:1:15: 'overuns' is not a count of the run; did you mean 'overruns'? Known here: overruns, "
+      "misses, skipped, aborted, over_budget, skipped_ticks, lost_records, hard_misses, without_answer\n");
+}
+
+TEST(FailOn, AWordThatIsNoConditionListsTheCounts) {
+  for (const char* text : {"nonsense", "nonsense >", "misses > 0 or nonsense", "misses >> nonsense"}) {
+    config::Diagnostics diagnostics;
+    EXPECT_FALSE(parse_fail_on(text, diagnostics)) << text;
+    EXPECT_NE(
+        diagnostics.to_text().find("'nonsense' is not a count of the run; known here: misses, overruns, "
+                                   "skipped, aborted, over_budget, skipped_ticks, lost_records, "
+                                   "hard_misses, without_answer"),
+        std::string::npos)
+        << diagnostics.to_text();
+  }
+}
+
+TEST(FailOn, NumbersWithAnExponentAreNoWords) {
+  config::Diagnostics diagnostics;
+  EXPECT_TRUE(parse_fail_on("misses > 1e3 and not (overruns < .5)", diagnostics)) << diagnostics.to_text();
 }
 
 TEST(FailOn, AllUnknownCountsAtOnce) {

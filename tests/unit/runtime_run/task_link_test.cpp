@@ -7,6 +7,7 @@
 #include "runtime/run/device_link.hpp"
 #include "runtime/run/module_task.hpp"
 #include "tests/support/allocation_guard.hpp"
+#include "tests/support/still_device.hpp"
 
 namespace hil::run {
 namespace {
@@ -273,12 +274,12 @@ TEST_F(ModuleTasks, CountTheTimeOfEachRunApart) {
 }
 
 /// Two inputs and two outputs; remembers the calls.
-class FakeDevice final : public io::Device {
+class FakeDevice final : public tests::StillDevice {
  public:
-  const std::string& name() const noexcept override { return name_; }
+  FakeDevice() : StillDevice("fake") {}
   std::span<const io::ChannelInfo> inputs() const noexcept override { return channels_; }
+  std::span<const io::InputGroup> input_groups() const noexcept override { return groups_; }
   std::span<const io::ChannelInfo> outputs() const noexcept override { return channels_; }
-  void start(const io::RunClock& /*clock*/, io::Pacing /*pacing*/) override {}
   void latch_inputs(std::span<io::Sample> samples) noexcept override {
     samples[0] = first;
     samples[1] = second;
@@ -295,19 +296,18 @@ class FakeDevice final : public io::Device {
     ++exchanges;
     return answers;
   }
-  void enter_safe_state() noexcept override {}
-  void stop() noexcept override {}
-  io::DeviceHealth health() const override { return {}; }
+  bool connected() const noexcept override { return is_connected; }
 
   io::Sample first, second;
   double released[2] = {-1.0, -1.0};
   std::int64_t released_at_ns = -1, exchanged_at_ns = -1;
   int releases = 0, exchanges = 0, released_before_exchange = 0;
-  bool answers = true;
+  bool answers = true, is_connected = true;
 
  private:
-  std::string name_ = "fake";
-  std::vector<io::ChannelInfo> channels_{{.name = "a", .unit = ""}, {.name = "b", .unit = ""}};
+  std::vector<io::ChannelInfo> channels_{{.name = "a", .unit = "", .safe_value = -7.0},
+                                         {.name = "b", .unit = "", .safe_value = -8.0}};
+  std::vector<io::InputGroup> groups_{{.name = "both", .first = 0, .count = 2, .timeout_ns = ms}};
 };
 
 class DeviceLinks : public ::testing::Test {
@@ -317,22 +317,52 @@ class DeviceLinks : public ::testing::Test {
       table_.add({.name = "source", .unit = "", .writer = "test", .initial = 6.0});
   const signals::SignalId a_ = table_.add({.name = "fake.a", .unit = "", .writer = "fake"});
   const signals::SignalId b_ = table_.add({.name = "fake.b", .unit = "", .writer = "fake"});
+  const signals::SignalId connected_ = table_.add({.name = "fake.connected", .unit = "", .writer = "fake"});
+  const signals::SignalId fresh_ = table_.add({.name = "fake.both.fresh", .unit = "", .writer = "fake"});
   FakeDevice device_;
   DeviceLink::Links links_{.inputs = {b_, a_},
-                           .outputs = {{.signal = {}, .constant = 4.0}, {.signal = source_}}};
+                           .outputs = {{.signal = {}, .constant = 4.0}, {.signal = source_}},
+                           .connected = connected_,
+                           .fresh = {fresh_}};
 };
 
 TEST_F(DeviceLinks, InputsBecomeSignalsWithTheirTimes) {
   DeviceLink link(device_, links_, table_, io::Pacing::realtime);
   device_.first = {.value = 5.0, .time_ns = 1'234, .fresh = true};
   device_.second = {.value = -2.0, .time_ns = 99, .fresh = false};
-  link.latch_inputs();
+  link.latch_inputs(0);
   EXPECT_DOUBLE_EQ(table_.value(b_), 5.0);
   EXPECT_EQ(table_.read(b_).time_ns, 1'234);
   EXPECT_TRUE(table_.read(b_).fresh);
   EXPECT_DOUBLE_EQ(table_.value(a_), -2.0);
   EXPECT_EQ(table_.read(a_).time_ns, 99);
   EXPECT_FALSE(table_.read(a_).fresh);
+}
+
+TEST_F(DeviceLinks, WhetherTheDeviceIsThereAndItsInputsAreFreshAreSignals) {
+  DeviceLink link(device_, links_, table_, io::Pacing::realtime);
+  link.latch_inputs(3 * ms);
+  EXPECT_EQ(table_.value(connected_), 1.0);
+  EXPECT_EQ(table_.value(fresh_), 0.0) << "nothing has arrived";
+  EXPECT_EQ(table_.read(fresh_).time_ns, 3 * ms);
+  device_.second.fresh = true;
+  device_.is_connected = false;
+  link.latch_inputs(4 * ms);
+  EXPECT_EQ(table_.value(connected_), 0.0);
+  EXPECT_EQ(table_.value(fresh_), 1.0) << "one input of the group is enough";
+  EXPECT_TRUE(table_.read(fresh_).fresh && table_.read(connected_).fresh);
+}
+
+TEST_F(DeviceLinks, SafeValuesAreHeldUntilTheyAreLetGo) {
+  DeviceLink link(device_, links_, table_, io::Pacing::realtime);
+  link.hold_safe_values(true);
+  link.step({.tick = 3, .time_ns = 3 * ms, .period_ns = ms, .run = 3});
+  EXPECT_DOUBLE_EQ(device_.released[0], -7.0);
+  EXPECT_DOUBLE_EQ(device_.released[1], -8.0);
+  link.hold_safe_values(false);
+  link.step({.tick = 4, .time_ns = 4 * ms, .period_ns = ms, .run = 4});
+  EXPECT_DOUBLE_EQ(device_.released[0], 4.0);
+  EXPECT_DOUBLE_EQ(device_.released[1], 6.0);
 }
 
 TEST_F(DeviceLinks, OutputsComeFromSignalsAndConstants) {
@@ -372,7 +402,7 @@ TEST_F(DeviceLinks, DoNotAllocateInTheTick) {
   DeviceLink link(device_, links_, table_, io::Pacing::realtime);
   allocation_guard::reset();
   allocation_guard::enter_tick();
-  link.latch_inputs();
+  link.latch_inputs(0);
   link.step({});
   allocation_guard::leave_tick();
   EXPECT_EQ(allocation_guard::seen().total(), 0U);

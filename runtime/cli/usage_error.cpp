@@ -1,0 +1,122 @@
+#include "runtime/cli/usage_error.hpp"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "runtime/config/diagnostics.hpp"
+
+namespace hil::cli {
+namespace {
+
+/// The program itself, then the subcommands that were named, down to the last.
+std::vector<const CLI::App*> named_commands(const CLI::App& app) {
+  std::vector<const CLI::App*> commands{&app};
+  while (!commands.back()->get_subcommands().empty())
+    commands.push_back(commands.back()->get_subcommands().front());
+  return commands;
+}
+
+std::string words_of(const std::vector<const CLI::App*>& commands) {
+  std::string words = "hil";
+  for (std::size_t i = 1; i < commands.size(); ++i)
+    words += " " + commands[i]->get_name();
+  return words;
+}
+
+std::vector<std::string> names_of_subcommands(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  return names;
+}
+
+/// Those of the last command, then those of the commands that it passes unknown ones to.
+std::vector<std::string> names_of_options(const std::vector<const CLI::App*>& commands) {
+  std::vector<std::string> names;
+  for (std::size_t i = commands.size(); i-- > 0;) {
+    for (const CLI::Option* option : commands[i]->get_options()) {
+      for (const std::string& name : option->get_lnames())
+        if (std::find(names.begin(), names.end(), "--" + name) == names.end()) names.push_back("--" + name);
+    }
+    if (!commands[i]->get_fallthrough()) break;
+  }
+  return names;
+}
+
+std::string name_of(const CLI::Option& option) {
+  return option.get_lnames().empty() ? option.get_name() : "--" + option.get_lnames().front();
+}
+
+std::string joined(const std::vector<std::string>& values) {
+  std::string text;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == values.size() ? " and " : ", ") + config::in_quotes(values[i]);
+  return text;
+}
+
+/// Empty: no option has more values than it takes.
+std::string repeated_option(const std::vector<const CLI::App*>& commands) {
+  for (const CLI::App* command : commands) {
+    for (const CLI::Option* option : command->get_options()) {
+      const auto most = static_cast<std::size_t>(std::max(option->get_items_expected_max(), 0));
+      const std::vector<std::string>& values = option->results();
+      if (option->get_multi_option_policy() != CLI::MultiOptionPolicy::Throw || most == 0 ||
+          values.size() <= most)
+        continue;
+      if (most == 1) {
+        return name_of(*option) + " is given " +
+               (values.size() == 2 ? "twice" : std::to_string(values.size()) + " times") + ": " +
+               joined(values) + "; give it once";
+      }
+      return name_of(*option) + " takes " + std::to_string(most) + " values, and " +
+             std::to_string(values.size()) + " are given: " + joined(values) + "; give it once";
+    }
+  }
+  return {};
+}
+
+/// Empty: every word was understood.
+std::string unknown_word(const std::vector<const CLI::App*>& commands) {
+  std::vector<std::string> words = commands.front()->remaining(true);
+  std::erase(words, "--");
+  if (words.empty()) return {};
+  const auto is_option = [](const std::string& word) { return word.size() > 1 && word.front() == '-'; };
+  const std::vector<std::string> subcommands = names_of_subcommands(*commands.back());
+  if (!subcommands.empty() && !is_option(words.front())) {
+    return config::in_quotes(words.front()) + " is not a command of " + words_of(commands) +
+           config::all_known(words.front(), subcommands);
+  }
+  // What follows an unknown option is as a rule its value.
+  const auto option = std::find_if(words.begin(), words.end(), is_option);
+  if (option == words.end()) {
+    return config::in_quotes(words.front()) + " is one argument too many; " + words_of(commands) +
+           " --help lists the arguments";
+  }
+  const std::string name = option->substr(0, option->find('='));
+  return "there is no option " + config::in_quotes(name) +
+         config::all_known(name, names_of_options(commands));
+}
+
+/// Empty: the last command needs no further word, or has it.
+std::string missing_subcommand(const std::vector<const CLI::App*>& commands) {
+  const std::vector<std::string> known = names_of_subcommands(*commands.back());
+  if (known.empty() || commands.back()->get_require_subcommand_min() == 0) return {};
+  std::string list;
+  for (const std::string& name : known)
+    list += (list.empty() ? "" : ", ") + name;
+  return "a command is missing; known here: " + list;
+}
+
+}  // namespace
+
+std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<const CLI::App*> commands = named_commands(app);
+  std::string sentence = repeated_option(commands);
+  if (sentence.empty()) sentence = unknown_word(commands);
+  if (sentence.empty()) sentence = missing_subcommand(commands);
+  if (sentence.empty()) sentence = error.what();
+  return words_of(commands) + ": " + sentence;
+}
+
+}  // namespace hil::cli

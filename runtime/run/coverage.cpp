@@ -1,0 +1,77 @@
+#include "runtime/run/coverage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "runtime/report/quantities.hpp"
+
+namespace hil::run {
+namespace {
+
+std::string seconds(std::int64_t time_ns) {
+  return report::to_ascii(report::instant(time_ns));
+}
+
+/// Rounded down, so that what falls short of a limit never reads like it.
+std::string percent_text(double share) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%g %%", std::floor(share * 1000.0 + 1e-9) / 10.0);
+  return text;
+}
+
+}  // namespace
+
+bool is_known(const signals::SignalTable& table, signals::SignalId signal) noexcept {
+  return !table.info(signal).arrives || table.read(signal).fresh;
+}
+
+Coverage::Coverage(std::vector<signals::SignalId> signals, const signals::SignalTable& table,
+                   double least_share)
+    : least_share_(least_share) {
+  for (const signals::SignalId signal : signals) {
+    const signals::SignalInfo& info = table.info(signal);
+    if (info.arrives) watched_.push_back({signal, info.name, info.timeout_ns, std::nullopt});
+  }
+}
+
+void Coverage::look(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept {
+  if (evaluated) ++evaluated_ticks_;
+  for (std::size_t i = 0; i < watched_.size(); ++i) {
+    Watched& watched = watched_[i];
+    if (table.read(watched.signal).fresh) {
+      watched.stale_since_ns.reset();
+      continue;
+    }
+    if (!watched.stale_since_ns) watched.stale_since_ns = time_ns;
+    const std::int64_t begin_ns = *watched.stale_since_ns;
+    if (evaluated || watched.timeout_ns == 0 || time_ns - begin_ns <= watched.timeout_ns) continue;
+    if (!lapse_) lapse_ = Lapse{i, begin_ns, time_ns};
+    if (lapse_->watched == i && lapse_->begin_ns == begin_ns) lapse_->end_ns = time_ns;
+  }
+}
+
+bool Coverage::suffices(std::uint64_t part, std::uint64_t whole) const noexcept {
+  constexpr double rounding = 1e-9;
+  return whole > 0 && static_cast<double>(part) + rounding >= least_share_ * static_cast<double>(whole);
+}
+
+std::string Coverage::share_text(std::uint64_t part, std::uint64_t whole, const std::string& what) const {
+  return std::to_string(part) + " of " + std::to_string(whole) + " " + what + " (" +
+         percent_text(static_cast<double>(part) / static_cast<double>(whole)) +
+         "), less than its coverage of " + percent_text(least_share_);
+}
+
+std::string Coverage::shortfall(std::uint64_t covered_ticks) const {
+  if (covered_ticks == 0) return "the run had no tick to judge";
+  std::string text;
+  if (!suffices(evaluated_ticks_, covered_ticks))
+    text = "evaluated on " + share_text(evaluated_ticks_, covered_ticks, "ticks");
+  if (!lapse_) return text;
+  const Watched& watched = watched_[lapse_->watched];
+  return text + (text.empty() ? "" : "; ") + watched.name + " was not fresh from " +
+         seconds(lapse_->begin_ns) + " to " + seconds(lapse_->end_ns) + ", longer than its time-out of " +
+         seconds(watched.timeout_ns);
+}
+
+}  // namespace hil::run

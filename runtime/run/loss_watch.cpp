@@ -1,0 +1,64 @@
+#include "runtime/run/loss_watch.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hil::run {
+
+LossWatch::LossWatch(std::vector<Subject> subjects) {
+  for (Subject& subject : subjects)
+    watched_.push_back({.subject = std::move(subject), .away_since_ns = {}});
+}
+
+bool LossWatch::is_loss(const Watched& watched, std::int64_t until_ns) noexcept {
+  const std::int64_t timeout_ns = watched.subject.device->loss_timeout_ns();
+  return watched.away_since_ns && timeout_ns > 0 && until_ns - *watched.away_since_ns > timeout_ns;
+}
+
+void LossWatch::look(std::int64_t time_ns) noexcept {
+  outputs_must_be_safe_ = false;
+  for (Watched& watched : watched_) {
+    if (!watched.subject.device->connected()) {
+      if (!watched.away_since_ns) watched.away_since_ns = time_ns;
+      if (is_loss(watched, time_ns) && !watched.subject.may_be_lost) outputs_must_be_safe_ = true;
+      continue;
+    }
+    if (is_loss(watched, time_ns)) {
+      if (watched.kept_count < watched.kept.size()) {
+        watched.kept[watched.kept_count++] = {*watched.away_since_ns, time_ns};
+      } else {
+        ++watched.not_kept;
+      }
+    }
+    watched.away_since_ns.reset();
+  }
+}
+
+std::vector<report::Loss> LossWatch::losses(std::int64_t end_ns) const {
+  std::vector<report::Loss> all;
+  for (const Watched& watched : watched_) {
+    const auto add = [&](Stretch stretch, bool to_the_end) {
+      all.push_back({.what = watched.subject.name,
+                     .begin_ns = stretch.begin_ns,
+                     .duration_ns = stretch.end_ns - stretch.begin_ns,
+                     .to_the_end = to_the_end,
+                     .permitted = watched.subject.may_be_lost,
+                     .cause = to_the_end ? watched.subject.device->health().fault : std::string()});
+    };
+    for (std::size_t i = 0; i < watched.kept_count; ++i)
+      add(watched.kept[i], false);
+    if (is_loss(watched, end_ns)) add({*watched.away_since_ns, end_ns}, true);
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto& left, const auto& right) { return left.begin_ns < right.begin_ns; });
+  return all;
+}
+
+std::uint64_t LossWatch::not_listed() const noexcept {
+  std::uint64_t count = 0;
+  for (const Watched& watched : watched_)
+    count += watched.not_kept;
+  return count;
+}
+
+}  // namespace hil::run

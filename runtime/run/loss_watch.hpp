@@ -1,0 +1,56 @@
+#pragma once
+// Finds the devices that are lost while a run goes on. A device is lost when it is not connected for longer
+// than its time-out (io::Device::loss_timeout_ns), from the first tick on: one that never connects is lost, too.
+//
+// Threads: look and outputs_must_be_safe from the base thread; losses after the run.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/device.hpp"
+#include "runtime/report/run_record.hpp"
+
+namespace hil::run {
+
+class LossWatch {
+ public:
+  struct Subject {
+    const io::Device* device = nullptr;  ///< outlives the watch
+    std::string name;                    ///< "CAN bus car", "Modbus unit plc"
+    bool may_be_lost = false;            ///< its loss is no fault of the run
+  };
+  explicit LossWatch(std::vector<Subject> subjects);
+
+  /// After the inputs of a tick were latched. Neither allocates nor blocks.
+  void look(std::int64_t time_ns) noexcept;
+  /// True while a device is lost that may not be.
+  bool outputs_must_be_safe() const noexcept { return outputs_must_be_safe_; }
+
+  /// The losses of all devices, in the order of their begin; one that goes on lasts until `end_ns`, and the
+  /// device's fault is its cause. Of each device the first 100 that ended.
+  std::vector<report::Loss> losses(std::int64_t end_ns) const;
+  /// Further losses.
+  std::uint64_t not_listed() const noexcept;
+
+ private:
+  struct Stretch {
+    std::int64_t begin_ns = 0;
+    std::int64_t end_ns = 0;
+  };
+  struct Watched {
+    Subject subject;
+    std::optional<std::int64_t> away_since_ns;
+    std::array<Stretch, 100> kept{};
+    std::size_t kept_count = 0;
+    std::uint64_t not_kept = 0;
+  };
+  static bool is_loss(const Watched& watched, std::int64_t until_ns) noexcept;
+
+  std::vector<Watched> watched_;
+  bool outputs_must_be_safe_ = false;
+};
+
+}  // namespace hil::run

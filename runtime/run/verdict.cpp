@@ -1,0 +1,81 @@
+#include "runtime/run/verdict.hpp"
+
+#include <utility>
+
+#include "runtime/report/quantities.hpp"
+#include "runtime/report/report_text.hpp"
+#include "runtime/run/fail_on.hpp"
+
+namespace hil::run {
+namespace {
+
+std::string above(const std::string& sentence, double max_lost) {
+  return report::to_ascii(sentence + "; the limit (realtime.max_lost) is " +
+                          report::shortest(max_lost * 100.0) + " %");
+}
+
+bool exceeds(std::uint64_t part, std::uint64_t whole, double max_lost) {
+  return whole > 0 && static_cast<double>(part) > max_lost * static_cast<double>(whole);
+}
+
+const report::Expectation* first_with(const report::RunRecord& record, report::ExpectationResult result) {
+  for (const report::Expectation& expectation : record.expectations) {
+    if (expectation.result == result) return &expectation;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::string lost_beyond_limit(const report::RunRecord& record, double max_lost) {
+  if (exceeds(record.skipped_ticks, record.ticks + record.skipped_ticks, max_lost))
+    return above(report::ticks_given_up(record), max_lost);
+  for (const report::Task& task : record.tasks) {
+    if (exceeds(task.skipped + task.aborted, task.runs + task.skipped, max_lost))
+      return above(report::releases_lost(task), max_lost);
+    if (exceeds(task.without_answer, task.runs + task.warmup_runs, max_lost)) {
+      return above("task " + task.name + ": " + std::to_string(task.without_answer) + " of " +
+                       report::counted(task.runs + task.warmup_runs, "run", "runs") +
+                       " got no answer from the world",
+                   max_lost);
+    }
+  }
+  return {};
+}
+
+void decide(const VerdictInputs& inputs, report::RunRecord& record) {
+  const auto conclude = [&](report::Verdict verdict, int exit_code, std::string reason) {
+    record.verdict = verdict;
+    record.exit_code = exit_code;
+    record.reason = std::move(reason);
+  };
+  if (inputs.gpu_lost)
+    return conclude(report::Verdict::gpu_failed, exit_gpu_failed, "the GPU stopped answering");
+  if (!record.failures.empty())
+    return conclude(report::Verdict::io_failed, exit_io_failed, record.failures.front());
+  if (inputs.result.hang) {
+    return conclude(report::Verdict::timing_broken, exit_timing_broken, record.watchdog.front().text);
+  }
+  if (const std::string lost = lost_beyond_limit(record, inputs.max_lost); !lost.empty())
+    return conclude(report::Verdict::timing_broken, exit_timing_broken, lost);
+  if (inputs.fail_on && timing_broken(*inputs.fail_on, inputs.result, record)) {
+    return conclude(report::Verdict::timing_broken, exit_timing_broken,
+                    "--fail-on '" + inputs.fail_on->text() + "' came true");
+  }
+  if (inputs.interrupted) {
+    return conclude(report::Verdict::interrupted, exit_interrupted,
+                    "interrupted after " + std::to_string(record.ticks) + " ticks");
+  }
+  if (const report::Expectation* failed = first_with(record, report::ExpectationResult::failed)) {
+    return conclude(report::Verdict::failed, exit_expectation_failed,
+                    "expectation '" + failed->name + "' failed: " + failed->detail);
+  }
+  if (const report::Expectation* unknown = first_with(record, report::ExpectationResult::not_checked)) {
+    return conclude(report::Verdict::failed, exit_expectation_failed,
+                    "expectation '" + unknown->name + "' was not checked: " + unknown->detail);
+  }
+  conclude(report::Verdict::passed, exit_passed,
+           record.expectations.empty() ? "the scenario expects nothing" : "every expectation held");
+}
+
+}  // namespace hil::run

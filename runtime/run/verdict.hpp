@@ -1,0 +1,41 @@
+#pragma once
+// What a run has come to: its verdict, exit code and reason, out of its record and of what only the session knows.
+//
+// When several hold, the GPU comes before I/O, I/O before timing, timing before interruption, and expectations
+// come last.
+
+#include <optional>
+#include <string>
+
+#include "runtime/config/condition.hpp"
+#include "runtime/executive/result.hpp"
+#include "runtime/report/run_record.hpp"
+
+namespace hil::run {
+
+enum ExitCode : int {
+  exit_passed = 0,
+  exit_expectation_failed = 1,
+  exit_bad_config = 2,
+  exit_timing_broken = 3,
+  exit_io_failed = 4,
+  exit_gpu_failed = 5,
+  exit_internal = 70,
+  exit_interrupted = 130,  ///< SIGINT, as shells have it
+};
+
+struct VerdictInputs {
+  const executive::RunResult& result;
+  bool gpu_lost = false;
+  bool interrupted = false;
+  double max_lost = 1.0;  ///< share of base ticks, and of each task's releases, that may be lost
+  const std::optional<config::Condition>& fail_on;
+};
+
+/// Fills in verdict, exit code and reason. The rest of the record is complete; record.failures decides about I/O.
+void decide(const VerdictInputs& inputs, report::RunRecord& record);
+
+/// The first share of ticks or releases above `max_lost`, in a sentence; empty: there is none.
+std::string lost_beyond_limit(const report::RunRecord& record, double max_lost);
+
+}  // namespace hil::run

@@ -1,0 +1,108 @@
+#include "runtime/run/loss_watch.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/allocation_guard.hpp"
+#include "tests/support/still_device.hpp"
+
+namespace hil::run {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+class Plug final : public tests::StillDevice {
+ public:
+  explicit Plug(io::RunTimeNs timeout_ns) : StillDevice("plug"), timeout_ns_(timeout_ns) {}
+  io::RunTimeNs loss_timeout_ns() const noexcept override { return timeout_ns_; }
+  bool connected() const noexcept override { return is_in; }
+  bool is_in = true;
+
+ private:
+  io::RunTimeNs timeout_ns_;
+};
+
+void look(LossWatch& watch, std::int64_t from_ms, std::int64_t to_ms) {
+  for (std::int64_t time = from_ms; time < to_ms; ++time)
+    watch.look(time * ms);
+}
+
+TEST(LossWatch, AGapAsLongAsTheTimeOutIsNoLossAndALongerOneIs) {
+  Plug plc(10 * ms);
+  LossWatch watch({{&plc, "Modbus unit plc", false}});
+  look(watch, 0, 100);
+  plc.is_in = false;
+  look(watch, 100, 110);
+  plc.is_in = true;
+  look(watch, 110, 200);
+  EXPECT_TRUE(watch.losses(200 * ms).empty());
+  plc.is_in = false;
+  look(watch, 200, 211);
+  EXPECT_FALSE(watch.outputs_must_be_safe());
+  look(watch, 211, 215);
+  EXPECT_TRUE(watch.outputs_must_be_safe());
+  plc.is_in = true;
+  look(watch, 215, 300);
+  EXPECT_FALSE(watch.outputs_must_be_safe());
+  const auto losses = watch.losses(300 * ms);
+  ASSERT_EQ(losses.size(), 1U);
+  EXPECT_EQ(losses[0].what, "Modbus unit plc");
+  EXPECT_EQ(losses[0].begin_ns, 200 * ms);
+  EXPECT_EQ(losses[0].duration_ns, 15 * ms);
+  EXPECT_FALSE(losses[0].to_the_end);
+  EXPECT_FALSE(losses[0].permitted);
+}
+
+TEST(LossWatch, WhatNeverConnectsIsLostFromTheFirstTickToTheEnd) {
+  Plug plc(10 * ms);
+  plc.is_in = false;
+  LossWatch watch({{&plc, "Modbus unit plc", false}});
+  look(watch, 0, 50);
+  const auto losses = watch.losses(50 * ms);
+  ASSERT_EQ(losses.size(), 1U);
+  EXPECT_EQ(losses[0].begin_ns, 0);
+  EXPECT_EQ(losses[0].duration_ns, 50 * ms);
+  EXPECT_TRUE(losses[0].to_the_end);
+}
+
+TEST(LossWatch, ALossThatIsPermittedHoldsNoOutputs) {
+  Plug plc(10 * ms), bus(10 * ms);
+  plc.is_in = false;
+  LossWatch watch({{&plc, "Modbus unit plc", true}, {&bus, "CAN bus car", false}});
+  look(watch, 0, 50);
+  EXPECT_FALSE(watch.outputs_must_be_safe());
+  bus.is_in = false;
+  look(watch, 50, 70);
+  EXPECT_TRUE(watch.outputs_must_be_safe());
+  const auto losses = watch.losses(70 * ms);
+  ASSERT_EQ(losses.size(), 2U);
+  EXPECT_TRUE(losses[0].permitted);
+  EXPECT_FALSE(losses[1].permitted);
+}
+
+TEST(LossWatch, WithoutATimeOutNothingIsLost) {
+  Plug server(0);
+  server.is_in = false;
+  LossWatch watch({{&server, "Modbus unit hmi", false}});
+  look(watch, 0, 5'000);
+  EXPECT_TRUE(watch.losses(5'000 * ms).empty());
+}
+
+TEST(LossWatch, OfVeryManyLossesTheFirstHundredAreKeptAndTheOthersCountedWithoutAllocating) {
+  Plug plc(ms);
+  LossWatch watch({{&plc, "Modbus unit plc", false}});
+  allocation_guard::reset();
+  allocation_guard::enter_tick();
+  for (std::int64_t i = 0; i < 150; ++i) {
+    plc.is_in = false;
+    look(watch, i * 10, i * 10 + 5);
+    plc.is_in = true;
+    look(watch, i * 10 + 5, i * 10 + 10);
+  }
+  allocation_guard::leave_tick();
+  EXPECT_EQ(allocation_guard::seen().total(), 0U);
+  EXPECT_EQ(watch.losses(1'500 * ms).size(), 100U);
+  EXPECT_EQ(watch.not_listed(), 50U);
+}
+
+}  // namespace
+}  // namespace hil::run

@@ -1,0 +1,91 @@
+#include "runtime/run/verdict.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hil::run {
+namespace {
+
+using report::ExpectationResult;
+
+class Verdicts : public ::testing::Test {
+ protected:
+  Verdicts() {
+    record_.ticks = 10'000;
+    record_.expectations = {{.name = "no collision", .result = ExpectationResult::held, .detail = "held"}};
+    record_.tasks.resize(1);
+    record_.tasks[0].name = "scanner";
+    record_.tasks[0].runs = 100;
+  }
+  int exit_code(bool interrupted = false, bool gpu_lost = false) {
+    decide({.result = result_,
+            .gpu_lost = gpu_lost,
+            .interrupted = interrupted,
+            .max_lost = 0.05,
+            .fail_on = fail_on_},
+           record_);
+    return record_.exit_code;
+  }
+
+  executive::RunResult result_;
+  std::optional<config::Condition> fail_on_;
+  report::RunRecord record_;
+};
+
+TEST_F(Verdicts, WhatHeldPasses) {
+  EXPECT_EQ(exit_code(), exit_passed);
+  EXPECT_EQ(record_.verdict, report::Verdict::passed);
+}
+
+TEST_F(Verdicts, WhatWasNotCheckedDoesNotPassAndIsNamed) {
+  record_.expectations.push_back(
+      {.name = "lights", .result = ExpectationResult::not_checked, .detail = "evaluated on 1 of 9 ticks"});
+  EXPECT_EQ(exit_code(), exit_expectation_failed);
+  EXPECT_EQ(record_.verdict, report::Verdict::failed);
+  EXPECT_EQ(record_.reason, "expectation 'lights' was not checked: evaluated on 1 of 9 ticks");
+  record_.expectations.push_back({.name = "speed", .result = ExpectationResult::failed, .detail = "broken"});
+  EXPECT_EQ(exit_code(), exit_expectation_failed);
+  EXPECT_EQ(record_.reason, "expectation 'speed' failed: broken") << "a failure says more";
+}
+
+TEST_F(Verdicts, GivenUpTicksBreakTheTimingAboveTheLimitAndNotAtIt) {
+  record_.ticks = 9'500;
+  record_.skipped_ticks = 500;
+  EXPECT_EQ(exit_code(), exit_passed);
+  record_.ticks = 9'499;
+  record_.skipped_ticks = 501;
+  EXPECT_EQ(exit_code(), exit_timing_broken);
+  EXPECT_NE(record_.reason.find("501 of 10000 ticks given up"), std::string::npos) << record_.reason;
+  EXPECT_NE(record_.reason.find("the limit (realtime.max_lost) is 5 %"), std::string::npos) << record_.reason;
+}
+
+TEST_F(Verdicts, ReleasesThatWereSkippedOrAbortedBreakTheTimingOfTheirTask) {
+  report::Task& task = record_.tasks[0];
+  task.runs = 95;
+  task.skipped = 5;
+  EXPECT_EQ(exit_code(), exit_passed);
+  task.aborted = 1;
+  EXPECT_EQ(exit_code(), exit_timing_broken);
+  EXPECT_NE(record_.reason.find("task scanner: 5 of 100 releases skipped, 1 aborted"), std::string::npos)
+      << record_.reason;
+}
+
+TEST_F(Verdicts, RunsWithoutAnAnswerFromTheWorldBreakItToo) {
+  record_.tasks[0].without_answer = 6;
+  EXPECT_EQ(exit_code(), exit_timing_broken);
+  EXPECT_NE(record_.reason.find("6 of 100 runs got no answer"), std::string::npos) << record_.reason;
+}
+
+TEST_F(Verdicts, TheGpuComesBeforeIoThatBeforeTimingThatBeforeInterruption) {
+  record_.expectations[0].result = ExpectationResult::failed;
+  EXPECT_EQ(exit_code(), exit_expectation_failed);
+  EXPECT_EQ(exit_code(true), exit_interrupted);
+  record_.skipped_ticks = 10'000;
+  EXPECT_EQ(exit_code(true), exit_timing_broken);
+  record_.failures = {"Modbus unit plc was lost", "signals.csv could not be written whole"};
+  EXPECT_EQ(exit_code(true), exit_io_failed);
+  EXPECT_EQ(record_.reason, "Modbus unit plc was lost");
+  EXPECT_EQ(exit_code(true, true), exit_gpu_failed);
+}
+
+}  // namespace
+}  // namespace hil::run
