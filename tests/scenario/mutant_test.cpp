@@ -26,12 +26,13 @@ void check_mutants(const std::string& name) {
   for (std::uint64_t seed = 1; seed <= mutants_per_file; ++seed) {
     write_text(copy.folder() / name, tests::TextMutator(seed).mutate(good));
     const Ended ended = run_hil({"check", copy.file()});
-    ASSERT_TRUE(ended.code == 0 || ended.code == 2)
-        << "seed " << seed << ", code " << ended.code << "\n" << ended.output << ended.errors;
+    ASSERT_TRUE(ended.code == 0 || ended.code == 2) << "seed " << seed << ", code " << ended.code << "\n"
+                                                    << ended.output << ended.errors;
     ++(ended.code == 0 ? accepted : refused);
     if (ended.code == 2) {
       ASSERT_NE(ended.errors.find(copy.folder().path().string()), std::string::npos)
-          << "seed " << seed << ": a refusal without its place\n" << ended.errors;
+          << "seed " << seed << ": a refusal without its place\n"
+          << ended.errors;
     }
   }
   EXPECT_GT(accepted, 0) << "both ways are walked";
