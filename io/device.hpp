@@ -9,11 +9,13 @@
 // release_outputs come from one tick thread and must not allocate, block or do I/O. exchange is called only
 // under the virtual clock, from the tick thread, and may block.
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace hil::io {
 
@@ -66,6 +68,12 @@ struct InputGroup {
 struct DeviceHealth {
   bool connected = false;  ///< as Device::connected
   std::string fault;
+};
+
+/// Something that happened to the values of a device, as a sentence for the report.
+struct DeviceEvent {
+  RunTimeNs time_ns = 0;  ///< may lie before the first tick
+  std::string text;
 };
 
 /// Thrown by start: the device can not be had (interface missing, port in use, permission). The message is a
@@ -132,6 +140,12 @@ class Device {
   /// Why outputs that were due could not be sent, where a full queue that soon had room again was not the
   /// cause: the first such cause, in a sentence. Empty: there was none. Any ordinary thread.
   virtual std::string send_fault() const = 0;
+
+  /// The events from number `first` on, in the order they were found. Any ordinary thread.
+  virtual std::vector<DeviceEvent> events_since(std::size_t first) const {
+    static_cast<void>(first);
+    return {};
+  }
 };
 
 }  // namespace hil::io

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <csignal>
 #include <ctime>
+#include <iterator>
+#include <numeric>
 #include <utility>
 
 #include "io/modbus/register_codec.hpp"
@@ -18,6 +20,7 @@ namespace hil::io::modbus {
 namespace {
 
 constexpr auto relaxed = std::memory_order_relaxed;
+constexpr std::uint8_t exception_illegal_address = 2;
 
 std::optional<std::size_t> own_entry(const RegisterMap& map, const std::string& name) {
   if (name.empty()) return std::nullopt;
@@ -61,11 +64,15 @@ ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
     : settings_(std::move(settings)),
       map_(std::move(map)),
       who_("Modbus unit " + settings_.name + " (" + settings_.endpoint.to_text() + ")"),
+      short_("unit " + settings_.name),
       run_time_entry_(own_entry(map_, settings_.run_time_ms_entry)),
       heartbeat_entry_(own_entry(map_, settings_.heartbeat_entry)),
       releases_(Release{}),
       readings_(std::vector<Reading>{}),
+      freshness_(map_.read_count(),
+                 std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count()),
       session_(settings_.unit),
+      values_(map_, short_, events_),
       reconnect_pause_(settings_.reconnect_pause_min) {
   require(mistakes_in(map_, Role::client).empty(),
           "ClientDevice: the register map has mistakes (see mistakes_in)");
@@ -175,8 +182,9 @@ void ClientDevice::latch_inputs(std::span<Sample> samples) noexcept {
     return;
   }
   readings_.take_newest();
+  const RunTimeNs now_ns = clock_->now_ns();
   const RunTimeNs oldest_ns =
-      clock_->now_ns() - std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
+      now_ns - std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Reading& reading = readings_.current()[i];
     if (!reading.valid) {
@@ -187,6 +195,7 @@ void ClientDevice::latch_inputs(std::span<Sample> samples) noexcept {
       samples[i] = Sample{.value = reading.value, .time_ns = reading.time_ns, .fresh = true};
     }
   }
+  freshness_.look(samples, now_ns);
 }
 
 void ClientDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
@@ -301,11 +310,9 @@ bool ClientDevice::connect_until(WallTime until) {
   return true;
 }
 
-void ClientDevice::encode_into(WriteRequest& request, std::size_t entry, double value) {
+Conversion ClientDevice::encode_into(WriteRequest& request, std::size_t entry, double value) {
   const std::size_t first = map_.entries[entry].address - request.plan.address;
-  const Conversion conversion = encode(map_.entries[entry], value, std::span(request.image).subspan(first));
-  if (conversion == Conversion::saturated) counters_.saturated.fetch_add(1, relaxed);
-  if (conversion == Conversion::refused) counters_.refused.fetch_add(1, relaxed);
+  return encode(map_.entries[entry], value, std::span(request.image).subspan(first));
 }
 
 void ClientDevice::encode_outputs() {
@@ -316,15 +323,15 @@ void ClientDevice::encode_outputs() {
   constexpr double ns_per_ms = 1e6;
   for (WriteRequest& request : write_requests_) {
     for (const std::size_t entry : request.plan.entries) {
-      if (entry == heartbeat_entry_) {
-        encode_into(request, entry, heartbeat_);
-      } else if (entry == run_time_entry_) {
-        encode_into(request, entry, static_cast<double>(wanted_tick_ns_) / ns_per_ms);
-      } else {
+      double value = heartbeat_;
+      if (entry == run_time_entry_) {
+        value = static_cast<double>(wanted_tick_ns_) / ns_per_ms;
+      } else if (entry != heartbeat_entry_) {
         // output_entries_ is sorted: the map's order.
         const auto found = std::lower_bound(output_entries_.begin(), output_entries_.end(), entry);
-        encode_into(request, entry, wanted_[static_cast<std::size_t>(found - output_entries_.begin())]);
+        value = wanted_[static_cast<std::size_t>(found - output_entries_.begin())];
       }
+      values_.note(entry, encode_into(request, entry, value), value, wanted_tick_ns_);
     }
   }
 }
@@ -337,35 +344,72 @@ bool ClientDevice::write_all(WallTime until) {
     if (!settle(reply, "writing", request.plan)) return false;
     if (reply == Reply::good) {
       request.written = request.image;
+      request.refused_since_ns.reset();
     } else {
       request.written.clear();
+      note_refusal(request);
     }
   }
   return true;
 }
 
+/// A unit that is busy refuses for a moment; one that goes on refusing never gets its outputs.
+void ClientDevice::note_refusal(WriteRequest& request) {
+  const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? wanted_tick_ns_ : clock_->now_ns();
+  if (!request.refused_since_ns) request.refused_since_ns = now_ns;
+  if (now_ns - *request.refused_since_ns <= loss_timeout_ns()) return;
+  const std::scoped_lock lock(health_mutex_);
+  if (!send_fault_.empty()) return;
+  send_fault_ = who_ + " has refused outputs for more than " + std::to_string(settings_.max_age.count()) +
+                " ms: writing " + place_of(request.plan.table, request.plan.address, request.plan.count) + ": " +
+                session_.fault();
+}
+
 bool ClientDevice::read_all(WallTime until) {
   std::array<std::uint16_t, max_bits_read> registers{};
-  for (const PlannedRequest& plan : read_requests_) {
+  for (std::size_t i = 0; i < read_requests_.size();) {
+    const PlannedRequest& plan = read_requests_[i];
     const std::span<std::uint16_t> image = std::span(registers).first(plan.count);
     const Reply reply = session_.read(plan.table, plan.address, image, request_limit(until));
     if (!settle(reply, "reading", plan)) return false;
+    if (refused_for_its_gaps(reply, plan)) {
+      split_at_gaps(i);
+      continue;
+    }
+    ++i;
     if (reply != Reply::good) continue;
     const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? wanted_tick_ns_ : clock_->now_ns();
     for (const std::size_t index : plan.entries) {
       const RegisterEntry& entry = map_.entries[index];
       const Decoded decoded = decode(entry, image.subspan(entry.address - plan.address));
-      if (decoded.conversion == Conversion::saturated) counters_.saturated.fetch_add(1, relaxed);
-      if (decoded.conversion == Conversion::refused) {
-        counters_.refused.fetch_add(1, relaxed);
-      } else {
+      values_.note(index, decoded.conversion, decoded.held, now_ns);
+      if (decoded.conversion != Conversion::refused)
         newest_readings_[channel_of_input_[index]] = {decoded.value, now_ns, true};
-      }
     }
   }
   readings_.draft() = newest_readings_;
   readings_.publish();
   return true;
+}
+
+bool ClientDevice::refused_for_its_gaps(Reply reply, const PlannedRequest& plan) const {
+  if (reply != Reply::exception || session_.exception_code() != exception_illegal_address) return false;
+  std::size_t covered = 0;
+  for (const std::size_t index : plan.entries)
+    covered += width_of(map_.entries[index].type);
+  return covered < plan.count;
+}
+
+/// In place: the cycle under way goes on with the first part.
+void ClientDevice::split_at_gaps(std::size_t read_request) {
+  const PlannedRequest whole = std::move(read_requests_[read_request]);
+  std::vector<PlannedRequest> parts = plan_requests(map_, whole.entries, Access::read, 0);
+  events_.add(wanted_tick_ns_, short_ + ": it refused to read " +
+                                   place_of(whole.table, whole.address, whole.count) +
+                                   " (exception 2), which has gaps; from now on it is read in " +
+                                   std::to_string(parts.size()) + " requests");
+  const auto at = read_requests_.erase(read_requests_.begin() + static_cast<std::ptrdiff_t>(read_request));
+  read_requests_.insert(at, std::make_move_iterator(parts.begin()), std::make_move_iterator(parts.end()));
 }
 
 /// True when the cycle can go on with the next request.
@@ -379,9 +423,9 @@ bool ClientDevice::settle(Reply reply, const char* verb, const PlannedRequest& p
       std::string(verb) + " " + place_of(plan.table, plan.address, plan.count) + ": " + session_.fault();
   if (reply == Reply::exception) {
     counters_.replies.fetch_add(1, relaxed);
-    counters_.exceptions.fetch_add(1, relaxed);
+    counters_.exceptions.add(session_.exception_code());
     counters_.errors.fetch_add(1, relaxed);
-    if (cycle_fault_.empty()) cycle_fault_ = std::move(fault);
+    if (cycle_fault_.empty() && !refused_for_its_gaps(reply, plan)) cycle_fault_ = std::move(fault);
     return true;
   }
   (reply == Reply::timeout ? counters_.timeouts : counters_.errors).fetch_add(1, relaxed);
@@ -412,18 +456,36 @@ RunTimeNs ClientDevice::loss_timeout_ns() const noexcept {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
 }
 
+std::string ClientDevice::send_fault() const {
+  const std::scoped_lock lock(health_mutex_);
+  return send_fault_;
+}
+
 DeviceHealth ClientDevice::health() const {
   const std::scoped_lock lock(health_mutex_);
   return {connected(), fault_};
 }
 
+std::vector<DeviceEvent> ClientDevice::events_since(std::size_t first) const {
+  if (clock_ == nullptr) return {};
+  freshness_.report(inputs_, short_, "was not read", events_);
+  return events_.since(first, *clock_);
+}
+
 ClientCounters ClientDevice::counters() const noexcept {
   const std::uint64_t connects = counters_.connects.load(relaxed);
-  return {counters_.requests.load(relaxed),   counters_.replies.load(relaxed),
-          counters_.timeouts.load(relaxed),   counters_.errors.load(relaxed),
-          counters_.exceptions.load(relaxed), connects > 0 ? connects - 1 : 0,
-          counters_.saturated.load(relaxed),  counters_.refused.load(relaxed),
-          counters_.superseded.load(relaxed)};
+  ClientCounters counters;
+  counters.requests = counters_.requests.load(relaxed);
+  counters.replies = counters_.replies.load(relaxed);
+  counters.timeouts = counters_.timeouts.load(relaxed);
+  counters.errors = counters_.errors.load(relaxed);
+  counters.by_code = counters_.exceptions.counts();
+  counters.exceptions = std::accumulate(counters.by_code.begin(), counters.by_code.end(), std::uint64_t{0});
+  counters.reconnects = connects > 0 ? connects - 1 : 0;
+  counters.values = values_.counters();
+  counters.superseded_releases = counters_.superseded.load(relaxed);
+  counters.stale_inputs = freshness_.stale();
+  return counters;
 }
 
 }  // namespace hil::io::modbus

@@ -32,9 +32,13 @@
 #include "io/device.hpp"
 #include "io/handover/latest_value.hpp"
 #include "io/modbus/client_session.hpp"
+#include "io/modbus/event_list.hpp"
+#include "io/modbus/exception_counts.hpp"
+#include "io/modbus/freshness_watch.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/request_plan.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
+#include "io/modbus/value_watch.hpp"
 
 namespace hil::io::modbus {
 
@@ -50,7 +54,10 @@ struct ClientSettings {
   std::chrono::milliseconds max_age{1'000};         ///< of an input that counts as fresh
   std::chrono::milliseconds lockstep_limit{2'000};  ///< wall-clock time of one exchange()
   std::chrono::milliseconds stop_limit{500};        ///< wall-clock time stop() gives the last cycle
-  std::uint16_t max_gap = 8;     ///< unused addresses read along rather than starting another request
+  /// The addresses between two entries that belong to neither and are still read along, so that one request
+  /// carries both. A unit may refuse to read what it does not have: with exception 2, and then the request is
+  /// split at its gaps for the rest of the device's life.
+  std::uint16_t max_gap = 0;
   bool write_unchanged = false;  ///< true: every cycle writes every output; false: requests whose registers
                                  ///< changed, and all after each connect
   /// A writable entry that the device fills itself with the run time of the release, in milliseconds. Written
@@ -69,11 +76,12 @@ struct ClientCounters {
   std::uint64_t timeouts = 0;  ///< requests without a whole reply in time
   std::uint64_t errors = 0;    ///< exceptions, broken connections and replies that are none
   std::uint64_t exceptions = 0;
+  ExceptionCounts by_code{};  ///< the exceptions, by code
   std::uint64_t reconnects = 0;
-  std::uint64_t saturated_values = 0;  ///< outputs and inputs that were clamped to their range or type
-  std::uint64_t refused_values = 0;  ///< NaN: the unit keeps the value written before (the safe one, if none
-                                     ///< was), and an input keeps its last
+  ValueCounters values{};  ///< one that is not a number leaves the register as it was: with the value written
+                           ///< before, or with the safe value
   std::uint64_t superseded_releases = 0;
+  std::uint64_t stale_inputs = 0;  ///< how often an input grew older than max_age
 };
 
 class ClientDevice final : public Device {
@@ -103,7 +111,9 @@ class ClientDevice final : public Device {
   void stop() noexcept override;
   bool connected() const noexcept override { return answers_.load(std::memory_order_relaxed); }
   DeviceHealth health() const override;
-  std::string send_fault() const override { return {}; }
+  /// A write that the unit has refused with exceptions for longer than `max_age` is a cause.
+  std::string send_fault() const override;
+  std::vector<DeviceEvent> events_since(std::size_t first) const override;
 
   ClientCounters counters() const noexcept;
 
@@ -124,10 +134,11 @@ class ClientDevice final : public Device {
     PlannedRequest plan;
     std::vector<std::uint16_t> image;    ///< what the unit should hold
     std::vector<std::uint16_t> written;  ///< what it was last told; empty: nothing since the connect
+    std::optional<RunTimeNs> refused_since_ns;  ///< the unit has answered it with exceptions since
   };
   struct AtomicCounters {
-    std::atomic<std::uint64_t> requests{0}, replies{0}, timeouts{0}, errors{0}, exceptions{0}, connects{0},
-        saturated{0}, refused{0}, superseded{0};
+    std::atomic<std::uint64_t> requests{0}, replies{0}, timeouts{0}, errors{0}, connects{0}, superseded{0};
+    ExceptionTally exceptions;
   };
 
   void build_channels();
@@ -139,9 +150,12 @@ class ClientDevice final : public Device {
   bool cycle(WallTime until);
   bool connect_until(WallTime until);
   bool write_all(WallTime until);
+  void note_refusal(WriteRequest& request);
   bool read_all(WallTime until);
   void encode_outputs();
-  void encode_into(WriteRequest& request, std::size_t entry, double value);
+  Conversion encode_into(WriteRequest& request, std::size_t entry, double value);
+  bool refused_for_its_gaps(Reply reply, const PlannedRequest& plan) const;
+  void split_at_gaps(std::size_t read_request);
   bool settle(Reply reply, const char* verb, const PlannedRequest& plan);
   std::chrono::microseconds request_limit(WallTime until) const;
   void lose_connection(const std::string& fault);
@@ -149,7 +163,9 @@ class ClientDevice final : public Device {
 
   const ClientSettings settings_;
   const RegisterMap map_;
-  const std::string who_;  ///< "Modbus unit plc (127.0.0.1:1502)"
+  const std::string who_;    ///< "Modbus unit plc (127.0.0.1:1502)"
+  const std::string short_;  ///< "unit plc"
+  mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
   std::vector<InputGroup> groups_;
   std::vector<std::size_t> input_entries_, output_entries_;  ///< channel -> index into the map
@@ -159,6 +175,7 @@ class ClientDevice final : public Device {
   // The tick's side.
   LatestValue<Release> releases_;
   LatestValue<std::vector<Reading>> readings_;
+  FreshnessWatch freshness_;
   std::atomic<bool> wake_pending_{false};
   std::atomic<bool> safe_requested_{false};
   std::atomic<bool> stopping_{false};
@@ -174,6 +191,7 @@ class ClientDevice final : public Device {
   std::vector<WriteRequest> write_requests_;
   std::vector<PlannedRequest> read_requests_;
   std::vector<Reading> newest_readings_;
+  ValueWatch values_;
   std::vector<double> wanted_;  ///< outputs the unit should hold
   RunTimeNs wanted_tick_ns_ = 0;
   double heartbeat_ = 0.0;
@@ -187,7 +205,7 @@ class ClientDevice final : public Device {
   AtomicCounters counters_;
   std::atomic<bool> answers_{false};  ///< the last cycle was answered whole
   mutable std::mutex health_mutex_;   ///< never taken by the tick
-  std::string fault_;
+  std::string fault_, send_fault_;
 };
 
 }  // namespace hil::io::modbus

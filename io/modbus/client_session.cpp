@@ -79,10 +79,6 @@ bool wait_for(int socket, short what, std::chrono::steady_clock::time_point unti
 
 }  // namespace
 
-ClientSession::ClientSession(std::uint8_t unit) : unit_(unit) {
-  require(unit <= 247 || unit == 255, "ClientSession: the unit identifier is not 0..247 or 255");
-}
-
 void ClientSession::adopt(Descriptor socket) {
   socket_ = std::move(socket);
   fault_.clear();
@@ -170,6 +166,7 @@ Reply ClientSession::check_head(std::size_t reply_bytes) {
   if (code == 0 || code >= MODBUS_EXCEPTION_MAX)
     return close_with(Reply::broken, "the reply is an exception that the protocol does not have");
   fault_ = exception_text(code);
+  exception_code_ = static_cast<std::uint8_t>(code);
   return Reply::exception;
 }
 

@@ -31,8 +31,9 @@ enum class Reply : std::uint8_t {
 
 class ClientSession {
  public:
-  /// `unit`: the unit identifier in every request, 0..247 or 255. Misuse (asserts): another number.
-  explicit ClientSession(std::uint8_t unit);
+  /// `unit`: the unit identifier in every request. The specification gives serial lines 1 to 247 and reserves
+  /// 248 to 254; over TCP gateways and devices use every value.
+  explicit ClientSession(std::uint8_t unit) : unit_(unit) {}
 
   bool connected() const noexcept { return socket_.open(); }
   /// Takes over a connected, non-blocking socket.
@@ -55,6 +56,8 @@ class ClientSession {
   /// After anything but `good`: what happened, as the end of a sentence ("illegal data address (exception
   /// 2)").
   const std::string& fault() const noexcept { return fault_; }
+  /// The code in the last reply that was an exception, 1 to 11; 0 before the first.
+  std::uint8_t exception_code() const noexcept { return exception_code_; }
 
  private:
   static constexpr std::size_t most_frame_bytes = 260;  // MBAP header of 7, function, 252 bytes
@@ -76,6 +79,7 @@ class ClientSession {
   std::chrono::microseconds limit_{0};
   Descriptor socket_;
   std::string fault_;
+  std::uint8_t exception_code_ = 0;
 };
 
 }  // namespace hil::io::modbus

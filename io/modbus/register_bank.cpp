@@ -36,6 +36,7 @@ RegisterBank::RegisterBank(const RegisterMap& map, const std::vector<bool>& clie
     const auto first = writable_[static_cast<std::size_t>(entry.table)].begin() +
                        (entry.address - extent(entry.table).first);
     std::fill_n(first, width_of(entry.type), true);
+    client_entries_.push_back({index, entry});
   }
 }
 
@@ -48,6 +49,18 @@ bool RegisterBank::writable(Table table, std::uint32_t address, std::uint32_t co
   if (!readable(table, address, count)) return false;
   const auto first = writable_[static_cast<std::size_t>(table)].begin() + (address - extent(table).first);
   return std::all_of(first, first + count, [](bool allowed) { return allowed; });
+}
+
+std::optional<RegisterBank::OutOfRange> RegisterBank::out_of_range(Table table, std::uint32_t address,
+                                                                   std::uint32_t count) const noexcept {
+  for (const ClientEntry& one : client_entries_) {
+    const std::uint32_t first = one.entry.address;
+    if (one.entry.table != table || first >= address + count || address >= first + width_of(one.entry.type))
+      continue;
+    const Decoded decoded = load(one.entry);
+    if (decoded.conversion != Conversion::exact) return OutOfRange{one.index, decoded.held};
+  }
+  return std::nullopt;
 }
 
 void RegisterBank::set(Table table, std::uint16_t address, std::uint16_t value) noexcept {

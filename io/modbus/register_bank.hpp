@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "io/modbus/register_codec.hpp"
@@ -28,6 +29,15 @@ class RegisterBank {
   bool readable(Table table, std::uint32_t address, std::uint32_t count) const noexcept;
   /// Does the whole range lie in entries that clients may write?
   bool writable(Table table, std::uint32_t address, std::uint32_t count) const noexcept;
+
+  /// An entry whose registers hold a value outside its range, or no finite number.
+  struct OutOfRange {
+    std::size_t entry = 0;  ///< index into the map
+    double value = 0.0;
+  };
+  /// The first such among the entries that clients may write and that touch these addresses.
+  std::optional<OutOfRange> out_of_range(Table table, std::uint32_t address,
+                                         std::uint32_t count) const noexcept;
 
   Conversion store(const RegisterEntry& entry, double value) noexcept;
   Decoded load(const RegisterEntry& entry) const noexcept;
@@ -52,6 +62,11 @@ class RegisterBank {
 
   Extent extents_[4];
   std::vector<bool> writable_[4];  ///< per address of the extent
+  struct ClientEntry {
+    std::size_t index = 0;
+    RegisterEntry entry;
+  };
+  std::vector<ClientEntry> client_entries_;  ///< those that clients may write
   std::unique_ptr<modbus_mapping_t, FreeMapping> mapping_;
 };
 

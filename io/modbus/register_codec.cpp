@@ -65,6 +65,36 @@ Raw to_raw(ValueType type, double raw) noexcept {
   return {};
 }
 
+template <class Number>
+ValueRange range_of_type() noexcept {
+  return {static_cast<double>(std::numeric_limits<Number>::lowest()),
+          static_cast<double>(std::numeric_limits<Number>::max())};
+}
+
+ValueRange raw_range_of(ValueType type) noexcept {
+  switch (type) {
+    case ValueType::boolean:
+      return {0.0, 1.0};
+    case ValueType::u16:
+      return range_of_type<std::uint16_t>();
+    case ValueType::i16:
+      return range_of_type<std::int16_t>();
+    case ValueType::u32:
+      return range_of_type<std::uint32_t>();
+    case ValueType::i32:
+      return range_of_type<std::int32_t>();
+    case ValueType::u64:
+      return range_of_type<std::uint64_t>();
+    case ValueType::i64:
+      return range_of_type<std::int64_t>();
+    case ValueType::f32:
+      return range_of_type<float>();
+    case ValueType::f64:
+      return range_of_type<double>();
+  }
+  return {};
+}
+
 double from_raw(ValueType type, std::uint64_t bits) noexcept {
   switch (type) {
     case ValueType::boolean:
@@ -130,9 +160,16 @@ Decoded decode(const RegisterEntry& entry, std::span<const std::uint16_t> regist
     bits |= std::uint64_t{word} << shift_of(entry.order, index, width);
   }
   const double value = from_raw(entry.type, bits) * entry.scale + entry.offset;
-  if (!std::isfinite(value)) return {};
+  if (!std::isfinite(value)) return {Conversion::refused, 0.0, value};
   const double bounded = std::min(std::max(value, entry.minimum), entry.maximum);
-  return {bounded == value ? Conversion::exact : Conversion::saturated, bounded};
+  return {bounded == value ? Conversion::exact : Conversion::saturated, bounded, value};
+}
+
+ValueRange range_of(const RegisterEntry& entry) noexcept {
+  const ValueRange raw = raw_range_of(entry.type);
+  const double first = raw.lowest * entry.scale + entry.offset;
+  const double last = raw.highest * entry.scale + entry.offset;
+  return {std::max(std::min(first, last), entry.minimum), std::min(std::max(first, last), entry.maximum)};
 }
 
 }  // namespace hil::io::modbus

@@ -30,7 +30,15 @@ Conversion encode(const RegisterEntry& entry, double value, std::span<std::uint1
 struct Decoded {
   Conversion conversion = Conversion::refused;
   double value = 0.0;  ///< meaningless when refused
+  double held = 0.0;   ///< before it was clamped; may be NaN or infinite
 };
+
+/// The values that an entry takes without saturating, by its range and its type.
+struct ValueRange {
+  double lowest = 0.0;
+  double highest = 0.0;
+};
+ValueRange range_of(const RegisterEntry& entry) noexcept;
 
 /// The value that registers[0 .. width_of(entry.type)) hold. Misuse (asserts): too few registers.
 Decoded decode(const RegisterEntry& entry, std::span<const std::uint16_t> registers) noexcept;

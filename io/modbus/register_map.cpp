@@ -107,6 +107,11 @@ const RegisterEntry* RegisterMap::find(std::string_view name) const noexcept {
   return found == entries.end() ? nullptr : &*found;
 }
 
+std::size_t RegisterMap::read_count() const noexcept {
+  return static_cast<std::size_t>(std::count_if(entries.begin(), entries.end(),
+                                                [](const RegisterEntry& entry) { return !entry.writable; }));
+}
+
 std::vector<std::string> mistakes_in(const RegisterMap& map, Role role) {
   std::vector<std::string> mistakes;
   std::unordered_map<std::string, std::size_t> first_of_name;

@@ -44,6 +44,8 @@ struct RegisterMap {
 
   /// The entry of that name, or null. Valid until `entries` changes.
   const RegisterEntry* find(std::string_view name) const noexcept;
+  /// The number of entries that hil reads.
+  std::size_t read_count() const noexcept;
 };
 
 /// What hil is on the connection.

@@ -63,19 +63,14 @@ std::uint8_t check_write_and_read(Pdu pdu, const RegisterBank& bank) noexcept {
   return bank.writable(Table::holding, word_at(pdu, 5), write_count) ? sound : illegal_address;
 }
 
-WrittenRange store_registers(std::uint16_t address, std::uint16_t count, Pdu data,
-                             RegisterBank& bank) noexcept {
-  for (std::uint16_t i = 0; i < count; ++i) {
-    bank.set(Table::holding, static_cast<std::uint16_t>(address + i), word_at(data, 2U * i));
-  }
-  return {Table::holding, address, count};
+void store_registers(const WrittenRange& range, Pdu data, RegisterBank& bank) noexcept {
+  for (std::uint16_t i = 0; i < range.count; ++i)
+    bank.set(range.table, static_cast<std::uint16_t>(range.address + i), word_at(data, 2U * i));
 }
 
-WrittenRange store_bits(std::uint16_t address, std::uint16_t count, Pdu data, RegisterBank& bank) noexcept {
-  for (std::uint16_t i = 0; i < count; ++i) {
-    bank.set(Table::coil, static_cast<std::uint16_t>(address + i), bit_at(data, i) ? 1 : 0);
-  }
-  return {Table::coil, address, count};
+void store_bits(const WrittenRange& range, Pdu data, RegisterBank& bank) noexcept {
+  for (std::uint16_t i = 0; i < range.count; ++i)
+    bank.set(range.table, static_cast<std::uint16_t>(range.address + i), bit_at(data, i) ? 1 : 0);
 }
 
 }  // namespace
@@ -123,33 +118,53 @@ std::uint8_t check_request(std::span<const std::uint8_t> frame, const RegisterBa
   }
 }
 
-std::optional<WrittenRange> apply_writes(std::span<const std::uint8_t> frame, RegisterBank& bank) noexcept {
+std::optional<WrittenRange> written_range(std::span<const std::uint8_t> frame) noexcept {
   const Pdu pdu = frame.subspan(header_size);
-  if (pdu.size() < 5) return std::nullopt;
-  const std::uint16_t address = word_at(pdu, 1);
-  const std::uint16_t argument = word_at(pdu, 3);  // a count, a value or a mask
   switch (pdu[0]) {
     case MODBUS_FC_WRITE_SINGLE_COIL:
-      bank.set(Table::coil, address, argument != 0 ? 1 : 0);
-      return WrittenRange{Table::coil, address, 1};
+      return WrittenRange{Table::coil, word_at(pdu, 1), 1};
     case MODBUS_FC_WRITE_SINGLE_REGISTER:
-      bank.set(Table::holding, address, argument);
-      return WrittenRange{Table::holding, address, 1};
+    case MODBUS_FC_MASK_WRITE_REGISTER:
+      return WrittenRange{Table::holding, word_at(pdu, 1), 1};
     case MODBUS_FC_WRITE_MULTIPLE_COILS:
-      return store_bits(address, argument, pdu.subspan(6), bank);
+      return WrittenRange{Table::coil, word_at(pdu, 1), word_at(pdu, 3)};
     case MODBUS_FC_WRITE_MULTIPLE_REGISTERS:
-      return store_registers(address, argument, pdu.subspan(6), bank);
-    case MODBUS_FC_MASK_WRITE_REGISTER: {
-      const unsigned old = bank.get(Table::holding, address);
-      const unsigned kept = argument;
-      bank.set(Table::holding, address, static_cast<std::uint16_t>((old & kept) | (word_at(pdu, 5) & ~kept)));
-      return WrittenRange{Table::holding, address, 1};
-    }
+      return WrittenRange{Table::holding, word_at(pdu, 1), word_at(pdu, 3)};
     case MODBUS_FC_WRITE_AND_READ_REGISTERS:
-      return store_registers(word_at(pdu, 5), word_at(pdu, 7), pdu.subspan(10), bank);
+      return WrittenRange{Table::holding, word_at(pdu, 5), word_at(pdu, 7)};
     default:
       return std::nullopt;
   }
+}
+
+std::optional<WrittenRange> apply_writes(std::span<const std::uint8_t> frame, RegisterBank& bank) noexcept {
+  const std::optional<WrittenRange> range = written_range(frame);
+  if (!range) return range;
+  const Pdu pdu = frame.subspan(header_size);
+  switch (pdu[0]) {
+    case MODBUS_FC_WRITE_SINGLE_COIL:
+      bank.set(range->table, range->address, word_at(pdu, 3) != 0 ? 1 : 0);
+      break;
+    case MODBUS_FC_WRITE_SINGLE_REGISTER:
+      bank.set(range->table, range->address, word_at(pdu, 3));
+      break;
+    case MODBUS_FC_WRITE_MULTIPLE_COILS:
+      store_bits(*range, pdu.subspan(6), bank);
+      break;
+    case MODBUS_FC_WRITE_MULTIPLE_REGISTERS:
+      store_registers(*range, pdu.subspan(6), bank);
+      break;
+    case MODBUS_FC_MASK_WRITE_REGISTER: {
+      const unsigned old = bank.get(range->table, range->address);
+      const unsigned kept = word_at(pdu, 3);
+      bank.set(range->table, range->address,
+               static_cast<std::uint16_t>((old & kept) | (word_at(pdu, 5) & ~kept)));
+      break;
+    }
+    default:
+      store_registers(*range, pdu.subspan(10), bank);
+  }
+  return range;
 }
 
 }  // namespace hil::io::modbus

@@ -45,6 +45,9 @@ struct WrittenRange {
   std::uint16_t count = 0;
 };
 
+/// What a sound request writes. Empty: the request only reads.
+std::optional<WrittenRange> written_range(std::span<const std::uint8_t> frame) noexcept;
+
 /// Carries out the writing part of a sound request. Empty: the request only reads.
 std::optional<WrittenRange> apply_writes(std::span<const std::uint8_t> frame, RegisterBank& bank) noexcept;
 

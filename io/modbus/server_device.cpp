@@ -16,8 +16,6 @@ namespace hil::io::modbus {
 
 namespace {
 
-constexpr auto relaxed = std::memory_order_relaxed;
-
 std::vector<bool> written_by_clients(const RegisterMap& map) {
   require(mistakes_in(map, Role::server).empty(),
           "ServerDevice: the register map has mistakes (see mistakes_in)");
@@ -38,12 +36,17 @@ bool touches(const RegisterEntry& entry, const WrittenRange& range) {
 ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
     : settings_(std::move(settings)),
       map_(std::move(map)),
+      who_("unit " + settings_.name),
       releases_(std::vector<double>{}),
       readings_(std::vector<Reading>{}),
+      freshness_(map_.read_count(),
+                 std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count()),
       bank_(map_, written_by_clients(map_)),
-      server_(bank_, settings_.limits,
-              {[this] { bring_outputs_up_to_date(); },
-               [this](const WrittenRange& range) { take_inputs(range); }}) {
+      server_(
+          bank_, settings_.limits,
+          {[this] { bring_outputs_up_to_date(); }, [this](const WrittenRange& range) { take_inputs(range); },
+           [this](const RegisterBank::OutOfRange& refused) { note_refused_write(refused); }}),
+      values_(map_, who_, events_) {
   require(settings_.max_age.count() >= 0 && settings_.lockstep_limit.count() > 0,
           "ServerDevice: a time limit is not positive");
   build_channels();
@@ -128,6 +131,7 @@ void ServerDevice::latch_inputs(std::span<Sample> samples) noexcept {
       samples[i] = Sample{.value = reading.value, .time_ns = time_ns, .fresh = true};
     }
   }
+  freshness_.look(samples, now_ns);
 }
 
 void ServerDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
@@ -191,26 +195,36 @@ void ServerDevice::bring_outputs_up_to_date() noexcept {
   if (!safe && !newer) return;
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     const double value = safe ? outputs_[i].safe_value : releases_.current()[i];
-    count(bank_.store(map_.entries[output_entries_[i]], value));
+    const std::size_t index = output_entries_[i];
+    values_.note(index, bank_.store(map_.entries[index], value), value, stamp_ns());
   }
 }
 
 void ServerDevice::take_inputs(const WrittenRange& written) noexcept {
-  const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? exchange_tick_ns_ : clock_->now_ns();
+  const RunTimeNs time_ns = stamp_ns();
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const RegisterEntry& entry = map_.entries[input_entries_[i]];
     if (!touches(entry, written)) continue;
     const Decoded decoded = bank_.load(entry);
-    count(decoded.conversion);
-    if (decoded.conversion != Conversion::refused) newest_readings_[i] = {decoded.value, now_ns, true};
+    values_.note(input_entries_[i], decoded.conversion, decoded.held, time_ns);
+    if (decoded.conversion != Conversion::refused) newest_readings_[i] = {decoded.value, time_ns, true};
   }
   std::copy(newest_readings_.begin(), newest_readings_.end(), readings_.draft().begin());
   readings_.publish();
 }
 
-void ServerDevice::count(Conversion conversion) noexcept {
-  if (conversion == Conversion::saturated) saturated_.fetch_add(1, relaxed);
-  if (conversion == Conversion::refused) refused_.fetch_add(1, relaxed);
+void ServerDevice::note_refused_write(const RegisterBank::OutOfRange& refused) noexcept {
+  values_.note_refused_write(refused.entry, refused.value, stamp_ns());
+}
+
+RunTimeNs ServerDevice::stamp_ns() const noexcept {
+  return pacing_ == Pacing::lockstep ? exchange_tick_ns_ : clock_->now_ns();
+}
+
+std::vector<DeviceEvent> ServerDevice::events_since(std::size_t first) const {
+  if (clock_ == nullptr) return {};
+  freshness_.report(inputs_, who_, "was not written by a client", events_);
+  return events_.since(first, *clock_);
 }
 
 DeviceHealth ServerDevice::health() const {

@@ -4,7 +4,8 @@
 // inputs() are the registers that clients write: the entries of the map that are not `writable`, which have
 // to be coils or holding registers. outputs() are those that clients read: the `writable` ones, of any table;
 // a client that writes one is refused. Both in the order of the map. A value of several registers is always
-// answered whole, from one release.
+// answered whole, from one release. A client's write that leaves a register outside its range is answered with
+// exception 3 and changes nothing.
 //
 // Real time: a thread of the device's own serves the clients; tick and thread exchange states without ever
 // waiting for each other. A bad client costs a connection (tcp_server.hpp), never the tick. Lockstep: no
@@ -25,10 +26,13 @@
 
 #include "io/device.hpp"
 #include "io/handover/latest_value.hpp"
+#include "io/modbus/event_list.hpp"
+#include "io/modbus/freshness_watch.hpp"
 #include "io/modbus/register_bank.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
 #include "io/modbus/tcp_server.hpp"
+#include "io/modbus/value_watch.hpp"
 
 namespace hil::io::modbus {
 
@@ -71,10 +75,10 @@ class ServerDevice final : public Device {
   /// The port it listens on; 0 before start and after stop.
   std::uint16_t port() const noexcept { return port_.load(); }
   ServerCounters counters() const noexcept { return server_.counters(); }
-  /// Outputs and inputs clamped to their range or type, and those refused (NaN): the register, or the input,
-  /// keeps its value.
-  std::uint64_t saturated_values() const noexcept { return saturated_.load(std::memory_order_relaxed); }
-  std::uint64_t refused_values() const noexcept { return refused_.load(std::memory_order_relaxed); }
+  ValueCounters value_counters() const noexcept { return values_.counters(); }
+  /// How often an input grew older than `max_age`.
+  std::uint64_t stale_inputs() const noexcept { return freshness_.stale(); }
+  std::vector<DeviceEvent> events_since(std::size_t first) const override;
 
  private:
   struct Reading {
@@ -88,10 +92,14 @@ class ServerDevice final : public Device {
   void wake() noexcept;
   void bring_outputs_up_to_date() noexcept;
   void take_inputs(const WrittenRange& written) noexcept;
-  void count(Conversion conversion) noexcept;
+  void note_refused_write(const RegisterBank::OutOfRange& refused) noexcept;
+  /// What events and values of the server's side are stamped with.
+  RunTimeNs stamp_ns() const noexcept;
 
   const ServerSettings settings_;
   const RegisterMap map_;
+  const std::string who_;  ///< "unit panel"
+  mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
   std::vector<InputGroup> groups_;
   std::vector<std::size_t> input_entries_, output_entries_;  ///< channel -> index into the map
@@ -99,6 +107,7 @@ class ServerDevice final : public Device {
   // The tick's side.
   LatestValue<std::vector<double>> releases_;
   LatestValue<std::vector<Reading>> readings_;
+  FreshnessWatch freshness_;
   std::atomic<bool> safe_requested_{false};
   std::atomic<bool> stopping_{false};
   const RunClock* clock_ = nullptr;
@@ -110,11 +119,11 @@ class ServerDevice final : public Device {
   RegisterBank bank_;
   TcpServer server_;
   std::vector<Reading> newest_readings_;
+  ValueWatch values_;
   RunTimeNs exchange_tick_ns_ = 0;
   Descriptor wake_event_;
   std::thread thread_;
   std::atomic<std::uint16_t> port_{0};
-  std::atomic<std::uint64_t> saturated_{0}, refused_{0};
 };
 
 }  // namespace hil::io::modbus

@@ -8,9 +8,11 @@
 #include <cerrno>
 #include <limits>
 #include <new>
+#include <numeric>
 #include <optional>
 #include <utility>
 
+#include "io/modbus/request_plan.hpp"
 #include "io/modbus/require.hpp"
 
 namespace hil::io::modbus {
@@ -29,7 +31,8 @@ TcpServer::TcpServer(RegisterBank& bank, ServerLimits limits, Hooks hooks)
       hooks_(std::move(hooks)),
       context_(modbus_new_tcp_pi("127.0.0.1", "502")) {
   if (context_ == nullptr) throw std::bad_alloc();
-  require(limits_.max_connections > 0 && limits_.idle_limit.count() > 0 && limits_.frame_limit.count() > 0,
+  require(limits_.max_connections > 0 && limits_.replaceable_after.count() > 0 &&
+              limits_.idle_limit.count() > 0 && limits_.frame_limit.count() > 0,
           "TcpServer: a limit is not positive");
 }
 
@@ -84,7 +87,8 @@ int TcpServer::poll_timeout(std::chrono::milliseconds limit, Time now) const {
 
 void TcpServer::accept_all(Time now) {
   // While there are places, no more are taken out of the kernel's queue than there are: those already closed
-  // by their clients give their places back in the next round. Without a place, all that wait are refused.
+  // by their clients give their places back in the next round. Without a place, each that waits takes that of
+  // an idle client, or is refused.
   const std::size_t places = limits_.max_connections - connections_.size();
   const std::size_t most = places > 0 ? places : SOMAXCONN;
   for (std::size_t i = 0; i < most; ++i) {
@@ -96,7 +100,7 @@ void TcpServer::accept_all(Time now) {
       }
       return;
     }
-    if (places == 0) {
+    if (places == 0 && !make_room(now)) {
       counters_.refused.fetch_add(1, relaxed);
       continue;
     }
@@ -107,6 +111,17 @@ void TcpServer::accept_all(Time now) {
     connection.last_request = now;
     counters_.accepted.fetch_add(1, relaxed);
   }
+}
+
+/// Closes the connection that has been idle for the longest time, if any has been for long enough.
+bool TcpServer::make_room(Time now) {
+  const auto idle = std::min_element(
+      connections_.begin(), connections_.end(),
+      [](const Connection& a, const Connection& b) { return a.last_request < b.last_request; });
+  if (idle == connections_.end() || now - idle->last_request < limits_.replaceable_after) return false;
+  connections_.erase(idle);
+  counters_.replaced.fetch_add(1, relaxed);
+  return true;
 }
 
 void TcpServer::receive(Connection& connection, Time now) {
@@ -147,30 +162,58 @@ void TcpServer::answer_whole_frames(Connection& connection, Time now) {
 
 void TcpServer::answer(Connection& connection, std::span<const std::uint8_t> frame) {
   counters_.requests.fetch_add(1, relaxed);
-  modbus_set_socket(context_.get(), connection.socket.get());
-  // libmodbus may look at the longest header of a request before it knows the function.
-  std::array<std::uint8_t, longest_frame> request{};
-  std::copy(frame.begin(), frame.end(), request.begin());
-
-  const std::uint8_t exception = check_request(frame, bank_);
-  int sent = -1;
-  if (exception != 0) {
-    counters_.exceptions.fetch_add(1, relaxed);
-    sent = modbus_reply_exception(context_.get(), request.data(), exception);
-  } else {
+  std::uint8_t exception = check_request(frame, bank_);
+  if (exception == 0) {
     if (hooks_.before_request) hooks_.before_request();
-    const std::optional<WrittenRange> written = apply_writes(frame, bank_);
-    if (written && hooks_.after_write) hooks_.after_write(*written);
-    // Carries out the same writes once more, to the same effect, and sends the reply.
-    sent = modbus_reply(context_.get(), request.data(), static_cast<int>(frame.size()), bank_.mapping());
+    exception = write(frame);
   }
-  modbus_set_socket(context_.get(), -1);
-  if (sent < 0) {
+  bool sent = false;
+  if (exception != 0) {
+    counters_.exceptions.add(exception);
+    sent = send_exception(connection, frame, exception);
+  } else {
+    // libmodbus may look at the longest header of a request before it knows the function.
+    std::array<std::uint8_t, longest_frame> request{};
+    std::copy(frame.begin(), frame.end(), request.begin());
+    modbus_set_socket(context_.get(), connection.socket.get());
+    // Carries out the same writes once more, to the same effect, and sends the reply.
+    sent = modbus_reply(context_.get(), request.data(), static_cast<int>(frame.size()), bank_.mapping()) >= 0;
+    modbus_set_socket(context_.get(), -1);
+  }
+  if (sent) {
+    counters_.replies.fetch_add(1, relaxed);
+  } else {
     counters_.dropped_deaf.fetch_add(1, relaxed);
     connection.closed = true;
-  } else {
-    counters_.replies.fetch_add(1, relaxed);
   }
+}
+
+std::uint8_t TcpServer::write(std::span<const std::uint8_t> frame) {
+  const std::optional<WrittenRange> range = written_range(frame);
+  if (!range) return 0;
+  std::array<std::uint16_t, max_bits_written> before{};
+  for (std::uint16_t i = 0; i < range->count; ++i)
+    before[i] = bank_.get(range->table, static_cast<std::uint16_t>(range->address + i));
+  apply_writes(frame, bank_);
+  if (const auto refused = bank_.out_of_range(range->table, range->address, range->count)) {
+    for (std::uint16_t i = 0; i < range->count; ++i)
+      bank_.set(range->table, static_cast<std::uint16_t>(range->address + i), before[i]);
+    if (hooks_.on_refused_write) hooks_.on_refused_write(*refused);
+    return MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE;
+  }
+  if (hooks_.after_write) hooks_.after_write(*range);
+  return 0;
+}
+
+/// Not by libmodbus: 3.1.6 adds 0x80 to the function, which makes a good reply to another function of a request
+/// that has the bit already, and it sleeps before some exceptions.
+bool TcpServer::send_exception(const Connection& connection, std::span<const std::uint8_t> frame,
+                               std::uint8_t code) {
+  const auto function = static_cast<std::uint8_t>(frame[header_size] | 0x80U);
+  const std::array<std::uint8_t, header_size + 2> reply{frame[0], frame[1], 0,        0,   0,
+                                                        3,        frame[6], function, code};
+  return ::send(connection.socket.get(), reply.data(), reply.size(), MSG_NOSIGNAL | MSG_DONTWAIT) ==
+         static_cast<ssize_t>(reply.size());
 }
 
 void TcpServer::drop_expired(Time now) {
@@ -182,10 +225,18 @@ void TcpServer::drop_expired(Time now) {
 }
 
 ServerCounters TcpServer::counters() const noexcept {
-  return {counters_.requests.load(relaxed),       counters_.replies.load(relaxed),
-          counters_.exceptions.load(relaxed),     counters_.malformed.load(relaxed),
-          counters_.accepted.load(relaxed),       counters_.refused.load(relaxed),
-          counters_.dropped_silent.load(relaxed), counters_.dropped_deaf.load(relaxed)};
+  ServerCounters counters;
+  counters.requests = counters_.requests.load(relaxed);
+  counters.replies = counters_.replies.load(relaxed);
+  counters.by_code = counters_.exceptions.counts();
+  counters.exceptions = std::accumulate(counters.by_code.begin(), counters.by_code.end(), std::uint64_t{0});
+  counters.malformed = counters_.malformed.load(relaxed);
+  counters.accepted = counters_.accepted.load(relaxed);
+  counters.refused = counters_.refused.load(relaxed);
+  counters.replaced = counters_.replaced.load(relaxed);
+  counters.dropped_silent = counters_.dropped_silent.load(relaxed);
+  counters.dropped_deaf = counters_.dropped_deaf.load(relaxed);
+  return counters;
 }
 
 }  // namespace hil::io::modbus

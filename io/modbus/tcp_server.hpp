@@ -3,10 +3,12 @@
 // Frames are gathered here, without ever waiting for a client, and checked (request_check.hpp) before
 // modbus_reply of libmodbus answers them.
 //
-// Against bad clients: at most `max_connections` (one more is closed at once); a client that sends no whole
-// request for `idle_limit` is dropped; so is one whose request is not whole `frame_limit` after its first
-// byte, one that sends bytes that are no Modbus TCP, and one that does not take its replies. Every unit
-// identifier is answered, with the request's own.
+// Against bad clients: at most `max_connections`. One more takes the place of the client that has sent nothing
+// for the longest time, if that is at least `replaceable_after`, and is refused (closed at once) otherwise. A
+// client that sends no whole request for `idle_limit` is dropped; so is one whose request is not whole
+// `frame_limit` after its first byte, one that sends bytes that are no Modbus TCP, and one that does not take
+// its replies. A write that would leave a register outside its range is answered with exception 3 and changes
+// nothing. Every unit identifier is answered, with the request's own.
 //
 // Threads: one at a time; counters() and clients() from any thread.
 
@@ -23,6 +25,7 @@
 #include <string>
 #include <vector>
 
+#include "io/modbus/exception_counts.hpp"
 #include "io/modbus/register_bank.hpp"
 #include "io/modbus/request_check.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
@@ -30,7 +33,8 @@
 namespace hil::io::modbus {
 
 struct ServerLimits {
-  std::size_t max_connections = 16;
+  std::size_t max_connections = 64;
+  std::chrono::milliseconds replaceable_after{1'000};
   std::chrono::milliseconds idle_limit{60'000};
   std::chrono::milliseconds frame_limit{2'000};
 };
@@ -40,10 +44,12 @@ struct ServerCounters {
   std::uint64_t requests = 0;    ///< whole frames
   std::uint64_t replies = 0;     ///< sent; exceptions among them
   std::uint64_t exceptions = 0;  ///< requests answered with an exception
+  ExceptionCounts by_code{};     ///< the same, by code
   std::uint64_t malformed = 0;   ///< connections closed for bytes that are no Modbus TCP
   std::uint64_t accepted = 0;    ///< connections
-  std::uint64_t refused =
-      0;  ///< connections beyond max_connections, or that the system had no descriptor for
+  /// Connections beyond max_connections, or that the system had no descriptor for.
+  std::uint64_t refused = 0;
+  std::uint64_t replaced = 0;        ///< idle connections closed to make room for a new one
   std::uint64_t dropped_silent = 0;  ///< connections closed by idle_limit or frame_limit
   std::uint64_t dropped_deaf = 0;    ///< connections closed because a reply could not be sent
 };
@@ -55,6 +61,8 @@ class TcpServer {
         before_request;  ///< a sound request is about to be answered: bring the bank up to date
     std::function<void(const WrittenRange&)>
         after_write;  ///< a client's values are in the bank, the reply is not sent
+    std::function<void(const RegisterBank::OutOfRange&)>
+        on_refused_write;  ///< a client's value is outside its range: the bank is as before
   };
 
   /// `bank` outlives the server. Misuse (asserts): limits that are not positive.
@@ -90,16 +98,21 @@ class TcpServer {
     void operator()(modbus_t* context) const noexcept { modbus_free(context); }
   };
   struct AtomicCounters {
-    std::atomic<std::uint64_t> requests{0}, replies{0}, exceptions{0}, malformed{0}, accepted{0}, refused{0},
+    std::atomic<std::uint64_t> requests{0}, replies{0}, malformed{0}, accepted{0}, refused{0}, replaced{0},
         dropped_silent{0}, dropped_deaf{0};
+    ExceptionTally exceptions;
   };
 
   int poll_timeout(std::chrono::milliseconds limit, Time now) const;
   Time deadline_of(const Connection& connection) const noexcept;
   void accept_all(Time now);
+  bool make_room(Time now);
   void receive(Connection& connection, Time now);
   void answer_whole_frames(Connection& connection, Time now);
   void answer(Connection& connection, std::span<const std::uint8_t> frame);
+  /// The exception to answer a sound request with, 0: none. Carries out its writes.
+  std::uint8_t write(std::span<const std::uint8_t> frame);
+  bool send_exception(const Connection& connection, std::span<const std::uint8_t> frame, std::uint8_t code);
   void drop_expired(Time now);
 
   RegisterBank& bank_;

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "runtime/config/numbers.hpp"
 #include "runtime/config/scenario_parts.hpp"
 
 namespace hil::config {
@@ -41,18 +40,6 @@ std::vector<SafeValue> read_safe(const Value& map) {
   return values;
 }
 
-std::optional<SignalSource> read_source(const Word& dbc_signal, const Value& value,
-                                        Diagnostics& diagnostics) {
-  const std::string& text = value.text();
-  if (is_signal_name(text)) return SignalSource{dbc_signal, word_of(value)};
-  const NumberReading number = read_number(text);
-  if (number.fault.empty() && number.length == text.size()) return SignalSource{dbc_signal, number.value};
-  const std::string fault =
-      number.length > 0 && !number.fault.empty() ? number.fault : "is neither a signal nor a number";
-  diagnostics.add(value.place(), in_quotes(dbc_signal.text) + ": " + in_quotes(text) + " " + fault);
-  return std::nullopt;
-}
-
 void read_period(const Value& value, SentMessage& sent, std::int64_t bus_period_ns,
                  Diagnostics& diagnostics) {
   sent.period_ns = bus_period_ns;
@@ -85,8 +72,8 @@ SentMessage read_sent(const Value& value, std::optional<std::int64_t> bus_period
     } else if (sent.checksum && sent.checksum->text == name) {
       diagnostics.add(dbc_signal.place, in_quotes(name) + " is the checksum; it fills itself");
     }
-    std::optional<SignalSource> read = read_source(dbc_signal, source, diagnostics);
-    if (read) sent.signals.push_back(std::move(*read));
+    auto read = signal_or_number(name, source, diagnostics);
+    if (read) sent.signals.push_back({dbc_signal, std::move(*read)});
   }
   sent.safe = read_safe(value["safe"]);
   return sent;

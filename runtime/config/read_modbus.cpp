@@ -1,5 +1,9 @@
+#include <array>
+#include <chrono>
 #include <limits>
 
+#include "io/modbus/client_device.hpp"
+#include "io/modbus/register_codec.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/scenario_parts.hpp"
@@ -21,15 +25,18 @@ void read_device(const Value& device, ModbusSection& section, Diagnostics& diagn
                         " is not HOST:PORT, as in 192.168.0.10:502, [::1]:502 or 127.0.0.1:auto");
     return;
   }
-  section.host = parts->host;
   const std::string& port = parts->port;
-  if (port == "auto") return;
+  if (port == "auto") {
+    section.host = parts->host;
+    return;
+  }
   const IntegerReading number = read_integer(port);
   if (!number.fault.empty() || number.value < 1 || number.value > std::numeric_limits<std::uint16_t>::max()) {
     diagnostics.add(device.place(),
                     "'device': the port " + in_quotes(port) + " is neither from 1 to 65535 nor auto");
     return;
   }
+  section.host = parts->host;
   section.port = static_cast<std::uint16_t>(number.value);
 }
 
@@ -54,9 +61,24 @@ void check_register(const Word& name, bool is_written, const RegisterMap& map, D
   }
 }
 
+/// A constant that would be written as another value.
+void check_constant(const RegisterWrite& write, const RegisterMap& map, Diagnostics& diagnostics) {
+  const double* const constant = std::get_if<double>(&write.source);
+  const RegisterEntry* const entry = map.find(write.entry.text);
+  if (constant == nullptr || entry == nullptr) return;
+  std::array<std::uint16_t, io::modbus::widest_value> registers{};
+  if (io::modbus::encode(*entry, *constant, registers) == io::modbus::Conversion::exact) return;
+  const io::modbus::ValueRange range = io::modbus::range_of(*entry);
+  diagnostics.add(write.entry.place, in_quotes(write.entry.text) + ": " + format_number(*constant) +
+                                         " is out of range; the register takes " +
+                                         format_number(range.lowest) + " to " + format_number(range.highest));
+}
+
 void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
-  for (const RegisterWrite& write : section.write)
+  for (const RegisterWrite& write : section.write) {
     check_register(write.entry, true, section.registers, diagnostics);
+    check_constant(write, section.registers, diagnostics);
+  }
   for (const Word& read : section.read)
     check_register(read, false, section.registers, diagnostics);
   if (section.run_time_entry && section.heartbeat_entry &&
@@ -78,8 +100,9 @@ void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
 void read_names(const Value& value, ModbusSection& section, Diagnostics& diagnostics) {
   const Value& write = value["write"];
   for (std::size_t i = 0; i < write.entries().size(); ++i) {
-    section.write.push_back(
-        {{write.entries()[i].first, write.key_place(i)}, word_of(write.entries()[i].second)});
+    const auto& [name, source] = write.entries()[i];
+    auto read = signal_or_number(name, source, diagnostics);
+    if (read) section.write.push_back({{name, write.key_place(i)}, std::move(*read)});
   }
   UniqueNames names("register", diagnostics);
   for (const Value& read : value["read"].items()) {
@@ -102,12 +125,31 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   section.start_limit_ns = value["start_limit"].duration_ns();
   section.unit_id = static_cast<std::uint8_t>(value["unit_id"].integer());
   section.may_be_lost = value["may_be_lost"].boolean();
+  section.max_gap = static_cast<std::uint16_t>(value["max_gap"].integer());
+  section.max_clients = static_cast<std::size_t>(value["max_clients"].integer());
   if (value.has("priority")) section.thread_priority = static_cast<int>(value["priority"].integer());
   read_names(value, section, diagnostics);
   std::optional<RegisterMap> map = load_register_map(section.registers_file, section.role, diagnostics);
   if (!map) return;
   section.registers = std::move(*map);
   check_registers(section, diagnostics);
+}
+
+/// A value is read once in a period, and its reply may take the whole time-out: an age below both together is
+/// reached although nothing is wrong.
+void warn_of_age(const Value& value, const ModbusSection& section, const Reading& reading) {
+  if (section.role != Role::client || !reading.base || section.registers.read_count() == 0) return;
+  const std::int64_t period_ns = section.every_ticks * reading.base->period_ns;
+  const std::int64_t needed_ns = period_ns + section.timeout_ns;
+  const std::int64_t max_age_ns =
+      section.max_age_ns.value_or(std::chrono::nanoseconds(io::modbus::ClientSettings{}.max_age).count());
+  if (max_age_ns >= needed_ns) return;
+  reading.diagnostics.warn(
+      value.has("max_age") ? value["max_age"].place() : value["rate"].place(),
+      "'max_age' of " + format_duration(max_age_ns) + " is less than one period of 'rate' (" +
+          format_duration(period_ns) + ") and 'timeout' (" + format_duration(section.timeout_ns) +
+          ") together: values grow stale although the unit replies in time; set 'max_age' to " +
+          format_duration(needed_ns) + " or more, or read more often");
 }
 
 /// Two servers can not listen at one place. 0.0.0.0 and :: are all places of the machine.
@@ -151,6 +193,7 @@ void read_modbus(const Value& root, Scenario& scenario, Reading& reading) {
     }
     if (!is_whole(value)) continue;
     read_section(value, section, reading.diagnostics);
+    warn_of_age(value, section, reading);
     scenario.modbus.push_back(std::move(section));
   }
   check_listening(scenario.modbus, reading.diagnostics);

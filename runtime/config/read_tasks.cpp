@@ -104,6 +104,11 @@ void read_tasks(const Value& root, Scenario& scenario, Reading& reading) {
         .inputs = read_inputs(value["inputs"]),
     };
     read_timing(value, task, reading);
+    if (task.overrun == Overrun::abort && task.thread.empty()) {
+      reading.diagnostics.add(value["overrun"].place(),
+                              "'overrun': abort needs a thread of its own, since nothing can stop a run on "
+                              "the base thread; add 'thread', or choose skip or queue");
+    }
     scenario.tasks.push_back(std::move(task));
   }
 }

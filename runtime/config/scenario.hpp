@@ -181,7 +181,7 @@ struct CanSection {
 
 struct RegisterWrite {
   Word entry;
-  Word signal;
+  std::variant<Word, double> source;  ///< a signal of the run, or a constant
 };
 
 struct ModbusSection {
@@ -199,6 +199,8 @@ struct ModbusSection {
       max_age_ns;  ///< empty: the device's own, 1 s for a client, any age for a server
   std::int64_t start_limit_ns = 0;
   std::uint8_t unit_id = 1;
+  std::uint16_t max_gap = 0;    ///< of a client
+  std::size_t max_clients = 0;  ///< of a server
   std::optional<Word> run_time_entry;
   std::optional<Word> heartbeat_entry;
   std::optional<int> thread_priority;

@@ -39,6 +39,18 @@ const Value* part_of(const Value& record, const std::string& field) {
   return record.has(field) ? &record[field] : nullptr;
 }
 
+std::optional<std::variant<Word, double>> signal_or_number(const std::string& target, const Value& value,
+                                                           Diagnostics& diagnostics) {
+  const std::string& text = value.text();
+  if (is_signal_name(text)) return word_of(value);
+  const NumberReading number = read_number(text);
+  if (number.fault.empty() && number.length == text.size()) return number.value;
+  const std::string fault =
+      number.length > 0 && !number.fault.empty() ? number.fault : "is neither a signal nor a number";
+  diagnostics.add(value.place(), in_quotes(target) + ": " + in_quotes(text) + " " + fault);
+  return std::nullopt;
+}
+
 std::string format_duration(std::int64_t nanoseconds) {
   const auto value = static_cast<double>(nanoseconds);
   if (nanoseconds == 0) return "0 ms";

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "runtime/config/check.hpp"
@@ -49,6 +50,10 @@ Word word_of(const Value& text);
 std::optional<Word> word_in(const Value& record, const std::string& field);
 /// The list or map field, if it is there.
 const Value* part_of(const Value& record, const std::string& field);
+
+/// A signal of the run or a number, for what is called `target`. Empty with a mistake when it is neither.
+std::optional<std::variant<Word, double>> signal_or_number(const std::string& target, const Value& value,
+                                                           Diagnostics& diagnostics);
 
 /// "1.5 ms"
 std::string format_duration(std::int64_t nanoseconds);

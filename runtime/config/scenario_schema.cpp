@@ -259,6 +259,14 @@ Schema modbus_schema() {
       Field::with_default("start_limit", duration(1e-3, 3600.0), "2 s",
                           "How long the run tries to reach the unit at its start."),
       Field::with_default("unit_id", Schema::integer(0, 255), "1", "The unit identifier in each request."),
+      Field::with_default(
+          "max_gap", Schema::integer(0, 1998), "0",
+          "As a client: the number of addresses between two registers that one request may "
+          "read along. A request that the unit refuses with exception 2 is split at its gaps."),
+      Field::with_default("max_clients", Schema::integer(1, 1000), "64",
+                          "As a server: the number of clients that are served at once. One more takes the "
+                          "place of the client that was idle for the longest time, at least 1 s, or is "
+                          "refused."),
       Field::optional("run_time", Schema::name(),
                       "A register that the run's time in milliseconds is written to."),
       Field::optional("heartbeat", Schema::name(), "A register that is counted up in each cycle."),
@@ -266,8 +274,8 @@ Schema modbus_schema() {
                   "for longer than max_age."),
       Field::optional("priority", thread_priority(),
                       "The real-time priority of its thread; left out: an ordinary thread."),
-      Field::with_default("write", Schema::map(Schema::signal()), "{}",
-                          "The signal that each register is written from."),
+      Field::with_default("write", Schema::map(Schema::text()), "{}",
+                          "What each register is written from: a signal of the run, or a number."),
       Field::with_default("read", Schema::list(Schema::name()), "[]", "The registers that become signals."),
   });
 }

@@ -1,5 +1,7 @@
 #include "runtime/report/bus_words.hpp"
 
+#include <algorithm>
+
 #include "runtime/report/quantities.hpp"
 
 namespace hil::report {
@@ -56,10 +58,39 @@ std::vector<std::string> can_remarks(const CanBus& bus) {
 }
 
 std::vector<std::string> unit_shortfalls(const ModbusUnit& unit) {
+  const bool is_server = unit.role == "server";
   Sentences sentences;
   sentences.add(unit.timeouts, "request", "requests", "had no answer in time");
-  sentences.add(unit.errors, "request", "requests", "answered by an exception or by what is no answer");
+  std::uint64_t other_errors = unit.errors;
+  for (const ExceptionCount& one : unit.exceptions) {
+    other_errors -= std::min(other_errors, one.count);
+    sentences.add(one.count, "request", "requests", "refused with exception " + std::to_string(one.code));
+  }
+  if (is_server) {
+    sentences.add(other_errors, "connection", "connections", "closed for bytes that are not Modbus TCP");
+  } else {
+    sentences.add(other_errors, "request", "requests",
+                  "without a reply that fits, or on a connection that broke");
+  }
   sentences.add(unit.reconnects, "time", "times", "connected anew after the connection was lost");
+  sentences.add(unit.saturated_outputs, "output value", "output values",
+                "beyond the range of the register: its limit was written instead");
+  sentences.add(unit.saturated_inputs, "input value", "input values",
+                "beyond the range of the register: its limit was read instead");
+  sentences.add(unit.not_a_number_outputs, "output value", "output values",
+                "that no register can carry (not a number): the register kept its value");
+  sentences.add(unit.not_a_number_inputs, "input value", "input values",
+                "that were not a finite number: the signal kept its value");
+  sentences.add(unit.superseded, "set of outputs", "sets of outputs",
+                "not sent: the unit was too slow, and a newer set came first");
+  sentences.add(unit.stale, "time", "times",
+                "that an input grew older than max_age: it then reads its safe value");
+  sentences.add(unit.refused_connections, "connection", "connections",
+                "refused: no place was free (max_clients), or the system had no descriptor");
+  sentences.add(unit.replaced_connections, "idle connection", "idle connections",
+                "closed to make room for another client (max_clients)");
+  sentences.add(unit.dropped_connections, "connection", "connections",
+                "dropped: the client was silent, or did not take its replies");
   return sentences.take();
 }
 

@@ -225,14 +225,32 @@ void each_field(T& bus, Visit&& visit) {
   visit("fault_delayed", bus.fault_delayed);
 }
 
+template <Is<ExceptionCount> T, class Visit>
+void each_field(T& one, Visit&& visit) {
+  visit("code", one.code);
+  visit("count", one.count);
+}
+
 template <Is<ModbusUnit> T, class Visit>
 void each_field(T& unit, Visit&& visit) {
   visit("device", unit.device);
+  visit("role", unit.role);
   visit("requests", unit.requests);
   visit("replies", unit.replies);
   visit("timeouts", unit.timeouts);
   visit("errors", unit.errors);
   visit("reconnects", unit.reconnects);
+  visit("exceptions", unit.exceptions);
+  visit("saturated_outputs", unit.saturated_outputs);
+  visit("saturated_inputs", unit.saturated_inputs);
+  visit("not_a_number_outputs", unit.not_a_number_outputs);
+  visit("not_a_number_inputs", unit.not_a_number_inputs);
+  visit("superseded", unit.superseded);
+  visit("stale", unit.stale);
+  visit("connections", unit.connections);
+  visit("refused_connections", unit.refused_connections);
+  visit("replaced_connections", unit.replaced_connections);
+  visit("dropped_connections", unit.dropped_connections);
 }
 
 template <Is<Process> T, class Visit>

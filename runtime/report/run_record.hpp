@@ -246,13 +246,31 @@ struct CanBus {
   std::uint64_t fault_delayed = 0;
 };
 
+struct ExceptionCount {
+  int code = 0;  ///< of the Modbus protocol
+  std::uint64_t count = 0;
+};
+
+/// Outputs are the registers that hil writes, inputs those that it reads.
 struct ModbusUnit {
   std::string device;
+  std::string role;  ///< of hil: "client" or "server"
   std::uint64_t requests = 0;
   std::uint64_t replies = 0;
-  std::uint64_t timeouts = 0;
-  std::uint64_t errors = 0;
-  std::uint64_t reconnects = 0;
+  std::uint64_t timeouts = 0;    ///< requests of a client without a whole reply in time
+  std::uint64_t errors = 0;      ///< exceptions, and replies or requests that are none
+  std::uint64_t reconnects = 0;  ///< of a client: connections after the first
+  std::vector<ExceptionCount> exceptions;
+  std::uint64_t saturated_outputs = 0;     ///< values beyond the range of their register
+  std::uint64_t saturated_inputs = 0;      ///< likewise
+  std::uint64_t not_a_number_outputs = 0;  ///< values that were not written
+  std::uint64_t not_a_number_inputs = 0;   ///< values that were not read
+  std::uint64_t superseded = 0;           ///< sets of outputs that a newer one replaced before they were sent
+  std::uint64_t stale = 0;                ///< how often an input grew older than max_age
+  std::uint64_t connections = 0;          ///< of a server, accepted
+  std::uint64_t refused_connections = 0;  ///< of a server: no place, or no descriptor
+  std::uint64_t replaced_connections = 0;  ///< of a server: idle ones that gave their place to a new one
+  std::uint64_t dropped_connections = 0;   ///< of a server: silent, or replies not taken
 };
 
 struct Process {

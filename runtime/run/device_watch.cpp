@@ -1,5 +1,7 @@
 #include "runtime/run/device_watch.hpp"
 
+#include <algorithm>
+
 namespace hil::run {
 
 DeviceWatch::DeviceWatch(const std::vector<const io::Device*>& devices) {
@@ -10,6 +12,7 @@ DeviceWatch::DeviceWatch(const std::vector<const io::Device*>& devices) {
 void DeviceWatch::look(std::int64_t run_time_ns,
                        const std::function<void(bool good, const std::string&)>& tell) {
   for (Watched& watched : watched_) {
+    take_events(watched, [&](const std::string& sentence) { tell(false, sentence); });
     const io::DeviceHealth health = watched.device->health();
     const bool faulty = !health.fault.empty();
     if (health.connected == watched.connected && faulty == watched.faulty) continue;
@@ -24,6 +27,21 @@ void DeviceWatch::look(std::int64_t run_time_ns,
     if (faulty) sentence += ": " + health.fault;
     events_.push_back({run_time_ns, sentence});
     tell(good, sentence);
+  }
+}
+
+void DeviceWatch::take_last_events(const std::function<void(const std::string&)>& tell) {
+  for (Watched& watched : watched_)
+    take_events(watched, tell);
+}
+
+void DeviceWatch::take_events(Watched& watched, const std::function<void(const std::string&)>& tell) {
+  for (io::DeviceEvent& event : watched.device->events_since(watched.events)) {
+    ++watched.events;
+    const std::int64_t time_ns =
+        std::max<io::RunTimeNs>(event.time_ns, 0);  // what came before is at its begin
+    tell(event.text);
+    events_.push_back({time_ns, std::move(event.text)});
   }
 }
 

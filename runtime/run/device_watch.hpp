@@ -1,5 +1,6 @@
 #pragma once
-// Sees devices get lost and come back while a run goes on, so that the report can say when.
+// Sees devices get lost and come back while a run goes on, and collects their own events, so that the report
+// can say when.
 //
 // Threads: look from one ordinary thread; events after it has ended.
 
@@ -18,10 +19,12 @@ class DeviceWatch {
   /// The devices outlive it.
   explicit DeviceWatch(const std::vector<const io::Device*>& devices);
 
-  /// Compares each device's health with the last look and calls `tell` with a sentence for each change. The
-  /// first look tells only what is lost.
+  /// Compares each device's health with the last look, takes its events, and calls `tell` with a sentence for
+  /// each change and event. The first look tells only what is lost.
   void look(std::int64_t run_time_ns, const std::function<void(bool good, const std::string&)>& tell);
-  /// All changes, with the run time of the look that saw them.
+  /// After the run: takes the events since the last look. The health of a stopped device is no news.
+  void take_last_events(const std::function<void(const std::string&)>& tell);
+  /// All changes, with the run time of the look that saw them, and all events, with their own.
   const std::vector<report::Event>& events() const noexcept { return events_; }
 
  private:
@@ -29,7 +32,10 @@ class DeviceWatch {
     const io::Device* device;
     bool connected = true;
     bool faulty = false;
+    std::size_t events = 0;  ///< taken so far
   };
+  void take_events(Watched& watched, const std::function<void(const std::string&)>& tell);
+
   std::vector<Watched> watched_;
   std::vector<report::Event> events_;
 };

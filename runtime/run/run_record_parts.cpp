@@ -62,6 +62,19 @@ report::BaseStage stage(const char* name, const executive::Histogram& histogram)
   return {name, histogram.total_ns(), spread_of(histogram)};
 }
 
+void take_values(const io::modbus::ValueCounters& counters, report::ModbusUnit& unit) {
+  unit.saturated_outputs = counters.saturated_outputs;
+  unit.saturated_inputs = counters.saturated_inputs;
+  unit.not_a_number_outputs = counters.not_a_number_outputs;
+  unit.not_a_number_inputs = counters.not_a_number_inputs;
+}
+
+void take_exceptions(const io::modbus::ExceptionCounts& counts, report::ModbusUnit& unit) {
+  for (std::size_t code = 0; code < counts.size(); ++code) {
+    if (counts[code] > 0) unit.exceptions.push_back({static_cast<int>(code), counts[code]});
+  }
+}
+
 const char* policy_name(config::Overrun overrun) {
   switch (overrun) {
     case config::Overrun::skip:
@@ -251,18 +264,37 @@ report::CanBus can_bus_of(const io::can::CanDevice& device) {
 
 report::ModbusUnit modbus_unit_of(const io::modbus::ClientDevice& device) {
   const io::modbus::ClientCounters counters = device.counters();
-  return {device.name(),     counters.requests, counters.replies,
-          counters.timeouts, counters.errors,   counters.reconnects};
+  report::ModbusUnit unit;
+  unit.device = device.name();
+  unit.role = "client";
+  unit.requests = counters.requests;
+  unit.replies = counters.replies;
+  unit.timeouts = counters.timeouts;
+  unit.errors = counters.errors;
+  unit.reconnects = counters.reconnects;
+  unit.superseded = counters.superseded_releases;
+  unit.stale = counters.stale_inputs;
+  take_values(counters.values, unit);
+  take_exceptions(counters.by_code, unit);
+  return unit;
 }
 
 report::ModbusUnit modbus_unit_of(const io::modbus::ServerDevice& device) {
   const io::modbus::ServerCounters counters = device.counters();
-  return {device.name(),
-          counters.requests,
-          counters.replies,
-          counters.dropped_silent,
-          counters.exceptions + counters.malformed,
-          counters.accepted};
+  report::ModbusUnit unit;
+  unit.device = device.name();
+  unit.role = "server";
+  unit.requests = counters.requests;
+  unit.replies = counters.replies;
+  unit.errors = counters.exceptions + counters.malformed;
+  unit.stale = device.stale_inputs();
+  unit.connections = counters.accepted;
+  unit.refused_connections = counters.refused;
+  unit.replaced_connections = counters.replaced;
+  unit.dropped_connections = counters.dropped_silent + counters.dropped_deaf;
+  take_values(device.value_counters(), unit);
+  take_exceptions(counters.by_code, unit);
+  return unit;
 }
 
 }  // namespace hil::run

@@ -203,6 +203,7 @@ SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
                 " ticks; outputs go to their safe values");
   const std::string fault = io_fault();
   close_devices();
+  device_watch_->take_last_events([this](const std::string& sentence) { run_log_.warn(sentence); });
   run_log_.info("all devices and processes are closed");
   end_database(record);
   end_logs();

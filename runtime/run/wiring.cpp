@@ -333,9 +333,14 @@ void connect_modbus(const io::Device& device, WiredModbus& wired, const Known& k
       diagnostics.add(write.entry.place, "'" + write.entry.text + "' is filled by the device itself");
       continue;
     }
-    wired.links.outputs[index].signal = find_signal(known, write.signal, diagnostics);
-    check_unit(known.table, wired.links.outputs[index].signal, device.outputs()[index], write.signal.place,
-               diagnostics);
+    DeviceLink::Source& target = wired.links.outputs[index];
+    if (const double* constant = std::get_if<double>(&write.source)) {
+      target.constant = *constant;
+    } else {
+      const Word& word = std::get<Word>(write.source);
+      target.signal = find_signal(known, word, diagnostics);
+      check_unit(known.table, target.signal, device.outputs()[index], word.place, diagnostics);
+    }
   }
 }
 
@@ -385,6 +390,7 @@ io::modbus::ClientSettings client_settings(const config::ModbusSection& section,
   settings.name = section.unit.text;
   settings.endpoint = endpoint;
   settings.unit = section.unit_id;
+  settings.max_gap = section.max_gap;
   settings.response_timeout = ceil<microseconds>(nanoseconds(section.timeout_ns));
   settings.start_limit = ceil<milliseconds>(nanoseconds(section.start_limit_ns));
   if (section.max_age_ns) settings.max_age = ceil<milliseconds>(nanoseconds(*section.max_age_ns));
@@ -398,6 +404,7 @@ io::modbus::ServerSettings server_settings(const config::ModbusSection& section,
   io::modbus::ServerSettings settings;
   settings.name = section.unit.text;
   settings.endpoint = endpoint;
+  settings.limits.max_connections = section.max_clients;
   if (section.max_age_ns) {
     settings.max_age =
         std::chrono::ceil<std::chrono::milliseconds>(std::chrono::nanoseconds(*section.max_age_ns));

@@ -29,8 +29,11 @@ class TextMutator {
         "#",   "&a ", "*a", "!!x",      "<<: ", "\"",    "'",     "|",
         ">",   "%",   "\t", "---",      "~",    "yes",   "1e400", ".nan",
         "010", "-1",  "0",  "\xC3\xA4", "\xFF", "{can.", "and",   "9999999999999999999"};
+    static constexpr std::string_view numbers[] = {
+        "0",   "1",          "-1",    "64",     "65",    "255",    "65536",
+        "1e9", "4294967296", "0.001", "1e-300", "1e308", "-1e308", "9223372036854775808"};
     const std::size_t at = below(text.size() + 1);
-    switch (random_() % 7) {
+    switch (random_() % 10) {
       case 0:
         text.insert(at, pieces[below(std::size(pieces))]);
         break;
@@ -49,10 +52,41 @@ class TextMutator {
       case 5:
         text.erase(text.find('\n', at) == std::string::npos ? at : text.find('\n', at), 1);
         break;
-      default:
+      case 6:
         text.resize(at > text.size() / 2 ? at : text.size());
         break;
+      // These keep the syntax, and reach what is behind the parsers.
+      case 7:
+      case 8:
+        replace(text, part(text, is_digit), numbers[below(std::size(numbers))]);
+        break;
+      default: {
+        const Part other = part(text, is_letter);
+        replace(text, part(text, is_letter), text.substr(other.at, other.length));
+      }
     }
+  }
+
+  struct Part {
+    std::size_t at = 0;
+    std::size_t length = 0;
+  };
+  static bool is_digit(char letter) { return letter >= '0' && letter <= '9'; }
+  static bool is_letter(char letter) {
+    return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || letter == '_';
+  }
+  /// The first run of such letters from some place on; empty when there is none.
+  Part part(const std::string& text, bool (*belongs)(char)) {
+    std::size_t begin = below(text.size());
+    while (begin < text.size() && !belongs(text[begin]))
+      ++begin;
+    std::size_t end = begin;
+    while (end < text.size() && belongs(text[end]))
+      ++end;
+    return {begin, end - begin};
+  }
+  static void replace(std::string& text, Part part, std::string_view by) {
+    text.replace(part.at, part.length, by);
   }
 
   void swap_lines(std::string& text) {

@@ -41,7 +41,7 @@ PlcProgram::PlcProgram(const Timing& timing, PlcClock clock, ServerLimits limits
       bank_(map_, written_by_clients(map_)),
       logic_(timing),
       server_(bank_, limits,
-              {nullptr, [this](const WrittenRange& written) { scan_up_to_bench_time(written); }}) {
+              {nullptr, [this](const WrittenRange& written) { scan_up_to_bench_time(written); }, nullptr}) {
   show_outputs();
 }
 

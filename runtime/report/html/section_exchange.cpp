@@ -19,6 +19,14 @@ std::string cpus_text(const Realtime& realtime) {
   return text.empty() ? "no affinity" : text;
 }
 
+void sentence_list(Markup& out, const std::vector<std::string>& all) {
+  if (all.empty()) return;
+  out.open("ul");
+  for (const std::string& sentence : all)
+    out.element("li", sentence);
+  out.close();
+}
+
 void can_sentences(Markup& out, const RunRecord& record) {
   std::vector<std::string> all;
   for (const CanBus& bus : record.can) {
@@ -27,11 +35,7 @@ void can_sentences(Markup& out, const RunRecord& record) {
         all.push_back(bus.bus + ": " + sentence + ".");
     }
   }
-  if (all.empty()) return;
-  out.open("ul");
-  for (const std::string& sentence : all)
-    out.element("li", sentence);
-  out.close();
+  sentence_list(out, all);
 }
 
 void can_table(Markup& out, const RunRecord& record) {
@@ -59,6 +63,15 @@ void can_table(Markup& out, const RunRecord& record) {
   can_sentences(out, record);
 }
 
+void modbus_sentences(Markup& out, const RunRecord& record) {
+  std::vector<std::string> all;
+  for (const ModbusUnit& unit : record.modbus) {
+    for (const std::string& sentence : unit_shortfalls(unit))
+      all.push_back(unit.device + ": " + sentence + ".");
+  }
+  sentence_list(out, all);
+}
+
 void modbus_table(Markup& out, const RunRecord& record) {
   if (record.modbus.empty()) return;
   out.element("h3", "Modbus");
@@ -74,6 +87,7 @@ void modbus_table(Markup& out, const RunRecord& record) {
                count_cell(unit.reconnects, true)});
   }
   table.end();
+  modbus_sentences(out, record);
 }
 
 }  // namespace

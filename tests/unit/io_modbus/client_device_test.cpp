@@ -115,6 +115,16 @@ TEST(ClientDevice, LockstepCarriesRandomValuesBothWays) {
   EXPECT_EQ(pair.client->counters().requests, pair.client->counters().replies);
 }
 
+/// The specification reserves 248 to 254; over TCP they are in use.
+TEST(ClientDevice, EveryUnitIdentifierIsSent) {
+  for (int unit = 0; unit <= 255; unit += unit == 1 ? 246 : 1) {
+    Pair pair(Pacing::lockstep, {.unit = static_cast<std::uint8_t>(unit)});
+    pair.client->release_outputs(std::vector<double>{1, 2, 0, 0}, 0);
+    EXPECT_TRUE(pair.client->exchange(0)) << unit << ": " << pair.client->health().fault;
+    EXPECT_EQ(latched(pair.server)[1].value, 2.0);
+  }
+}
+
 TEST(ClientDevice, ExchangeWithoutAReleaseMovesNothing) {
   Pair pair(Pacing::lockstep);
   pair.client->release_outputs(std::vector<double>{1, 2, 0, 0}, 0);
@@ -149,8 +159,8 @@ TEST(ClientDevice, SaturatedAndRefusedValuesAreCounted) {
   EXPECT_EQ(at_server[0].value, 100.0);  // clamped to the range
   EXPECT_EQ(at_server[1].value, 7.0);    // NaN: what was written before stays
   EXPECT_EQ(at_server[2].value, 1.0);    // the others go on
-  EXPECT_EQ(pair.client->counters().saturated_values, 1U);
-  EXPECT_EQ(pair.client->counters().refused_values, 1U);
+  EXPECT_EQ(pair.client->counters().values.saturated_outputs, 1U);
+  EXPECT_EQ(pair.client->counters().values.not_a_number_outputs, 1U);
 }
 
 TEST(ClientDevice, AnInputGoesStaleByItsAge) {

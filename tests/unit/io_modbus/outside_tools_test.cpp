@@ -100,6 +100,32 @@ TEST(OutsideTools, PymodbusExercisesEveryFunctionOfOurServer) {
   EXPECT_EQ(latched(device)[10].value, 1.0);
 }
 
+TEST(OutsideTools, OurClientReadsAPymodbusUnitWithGaps) {
+  need_pymodbus();
+  bench::Process unit({"/usr/bin/python3", script("pymodbus_unit.py"), "sparse"});
+  ASSERT_NE(unit.port(), 0) << unit.first_line();
+  const RegisterMap map{{entry("w", Table::holding, 20, ValueType::u16, true),
+                         entry("a", Table::holding, 0, ValueType::u16, false),
+                         entry("b", Table::holding, 5, ValueType::u16, false)}};
+  for (const std::uint16_t max_gap : {std::uint16_t{0}, std::uint16_t{8}}) {
+    bench::HandClock clock;
+    ClientSettings settings;
+    settings.name = "pymodbus";
+    settings.endpoint.port = unit.port();
+    settings.unit = 250;
+    settings.max_gap = max_gap;
+    ClientDevice client(settings, map);
+    client.start(clock, Pacing::lockstep);
+    client.release_outputs(std::vector<double>{7}, 0);
+    ASSERT_TRUE(client.exchange(0)) << client.health().fault;
+    EXPECT_EQ(client.health().fault, "");
+    EXPECT_EQ(latched(client)[0].value, 100.0);
+    EXPECT_EQ(latched(client)[1].value, 105.0);
+    EXPECT_EQ(client.counters().by_code[2], max_gap == 0 ? 0U : 1U);
+    client.stop();
+  }
+}
+
 TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
   need_pymodbus();
   bench::Process unit({"/usr/bin/python3", script("pymodbus_unit.py")});

@@ -34,7 +34,8 @@ expect("write coils", client.write_coils(0, [True, False, True], slave=1).isErro
 expect("read coils", client.read_coils(0, 10, slave=1).bits[:10], [True, False, True] + [False] * 6 + [True])
 expect("beyond the end", client.read_holding_registers(0, 5, slave=1).exception_code, 2)
 expect("write what is not there", client.write_register(4, 1, slave=1).exception_code, 2)
-expect("another unit identifier", client.read_holding_registers(0, 1, slave=42).registers, [1])
+for unit in (0, 42, 247, 248, 250, 254, 255):
+    expect(f"unit identifier {unit}", client.read_holding_registers(0, 1, slave=unit).registers, [1])
 client.close()
 if failures:
     sys.exit("\n".join(failures))

@@ -74,15 +74,15 @@ TEST(ServerDevice, WritesOfClientsArriveWithTheirTime) {
   EXPECT_EQ(latched(served.device)[2].value, 1.0);
 }
 
-TEST(ServerDevice, ANanFromAClientKeepsTheLastValue) {
+TEST(ServerDevice, ANanFromAClientIsRefusedAndKeepsTheLastValue) {
   Served served;
   RawClient client(served.device.port());
   client.send(frame(1, {16, 0, 2, 0, 2, 4, 0x40, 0x20, 0, 0}));  // 2.5
   client.receive_frame();
   client.send(frame(2, {16, 0, 2, 0, 2, 4, 0x7F, 0xC0, 0, 0}));  // NaN
-  client.receive_frame();
+  EXPECT_EQ(client.receive_frame(), frame(2, {0x90, 3}));
   EXPECT_EQ(latched(served.device)[1].value, 2.5);
-  EXPECT_EQ(served.device.refused_values(), 1U);
+  EXPECT_EQ(served.device.counters().by_code[3], 1U);
 }
 
 TEST(ServerDevice, ClientsCanNotWriteWhatHilWrites) {

@@ -40,11 +40,12 @@ TEST(ServerFaults, EveryMalformedRequestIsAnsweredAtOnceAndTheConnectionLives) {
   Served served;
   RawClient client(served.device.port());
   const std::vector<std::pair<Bytes, Bytes>> cases{
-      {{7}, {0x87, 1}},                                 // libmodbus 3.1.6 never answers it
-      {{17, 1}, {0x91, 3}},                             // too long
-      {{3, 0, 0}, {0x83, 3}},                           // short
-      {{3, 0, 0, 0, 0}, {0x83, 3}},                     // nothing: libmodbus sleeps 500 ms before this answer
-      {{99, 1, 2, 3}, {0xE3, 1}},                       // unknown: it sleeps here, too
+      {{7}, {0x87, 1}},              // libmodbus 3.1.6 never answers it
+      {{17, 1}, {0x91, 3}},          // too long
+      {{3, 0, 0}, {0x83, 3}},        // short
+      {{3, 0, 0, 0, 0}, {0x83, 3}},  // nothing: libmodbus sleeps 500 ms before this answer
+      {{99, 1, 2, 3}, {0xE3, 1}},    // unknown: it sleeps here, too
+      {{0}, {0x80, 1}},
       {{16, 0, 0, 0, 2, 200, 1}, {0x90, 3}},            // a byte count that lies
       {{23, 0, 0, 0, 4, 0, 0, 0, 4, 8, 1}, {0x97, 3}},  // short write and read
       {{4, 0, 4, 0, 1}, {0x84, 2}}};
@@ -56,6 +57,21 @@ TEST(ServerFaults, EveryMalformedRequestIsAnsweredAtOnceAndTheConnectionLives) {
   }
   EXPECT_LT(answer_time(client), milliseconds(250));
   EXPECT_EQ(served.device.counters().exceptions, cases.size());
+}
+
+/// 0x83 is the function byte of an exception to function 3. An answer of 3, 1, 3, 1 would be a good reply.
+TEST(ServerFaults, AFunctionAbove7FIsAnsweredWithItsOwnByteAndException1) {
+  Served served;
+  RawClient client(served.device.port());
+  for (unsigned function = 0x80; function <= 0xFF; ++function) {
+    const auto byte = static_cast<std::uint8_t>(function);
+    for (const Bytes& pdu : {Bytes{byte}, Bytes{byte, 0, 0, 0, 1}}) {
+      client.send(frame(5, pdu));
+      EXPECT_EQ(client.receive_frame(), frame(5, {byte, 1}));
+    }
+  }
+  EXPECT_LT(answer_time(client), milliseconds(250));
+  EXPECT_EQ(served.device.counters().by_code[1], 256U);
 }
 
 TEST(ServerFaults, ReportServerIdIsAnswered) {
@@ -148,6 +164,40 @@ TEST(ServerFaults, OneConnectionTooManyIsRefusedAndAPlaceThatIsFreeAgainIsGiven)
   }));
   for (const auto& client : clients)
     EXPECT_LT(answer_time(*client), milliseconds(250));
+}
+
+TEST(ServerFaults, SixtyFourClientsAreServedAtOnce) {
+  Served served;
+  std::vector<std::unique_ptr<RawClient>> clients;
+  for (int i = 0; i < 64; ++i)
+    clients.push_back(std::make_unique<RawClient>(served.device.port()));
+  for (int round = 0; round < 2; ++round) {
+    for (const auto& client : clients)
+      answer_time(*client);
+  }
+  EXPECT_EQ(served.device.counters().refused, 0U);
+  EXPECT_EQ(served.device.counters().replaced, 0U);
+}
+
+TEST(ServerFaults, WithoutAPlaceTheClientThatWasIdleLongestIsClosedForANewOne) {
+  Served served({.max_connections = 3, .replaceable_after = milliseconds(100)});
+  RawClient first(served.device.port());
+  RawClient second(served.device.port());
+  RawClient third(served.device.port());
+  answer_time(third);
+  answer_time(first);
+  std::this_thread::sleep_for(milliseconds(150));
+  answer_time(second);
+  RawClient fourth(served.device.port());
+  answer_time(fourth);
+  EXPECT_TRUE(third.closed_within(milliseconds(1000))) << "it was idle for longer than the first";
+  EXPECT_EQ(served.device.counters().replaced, 1U);
+  EXPECT_EQ(served.device.counters().refused, 0U);
+  for (RawClient* kept : {&first, &second, &fourth})
+    answer_time(*kept);
+  RawClient fifth(served.device.port());
+  EXPECT_TRUE(fifth.closed_within(milliseconds(1000))) << "all others were busy a moment ago";
+  EXPECT_EQ(served.device.counters().refused, 1U);
 }
 
 TEST(ServerFaults, AClientThatTakesNoRepliesIsDroppedAndDelaysNobody) {

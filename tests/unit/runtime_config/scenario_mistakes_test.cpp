@@ -244,6 +244,35 @@ TEST(ScenarioMistakes, OfModbusUnits) {
   EXPECT_TRUE(is_refused_with("registers: map.yaml", "registers: @nap.yaml", "there is no such file"));
 }
 
+TEST(ScenarioMistakes, OfConstantsThatARegisterCanNotHold) {
+  EXPECT_TRUE(is_refused_with("{detector: detectors.ego}", "{@detector: 70000}",
+                              "'detector': 70000 is out of range; the register takes 0 to 65535"));
+  EXPECT_TRUE(is_refused_with("{detector: detectors.ego}", "{@detector: -1}", "out of range"));
+  EXPECT_TRUE(is_refused_with("{detector: detectors.ego}", "{detector: @1 kHz}",
+                              "'detector': '1 kHz' is neither a signal nor a number"));
+  EXPECT_TRUE(is_refused_with("max_age: 2 s", "max_gap: @1999", "from 0 to 1998"));
+  EXPECT_TRUE(is_refused_with("max_age: 2 s", "max_clients: @0", "from 1 to 1000"));
+}
+
+/// Not a word about a port that is "auto": the other mistake is that one's consequence.
+TEST(ScenarioMistakes, OfAPortAreOneMessage) {
+  for (const char* port : {"70000", "0", "-1", "x"}) {
+    EXPECT_TRUE(is_refused("scenario: a\nmodbus: [{unit: u, device: @\"127.0.0.1:" + std::string(port) +
+                               "\", registers: map.yaml, rate: 10 Hz}]\n",
+                           "is neither from 1 to 65535 nor auto"));
+  }
+}
+
+/// The executive refuses such a task by an assertion.
+TEST(ScenarioMistakes, OfAnAbortOnTheBaseThread) {
+  EXPECT_TRUE(
+      is_refused("scenario: a\ntasks:\n  - {module: m, type: vehicles, rate: 1 kHz, overrun: @abort}\n",
+                 "abort needs a thread of its own"));
+  EXPECT_TRUE(
+      is_refused_with("    thread: scanner\n    deadline: 10 ms\n    budget: 8 ms\n    overrun: queue",
+                      "    overrun: @abort", "abort needs a thread of its own"));
+}
+
 TEST(ScenarioMistakes, OfRegisterMapsHavePlacesInTheirFile) {
   const ScenarioFolder files;
   files.folder().write("map.yaml",

@@ -144,10 +144,46 @@ TEST_F(ScenarioTest, Modbus) {
   EXPECT_EQ(plc.heartbeat_entry->text, "alive");
   ASSERT_EQ(plc.write.size(), 1U);
   EXPECT_EQ(plc.write[0].entry.text, "detector");
-  EXPECT_EQ(plc.write[0].signal.text, "detectors.ego");
+  EXPECT_EQ(std::get<Word>(plc.write[0].source).text, "detectors.ego");
   ASSERT_EQ(plc.read.size(), 2U);
   ASSERT_EQ(plc.registers.entries.size(), 5U);
   EXPECT_EQ(plc.registers.find("time_ms")->order, io::modbus::ByteOrder::cdab);
+}
+
+TEST_F(ScenarioTest, ModbusConstantsAndLimits) {
+  EXPECT_EQ(scenario().modbus[0].max_gap, 0);
+  EXPECT_EQ(scenario().modbus[0].max_clients, 64U);
+  Diagnostics diagnostics;
+  const ScenarioFolder files;
+  const auto other =
+      files.load(with_change("{detector: detectors.ego}",
+                             "{detector: 12}\n    max_gap: 20\n    max_clients: 3\n    unit_id: 250"),
+                 diagnostics);
+  ASSERT_TRUE(other) << diagnostics.to_text();
+  EXPECT_EQ(std::get<double>(other->modbus[0].write[0].source), 12.0);
+  EXPECT_EQ(other->modbus[0].max_gap, 20);
+  EXPECT_EQ(other->modbus[0].max_clients, 3U);
+  EXPECT_EQ(other->modbus[0].unit_id, 250);
+}
+
+/// One period of 20 Hz and the time-out of 500 ms are 550 ms.
+TEST_F(ScenarioTest, AnAgeThatIsReachedWithoutAFaultIsAWarning) {
+  const auto warnings = [](const std::string& from, const std::string& to) {
+    Diagnostics diagnostics;
+    const ScenarioFolder files;
+    EXPECT_TRUE(files.load(with_change(from, to), diagnostics)) << diagnostics.to_text();
+    return diagnostics.warnings();
+  };
+  EXPECT_TRUE(warnings("max_age: 2 s", "max_age: 550 ms").empty());
+  const auto found = warnings("max_age: 2 s", "max_age: 549 ms");
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(
+      found[0].message,
+      "'max_age' of 549 ms is less than one period of 'rate' (50 ms) and 'timeout' (500 ms) together: values "
+      "grow stale although the unit replies in time; set 'max_age' to 550 ms or more, or read more often");
+  EXPECT_GT(found[0].place.line, 0U);
+  EXPECT_EQ(warnings("rate: 20 Hz\n    max_age: 2 s", "rate: 1 Hz").size(), 1U) << "the default age is 1 s";
+  EXPECT_EQ(warnings("max_age: 2 s", "timeout: 5 s").size(), 1U);
 }
 
 TEST_F(ScenarioTest, Processes) {

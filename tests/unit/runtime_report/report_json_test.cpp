@@ -56,7 +56,11 @@ TEST(ReportJson, HasEveryKeyOfTheDesign) {
       "can.lost_arrivals can.fault_dropped_tx can.fault_dropped_rx can.fault_corrupted can.fault_delayed "
       "modbus.device "
       "modbus.requests "
-      "modbus.replies modbus.timeouts modbus.errors expectations.name expectations.passed "
+      "modbus.replies modbus.timeouts modbus.errors modbus.role modbus.exceptions.code "
+      "modbus.exceptions.count modbus.saturated_outputs modbus.saturated_inputs "
+      "modbus.not_a_number_outputs modbus.not_a_number_inputs modbus.superseded modbus.stale "
+      "modbus.connections modbus.refused_connections modbus.replaced_connections "
+      "modbus.dropped_connections expectations.name expectations.passed "
       "expectations.detail "
       "scenario.name scenario.file seed overrides started_at processes.name processes.exit "
       "processes.died_at_ns");

@@ -68,6 +68,35 @@ TEST(ReportText, SaysWhatABusDidNotSendOrLog) {
   EXPECT_EQ(report_text(sound, "d").find("can.car"), std::string::npos);
 }
 
+TEST(ReportText, SaysWhatAModbusUnitDidNotTakeOrGive) {
+  const std::string text = report_text(test::full_record(), "d");
+  const std::string plc = "  modbus.plc at 127.0.0.1:40213: ";
+  for (const std::string& line :
+       {plc + "2 requests had no answer in time\n", plc + "1 request refused with exception 2\n",
+        plc + "2 requests refused with exception 6\n",
+        plc + "1 time connected anew after the connection was lost\n",
+        plc + "4 output values beyond the range of the register: its limit was written instead\n",
+        plc + "5 input values beyond the range of the register: its limit was read instead\n",
+        plc + "6 output values that no register can carry (not a number): the register kept its value\n",
+        plc + "7 input values that were not a finite number: the signal kept its value\n",
+        plc + "8 sets of outputs not sent: the unit was too slow, and a newer set came first\n",
+        plc + "9 times that an input grew older than max_age: it then reads its safe value\n",
+        std::string("  modbus.panel: 1 connection closed for bytes that are not Modbus TCP\n"),
+        std::string(
+            "  modbus.panel: 10 connections refused: no place was free (max_clients), or the system had "
+            "no descriptor\n"),
+        std::string(
+            "  modbus.panel: 11 idle connections closed to make room for another client (max_clients)\n"),
+        std::string(
+            "  modbus.panel: 12 connections dropped: the client was silent, or did not take its replies\n")})
+    EXPECT_NE(text.find(line), std::string::npos) << line << text;
+  EXPECT_EQ(text.find("a reply that fits"), std::string::npos) << "all three errors are exceptions";
+  RunRecord sound;
+  sound.modbus.resize(1);
+  sound.modbus[0].device = "plc";
+  EXPECT_EQ(report_text(sound, "d").find("modbus.plc"), std::string::npos);
+}
+
 TEST(ReportText, EveryVerdictHasASentence) {
   for (const Verdict verdict : {Verdict::passed, Verdict::failed, Verdict::timing_broken, Verdict::io_failed,
                                 Verdict::gpu_failed, Verdict::interrupted, Verdict::refused}) {

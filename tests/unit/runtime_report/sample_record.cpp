@@ -291,7 +291,33 @@ RunRecord full_record() {
                  13,    17,
                  19,    23,
                  29,    1'031}};
-  record.modbus = {{"plc at 127.0.0.1:40213", 400, 398, 2, 0, 1}};
+  ModbusUnit plc;
+  plc.device = "plc at 127.0.0.1:40213";
+  plc.role = "client";
+  plc.requests = 400;
+  plc.replies = 398;
+  plc.timeouts = 2;
+  plc.errors = 3;
+  plc.reconnects = 1;
+  plc.exceptions = {{2, 1}, {6, 2}};
+  plc.saturated_outputs = 4;
+  plc.saturated_inputs = 5;
+  plc.not_a_number_outputs = 6;
+  plc.not_a_number_inputs = 7;
+  plc.superseded = 8;
+  plc.stale = 9;
+  ModbusUnit panel;
+  panel.device = "panel";
+  panel.role = "server";
+  panel.requests = 90;
+  panel.replies = 89;
+  panel.errors = 6;
+  panel.exceptions = {{3, 5}};
+  panel.connections = 70;
+  panel.refused_connections = 10;
+  panel.replaced_connections = 11;
+  panel.dropped_connections = 12;
+  record.modbus = {plc, panel};
   record.processes = {{"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
                        "signal 11 (SIGSEGV)", 6'210 * millisecond},
                       {"plc", "hil-crossing-plc --listen 127.0.0.1:40213", "exit code 0", std::nullopt}};

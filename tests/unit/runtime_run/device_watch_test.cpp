@@ -13,6 +13,10 @@ class Patient final : public tests::StillDevice {
   io::DeviceHealth state{.connected = true, .fault = {}};
   bool connected() const noexcept override { return state.connected; }
   io::DeviceHealth health() const override { return state; }
+  std::vector<io::DeviceEvent> events_since(std::size_t first) const override {
+    return {happened.begin() + static_cast<std::ptrdiff_t>(first), happened.end()};
+  }
+  std::vector<io::DeviceEvent> happened;
 };
 
 class Watch : public ::testing::Test {
@@ -56,6 +60,20 @@ TEST_F(Watch, EachChangeIsToldOnceWithItsTime) {
 TEST_F(Watch, WhatWasNeverThereIsToldAtTheFirstLook) {
   plc_.state = {.connected = false, .fault = {}};
   EXPECT_EQ(look(0), Told{"bad: device plc is not connected"});
+}
+
+TEST_F(Watch, EachEventOfADeviceIsTakenOnceWithItsOwnTime) {
+  plc_.happened = {{-5, "a value was clamped"}, {7, "a value is stale"}};
+  EXPECT_EQ(look(10), (Told{"bad: a value was clamped", "bad: a value is stale"}));
+  EXPECT_EQ(look(11), Told{});
+  plc_.happened.push_back({12, "another is stale"});
+  std::vector<std::string> last;
+  watch_.take_last_events([&](const std::string& sentence) { last.push_back(sentence); });
+  EXPECT_EQ(last, std::vector<std::string>{"another is stale"});
+  ASSERT_EQ(watch_.events().size(), 3U);
+  EXPECT_EQ(watch_.events()[0].time_ns, 0) << "what came before the first tick is at its begin";
+  EXPECT_EQ(watch_.events()[1].time_ns, 7);
+  EXPECT_EQ(watch_.events()[2].text, "another is stale");
 }
 
 }  // namespace

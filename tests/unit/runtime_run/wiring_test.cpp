@@ -183,6 +183,26 @@ TEST_F(WiringOf, AGoodScenarioConnectsEverySignal) {
   EXPECT_TRUE(written);
 }
 
+TEST_F(WiringOf, ARegisterCanBeWrittenFromAConstant) {
+  const auto wiring = wired(changed("{detector: collision.hits}", "{detector: 12}"));
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  const auto& sources = wiring->modbus[0].links.outputs;
+  ASSERT_EQ(sources.size(), 1U);
+  EXPECT_FALSE(sources[0].signal.valid());
+  EXPECT_DOUBLE_EQ(sources[0].constant, 12.0);
+}
+
+TEST_F(WiringOf, LimitsOfAUnitReachItsDevice) {
+  const auto wiring = wired(changed("    heartbeat: alive\n",
+                                    "    heartbeat: alive\n    unit_id: 250\n    max_gap: 9\n"
+                                    "    max_clients: 7\n"));
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  const io::modbus::ClientSettings client = client_settings(*wiring->modbus[0].section, {});
+  EXPECT_EQ(client.unit, 250);
+  EXPECT_EQ(client.max_gap, 9);
+  EXPECT_EQ(server_settings(*wiring->modbus[0].section, {}).limits.max_connections, 7U);
+}
+
 TEST_F(WiringOf, AnInputThatIsNotConnectedHasNoSignal) {
   const auto wiring = wired(changed("      ego_brake_request: can.car.BrakeCommand.Deceleration\n", ""));
   ASSERT_TRUE(wiring) << diagnostics_.to_text();

@@ -1,0 +1,38 @@
+#pragma once
+// The events of a device, for its events_since. Bounded: further events are counted, and the last entry of the
+// full list says so.
+
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "io/device.hpp"
+
+namespace hil::io::modbus {
+
+/// Threads: any but those of the tick in real time; a call allocates and locks.
+class EventList {
+ public:
+  static constexpr std::size_t capacity = 1000;
+
+  void add(RunTimeNs time_ns, std::string text) {
+    const std::scoped_lock lock(mutex_);
+    if (events_.size() >= capacity) return;
+    if (events_.size() + 1 == capacity) text = "further events of this unit are not listed (limit 1000)";
+    events_.push_back({time_ns, std::move(text)});
+  }
+  /// The times are settled by `clock`.
+  std::vector<DeviceEvent> since(std::size_t first, const RunClock& clock) const {
+    const std::scoped_lock lock(mutex_);
+    std::vector<DeviceEvent> events;
+    for (std::size_t i = first; i < events_.size(); ++i)
+      events.push_back({clock.settled(events_[i].time_ns), events_[i].text});
+    return events;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<DeviceEvent> events_;
+};
+
+}  // namespace hil::io::modbus

@@ -1,0 +1,53 @@
+#pragma once
+// Counts the values that do not fit their register, and makes an event of the first of each episode: an episode
+// of a register lasts from such a value to the next one that fits.
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "io/modbus/event_list.hpp"
+#include "io/modbus/register_codec.hpp"
+#include "io/modbus/register_map.hpp"
+
+namespace hil::io::modbus {
+
+/// All since construction. Outputs are the registers that hil writes, inputs those that it reads.
+struct ValueCounters {
+  std::uint64_t saturated_outputs = 0;     ///< beyond range or type: the nearest limit was written
+  std::uint64_t saturated_inputs = 0;      ///< beyond the range: the limit was read
+  std::uint64_t not_a_number_outputs = 0;  ///< NaN: the register keeps its value
+  std::uint64_t not_a_number_inputs = 0;   ///< NaN or infinite: the input keeps its last value
+};
+
+class ValueWatch {
+ public:
+  /// `map` and `events` outlive it. `device`: begins each event, "unit plc".
+  ValueWatch(const RegisterMap& map, std::string device, EventList& events);
+
+  /// One thread at a time. `value`: what was to be written, or what the registers held.
+  void note(std::size_t entry, Conversion conversion, double value, RunTimeNs time_ns);
+  /// A client's write to this register was refused, because `value` is outside its range (a server only).
+  void note_refused_write(std::size_t entry, double value, RunTimeNs time_ns);
+
+  /// Any thread.
+  ValueCounters counters() const noexcept;
+
+ private:
+  enum class Episode : std::uint8_t { none, saturated, not_a_number, refused_write };
+
+  void begin(std::size_t entry, Episode episode, RunTimeNs time_ns, const std::string& what);
+
+  const RegisterMap& map_;
+  const std::string device_;
+  EventList& events_;
+  std::vector<Episode> episodes_;  ///< by entry of the map
+  std::atomic<std::uint64_t> saturated_outputs_{0}, saturated_inputs_{0}, not_a_number_outputs_{0},
+      not_a_number_inputs_{0};
+};
+
+/// "0 to 65535": the values that the register takes, by its range and its type.
+std::string range_text(const RegisterEntry& entry);
+
+}  // namespace hil::io::modbus
