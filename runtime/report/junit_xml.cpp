@@ -42,21 +42,22 @@ class Cases {
   void all() {
     for (const Expectation& expectation : record_.expectations)
       of(expectation);
-    open("run completed");
+    open("run completed", record_.run_time_ns);
     if (!run_completed(record_.verdict)) complain("error", record_.reason, failures_text());
     xml_.close();
     timing();
   }
 
  private:
-  void open(const std::string& name) {
-    xml_.open("testcase", {{"classname", class_name_}, {"name", name}, {"time", seconds(record_.wall_ns)}});
+  void open(const std::string& name, std::int64_t decided_ns) {
+    xml_.open("testcase", {{"classname", class_name_}, {"name", name}, {"time", seconds(decided_ns)}});
   }
   void complain(const char* element, const std::string& message, const std::string& detail) {
     xml_.element(element, {{"message", message}, {"type", to_string(record_.verdict)}}, detail);
   }
   void of(const Expectation& expectation) {
-    open(expectation.name);
+    open(expectation.name,
+         expectation.first_failure_ns.value_or(expectation.met_ns.value_or(record_.run_time_ns)));
     if (expectation.result != ExpectationResult::held) {
       const auto& at = expectation.first_failure_ns;
       const std::string result = to_string(expectation.result);
@@ -76,7 +77,7 @@ class Cases {
     return to_ascii(text);
   }
   void timing() {
-    open("timing not broken");
+    open("timing not broken", record_.run_time_ns);
     const std::string trouble = trouble_in_words(record_);
     if (record_.verdict == Verdict::timing_broken) {
       complain("failure", record_.reason, trouble);

@@ -273,6 +273,7 @@ void each_field(T& expectation, Visit&& visit) {
   visit("first_failure_ns", expectation.first_failure_ns);
   visit("evaluated_ticks", expectation.evaluated_ticks);
   visit("covered_ticks", expectation.covered_ticks);
+  visit("met_ns", expectation.met_ns);
 }
 
 template <Is<Loss> T, class Visit>

@@ -291,8 +291,9 @@ struct Expectation {
   ExpectationResult result = ExpectationResult::not_checked;
   std::string detail;
   std::optional<std::int64_t> first_failure_ns{};
-  std::uint64_t evaluated_ticks = 0;  ///< ticks on which it was true or false
-  std::uint64_t covered_ticks = 0;    ///< ticks of the run on which it should have been
+  std::uint64_t evaluated_ticks = 0;     ///< ticks on which it was true or false
+  std::uint64_t covered_ticks = 0;       ///< ticks of the run on which it should have been
+  std::optional<std::int64_t> met_ns{};  ///< of one that holds from an instant on (eventually): that instant
 };
 
 /// A bus, a Modbus unit or a process that was lost for longer than its time-out.

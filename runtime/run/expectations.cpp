@@ -123,6 +123,7 @@ class Once final : public Judge {
                                .covered_ticks = covered_ticks(extent)};
     if (met_ns_ && (!by_ns_ || *met_ns_ <= *by_ns_)) {
       result.detail = claim + ": at " + at_second(*met_ns_);
+      result.met_ns = met_ns_;
       return result;
     }
     const std::int64_t limit_ns = std::min(by_ns_.value_or(extent.end_ns), extent.end_ns);

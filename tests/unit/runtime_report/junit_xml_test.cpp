@@ -44,6 +44,26 @@ TEST(JunitXml, TellsMissesThatTheVerdictToleratesWithoutFailing) {
   EXPECT_NE(timing.children.at(0).text.find("tick 3117, late by 402 us: late wake-up"), std::string::npos);
 }
 
+TEST(JunitXml, EachCaseCarriesTheRunTimeAtWhichItWasDecided) {
+  RunRecord record;
+  record.run_time_ns = 10'000'000'000;
+  record.wall_ns = 10'021'000'000;
+  Expectation failed{.name = "failed", .result = ExpectationResult::failed, .detail = {}};
+  failed.first_failure_ns = 8'412'000'000;
+  Expectation met{.name = "met", .result = ExpectationResult::held, .detail = {}};
+  met.met_ns = 250'000'000;
+  const Expectation held{.name = "held", .result = ExpectationResult::held, .detail = {}};
+  record.expectations = {failed, met, held};
+  const XmlElement document = parse_strictly(junit_xml(record));
+  for (const auto& [name, time] : {std::pair{"failed", "8.412"},
+                                   {"met", "0.250"},
+                                   {"held", "10.000"},
+                                   {"run completed", "10.000"},
+                                   {"timing not broken", "10.000"}})
+    EXPECT_EQ(case_named(document, name).attributes.at("time"), time) << name;
+  EXPECT_EQ(document.attributes.at("time"), "10.021") << "the suite's is the wall clock's";
+}
+
 TEST(JunitXml, CountsAndNodesAgreeForEveryVerdict) {
   for (const Verdict verdict : {Verdict::passed, Verdict::failed, Verdict::timing_broken, Verdict::io_failed,
                                 Verdict::gpu_failed, Verdict::interrupted, Verdict::refused}) {

@@ -103,6 +103,7 @@ TEST_F(Expectations, EventuallyIsMetOnce) {
   look(*eventually, 5.0, 8 * ms);
   EXPECT_EQ(eventually->result(until(9 * ms)).result, Result::held);
   EXPECT_EQ(eventually->result(until(9 * ms)).detail, "eventually ego.speed == 0: at 0.007 s");
+  EXPECT_EQ(eventually->result(until(9 * ms)).met_ns, 7 * ms);
 }
 
 TEST_F(Expectations, EventuallyKeepsItsTimeLimit) {
