@@ -38,7 +38,10 @@ void add_check(CLI::App& app, int& exit_code) {
     const auto loaded = load(arguments->scenario, arguments->overrides);
     exit_code = loaded ? run::exit_passed : run::exit_bad_config;
     if (!loaded) return;
-    std::printf("%s: %s; no mistakes\n", arguments->scenario.c_str(), contents(*loaded).c_str());
+    const std::string warnings =
+        loaded->warning_count == 0 ? "" : ", " + counted(loaded->warning_count, "warning", "warnings");
+    std::printf("%s: %s; no mistakes%s\n", arguments->scenario.c_str(), contents(*loaded).c_str(),
+                warnings.c_str());
     exit_code = told("check", exit_code);
   });
 }

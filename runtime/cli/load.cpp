@@ -13,11 +13,10 @@ std::optional<Loaded> load(const std::string& file, const std::vector<std::strin
     loaded.scenario = std::make_unique<const config::Scenario>(std::move(*scenario));
     wiring = run::wire(*loaded.scenario, diagnostics);
   }
-  if (!wiring) {
-    std::fputs(diagnostics.to_text().c_str(), stderr);
-    return std::nullopt;
-  }
+  std::fputs(diagnostics.to_text().c_str(), stderr);
+  if (!wiring) return std::nullopt;
   loaded.wiring = std::move(*wiring);
+  loaded.warning_count = diagnostics.warning_count();
   return loaded;
 }
 

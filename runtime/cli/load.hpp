@@ -1,8 +1,8 @@
 #pragma once
-// From a scenario's file and the command line's changes to a wired scenario; mistakes go to stderr, all at
-// once.
+// From a scenario's file and the command line's changes to a wired scenario; mistakes and warnings go to
+// stderr, all at once.
 
-#include <cstdint>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +15,7 @@ namespace hil::cli {
 struct Loaded {
   std::unique_ptr<const config::Scenario> scenario;  // the wiring points at it
   run::Wiring wiring;
+  std::size_t warning_count = 0;
 };
 
 /// Empty when there was any mistake, which has then been printed.

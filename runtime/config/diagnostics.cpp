@@ -49,27 +49,44 @@ void Diagnostics::add(Place place, std::string message) {
   if (mistakes_.size() < capacity) mistakes_.push_back({std::move(place), std::move(message)});
 }
 
+void Diagnostics::warn(Place place, std::string message) {
+  ++warning_count_;
+  if (warnings_.size() < capacity) warnings_.push_back({std::move(place), std::move(message)});
+}
+
 std::string Diagnostics::to_text() const {
+  struct Line {
+    const Mistake* mistake;
+    const char* severity;
+  };
+  std::vector<Line> lines;
+  lines.reserve(mistakes_.size() + warnings_.size());
+  for (const Mistake& mistake : mistakes_)
+    lines.push_back({&mistake, ""});
+  for (const Mistake& warning : warnings_)
+    lines.push_back({&warning, " warning:"});
   std::unordered_map<std::string, std::size_t> file_order;
-  for (const Mistake& mistake : mistakes_)
-    file_order.try_emplace(mistake.place.file, file_order.size());
-  std::vector<const Mistake*> ordered;
-  ordered.reserve(mistakes_.size());
-  for (const Mistake& mistake : mistakes_)
-    ordered.push_back(&mistake);
-  std::stable_sort(ordered.begin(), ordered.end(), [&](const Mistake* left, const Mistake* right) {
-    return std::tuple(file_order.at(left->place.file), left->place.line, left->place.column) <
-           std::tuple(file_order.at(right->place.file), right->place.line, right->place.column);
+  for (const Line& line : lines)
+    file_order.try_emplace(line.mistake->place.file, file_order.size());
+  std::stable_sort(lines.begin(), lines.end(), [&](const Line& left, const Line& right) {
+    const Place& a = left.mistake->place;
+    const Place& b = right.mistake->place;
+    return std::tuple(file_order.at(a.file), a.line, a.column) <
+           std::tuple(file_order.at(b.file), b.line, b.column);
   });
   std::string text;
-  for (const Mistake* mistake : ordered) {
+  for (const auto& [mistake, severity] : lines) {
     text += mistake->place.file + ":";
     if (mistake->place.line > 0)
       text += std::to_string(mistake->place.line) + ":" + std::to_string(mistake->place.column) + ":";
+    text += severity;
     text += " " + mistake->message + "\n";
   }
   if (count_ > mistakes_.size()) {
     text += std::to_string(count_ - mistakes_.size()) + " more mistakes are not shown\n";
+  }
+  if (warning_count_ > warnings_.size()) {
+    text += std::to_string(warning_count_ - warnings_.size()) + " more warnings are not shown\n";
   }
   return text;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Mistakes in a user's files, collected so that all of them are shown at once.
+// Mistakes and warnings about a user's files, collected so that all of them are shown at once.
 
 #include <cstddef>
 #include <cstdint>
@@ -23,26 +23,37 @@ struct Mistake {
   std::string message;  ///< one sentence: what is wrong, with the value as written, and what would be right
 };
 
+/// A mistake refuses the file. A warning does not: it has no part in empty(), count() and mistakes().
+///
 /// One thread.
 class Diagnostics {
  public:
-  /// So many mistakes are kept; further ones are counted and to_text says how many there were.
+  /// The number of mistakes, and of warnings, that are kept; further ones are counted, and to_text reports
+  /// their number.
   static constexpr std::size_t capacity = 1000;
 
   void add(Place place, std::string message);
+  /// Adds a warning: the file can be used, but likely does not do what its author intends.
+  void warn(Place place, std::string message);
   bool empty() const noexcept { return count_ == 0; }
   bool full() const noexcept { return count_ >= capacity; }
   /// All mistakes added, those beyond the capacity too.
   std::size_t count() const noexcept { return count_; }
   /// In the order they were added.
   const std::vector<Mistake>& mistakes() const noexcept { return mistakes_; }
-  /// One mistake per line as "file:line:column: message", in file order; files in the order of their first
-  /// mistake.
+  /// All warnings added, those beyond the capacity too.
+  std::size_t warning_count() const noexcept { return warning_count_; }
+  /// In the order they were added.
+  const std::vector<Mistake>& warnings() const noexcept { return warnings_; }
+  /// One mistake per line as "file:line:column: message", one warning as "file:line:column: warning: message",
+  /// in file order; files in the order of their first mistake, then of their first warning.
   std::string to_text() const;
 
  private:
   std::vector<Mistake> mistakes_;
+  std::vector<Mistake> warnings_;
   std::size_t count_ = 0;
+  std::size_t warning_count_ = 0;
 };
 
 /// The candidate nearest to `word` (Damerau-Levenshtein, case ignored), or empty when none is near enough to

@@ -61,6 +61,29 @@ TEST(Diagnostics, PrintsInFileOrder) {
             "b.yaml:2:3: left\nb.yaml:2:8: right\nb.yaml:9:1: late\na.yaml:1:1: other file\n");
 }
 
+TEST(Diagnostics, WarningsArePrintedInTheirPlaceAndRefuseNothing) {
+  Diagnostics diagnostics;
+  diagnostics.warn({"a.yaml", 5, 3}, "unused");
+  EXPECT_TRUE(diagnostics.empty());
+  EXPECT_EQ(diagnostics.count(), 0U);
+  EXPECT_EQ(diagnostics.to_text(), "a.yaml:5:3: warning: unused\n");
+  diagnostics.add({"a.yaml", 2, 1}, "wrong");
+  diagnostics.add({"a.yaml", 9, 1}, "wrong as well");
+  EXPECT_EQ(diagnostics.warning_count(), 1U);
+  EXPECT_EQ(diagnostics.count(), 2U);
+  EXPECT_EQ(diagnostics.to_text(),
+            "a.yaml:2:1: wrong\na.yaml:5:3: warning: unused\na.yaml:9:1: wrong as well\n");
+}
+
+TEST(Diagnostics, KeepsACapacityOfWarningsAndCountsTheRest) {
+  Diagnostics diagnostics;
+  for (std::size_t i = 0; i < Diagnostics::capacity + 3; ++i)
+    diagnostics.warn({"f", 1, 1}, "x");
+  EXPECT_FALSE(diagnostics.full());
+  EXPECT_EQ(diagnostics.warnings().size(), Diagnostics::capacity);
+  EXPECT_TRUE(diagnostics.to_text().ends_with("\n3 more warnings are not shown\n"));
+}
+
 TEST(Diagnostics, AMistakeOfAWholeFileHasNoLine) {
   Diagnostics diagnostics;
   diagnostics.add({"gone.yaml", 0, 0}, "there is no such file");
