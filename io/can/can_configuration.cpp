@@ -105,7 +105,7 @@ void CanDevice::add_sent(const SentMessageConfig& config) {
 
 void CanDevice::add_received(const ReceivedMessageConfig& config) {
   const DbcMessage& message = *config_.database.find_message(config.message);
-  Received received{MessageDecoder(message, config.protection), inputs_.size()};
+  Received received{MessageDecoder(message, config.protection), inputs_.size(), message.name};
   for (std::size_t signal = 0; signal < message.signals.size(); ++signal) {
     inputs_.push_back(
         channel_of(message, signal, received.decoder.layout().codec(signal), config.safe_values));

@@ -160,6 +160,17 @@ std::string SocketCanBus::apply_filters() {
   return "CAN interface '" + config_.interface + "' refuses its filters: " + std::strerror(errno);
 }
 
+std::string SocketCanBus::fd_problem() const {
+  ifreq request = request_for(config_.interface);
+  if (socket_ < 0 || ::ioctl(socket_, SIOCGIFMTU, &request) != 0 ||
+      static_cast<std::size_t>(request.ifr_mtu) >= CANFD_MTU)
+    return {};
+  return "the interface '" + config_.interface + "' carries classic frames only (its MTU is " +
+         std::to_string(request.ifr_mtu) + "); set it down and then, for a vcan, 'ip link set " +
+         config_.interface + " mtu 72', for a controller 'ip link set " + config_.interface +
+         " type can bitrate 500000 dbitrate 2000000 fd on'";
+}
+
 void SocketCanBus::close() noexcept {
   if (socket_ >= 0) ::close(socket_);
   socket_ = -1;

@@ -41,6 +41,7 @@ class SocketCanBus final : public Bus {
   /// Throws DeviceError also for Pacing::lockstep: a kernel interface keeps wall-clock time.
   void open(const RunClock& clock, Pacing pacing) override;
   void close() noexcept override;
+  std::string fd_problem() const override;
   int fd() const noexcept override { return socket_; }
   SendResult send(const Frame& frame) noexcept override;
   ReceiveResult receive(Frame& frame) noexcept override;

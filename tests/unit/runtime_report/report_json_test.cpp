@@ -52,8 +52,9 @@ TEST(ReportJson, HasEveryKeyOfTheDesign) {
       "database_log.durable_version database_log.bytes database_log.ring_high_water_bytes "
       "database_log.commits_in_gaps database_log.faults can.bus can.driver can.rx can.tx can.dropped "
       "can.errors can.send_errors "
-      "can.wrong_length can.saturated can.refused_values can.dropped_releases can.log_dropped "
+      "can.wrong_kind can.saturated can.refused_values can.dropped_releases can.log_dropped "
       "can.lost_arrivals can.fault_dropped_tx can.fault_dropped_rx can.fault_corrupted can.fault_delayed "
+      "can.other_lengths.message can.other_lengths.longer can.other_lengths.shorter "
       "modbus.device "
       "modbus.requests "
       "modbus.replies modbus.timeouts modbus.errors expectations.name expectations.passed "
@@ -200,7 +201,7 @@ TEST(ParseReport, RefusesWithThePlace) {
 
   Json changed = json;
   changed["schema_version"] = 1;
-  refused_with(changed, "schema_version is 1; this program reads 5");
+  refused_with(changed, "schema_version is 1; this program reads 6");
   changed = json;
   changed["tasks"][1]["wall_ns"].erase("p50");
   refused_with(changed, "tasks[1].wall_ns.p50 is missing");

@@ -280,7 +280,7 @@ RunRecord full_record() {
       3'993'027, 123'931'859, 16'777'216, 28'288,
       1,         5,           3,          "write of segment.0000000002: Input/output error"};
   record.can = {{"car", "virtual", 1'000, 3'021, 0,  0,  0,  2,  1,  0,  0.124, 0.31,
-                 1,     3,         5,     7,     11, 13, 17, 19, 23, 29, 1'031}};
+                 1,     3,         5,     7,     11, 13, 17, 19, 23, 29, 1'031, {{"BrakeCommand", 37, 41}}}};
   record.modbus = {{"plc at 127.0.0.1:40213", 400, 398, 2, 0, 1}};
   record.processes = {{"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
                        "signal 11 (SIGSEGV)", 6'210 * millisecond},
