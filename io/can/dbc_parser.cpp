@@ -370,7 +370,8 @@ bool DbcParser::fail(std::string_view expected) {
     found.push_back(c >= ' ' && c <= '~' ? c : '?');
   }
   if (!scanner_.at_end()) found.push_back('\'');
-  report(Severity::error, position, "expected " + std::string(expected) + ", found " + found);
+  report(Severity::error, position,
+         "expected " + std::string(expected) + ", found " + found + "; the statement is left out");
   scanner_.skip_to_statement_line(statement_position_);
   return false;
 }
