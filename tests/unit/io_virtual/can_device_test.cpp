@@ -317,35 +317,6 @@ TEST_F(RealtimeDevice, GarbageIsCountedAndTheGoodFrameIsTaken) {
   EXPECT_TRUE(device_->health().connected);
 }
 
-TEST_F(RealtimeDevice, LongerAndShorterFramesAreTakenAndCountedByMessage) {
-  CanDeviceConfig config;
-  config.name = "car";
-  config.database = parse_dbc(
-                        "BO_ 1 Status: 4 A\n SG_ First : 0|16@1+ (1,0) [0|0] \"\" B\n"
-                        " SG_ Second : 16|16@1+ (1,0) [0|0] \"\" B\nBO_ 2 Other: 4 A\n"
-                        " SG_ S : 0|8@1+ (1,0) [0|0] \"\" B\n")
-                        .database;
-  config.receive.push_back({"Status", 0, {}, {}});
-  config.receive.push_back({"Other", 0, {}, {}});
-  start(std::move(config));
-  virtual_bus::Client outside({address_, "outside"});
-  outside.open(clock_, Pacing::realtime);
-  const std::array<std::uint8_t, 8> bytes{1, 0, 2, 0, 9, 9, 9, 9};
-  const std::array<std::uint8_t, 3> fewer{7, 0, 8};
-  outside.send(make_frame(1, bytes));
-  outside.send(make_frame(1, fewer));
-  outside.send(make_frame(1, fewer));
-  outside.send(make_frame(2, std::span(bytes).first(4)));
-  ASSERT_TRUE(eventually([&] { return sample("Other.S").fresh; }));
-  EXPECT_EQ(sample("Status.First").value, 7.0);
-  EXPECT_EQ(sample("Status.Second").value, 2.0) << "not whole in the shorter frames";
-  const std::vector<LengthCounts> lengths = device_->other_lengths();
-  ASSERT_EQ(lengths.size(), 1U);
-  EXPECT_EQ(lengths[0].message, "Status");
-  EXPECT_EQ(lengths[0].longer, 1U);
-  EXPECT_EQ(lengths[0].shorter, 2U);
-}
-
 TEST_F(RealtimeDevice, EveryFrameOfAKeptInputArrivesWithItsTimeAndTooManyAreCounted) {
   constexpr int frames = 5000;  // more than it keeps
   auto hub = std::make_unique<virtual_bus::Hub>(hub_config(0));
