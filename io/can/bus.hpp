@@ -71,6 +71,9 @@ class Bus {
   virtual void open(const RunClock& clock, Pacing pacing) = 0;
   virtual void close() noexcept = 0;
 
+  /// Why the open bus can carry no FD frame, and what to do, as half a sentence; empty: it can.
+  virtual std::string fd_problem() const { return {}; }
+
   /// Readable when receive() has something to do; -1 while there is none. It can change at every call of
   /// receive(). A frame of our own may wait without it: after send(), call receive() until it says empty
   /// before waiting here.

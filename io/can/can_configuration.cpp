@@ -106,7 +106,7 @@ void CanDevice::add_sent(const SentMessageConfig& config) {
 
 void CanDevice::add_received(const ReceivedMessageConfig& config) {
   const DbcMessage& message = *config_.database.find_message(config.message);
-  Received received{MessageDecoder(message, config.protection), inputs_.size()};
+  Received received{MessageDecoder(message, config.protection), inputs_.size(), message.name};
   if (!message.signals.empty())
     groups_.push_back({message.name, inputs_.size(), message.signals.size(), config.timeout_ns});
   for (std::size_t signal = 0; signal < message.signals.size(); ++signal) {

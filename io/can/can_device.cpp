@@ -65,6 +65,7 @@ void CanDevice::start(const RunClock& clock, Pacing pacing) {
   clock_ = &clock;
   pacing_ = pacing;
   bus_->open(clock, pacing);
+  require_fd_where_needed();
   if (!config_.log_file.empty()) {
     const auto when_full =
         pacing == Pacing::lockstep ? CandumpLogWriter::WhenFull::wait : CandumpLogWriter::WhenFull::drop;
@@ -73,6 +74,20 @@ void CanDevice::start(const RunClock& clock, Pacing pacing) {
   started_ = true;
   set_health(true, {});
   if (pacing == Pacing::realtime) thread_ = std::thread([this] { run(); });
+}
+
+void CanDevice::require_fd_where_needed() const {
+  const std::string problem = bus_->fd_problem();
+  if (problem.empty()) return;
+  const auto refuse = [&](bool is_fd, const std::string& message) {
+    if (is_fd)
+      throw DeviceError("CAN bus '" + config_.name + "': message '" + message +
+                        "' is a CAN FD message, but " + problem);
+  };
+  for (std::size_t index = 0; index < sent_.size(); ++index)
+    refuse(sent_[index].encoder.layout().is_fd(), config_.send[index].message);
+  for (const Received& received : received_)
+    refuse(received.decoder.layout().is_fd(), received.message);
 }
 
 void CanDevice::stop() noexcept {
@@ -169,7 +184,7 @@ CanCounters CanDevice::counters() const noexcept {
   all.send_errors = counts_.send_errors.get();
   all.bad_checksum = counts_.bad_checksum.get();
   all.bad_counter = counts_.bad_counter.get();
-  all.wrong_length = counts_.wrong_length.get();
+  all.wrong_kind = counts_.wrong_kind.get();
   all.unknown_id = counts_.unknown_id.get();
   all.saturated = counts_.saturated.get();
   all.refused_values = counts_.refused_values.get();
@@ -179,6 +194,15 @@ CanCounters CanDevice::counters() const noexcept {
   all.bus_load = load_.latest();
   all.bus_load_peak = load_.peak();
   all.bus_load_mean = load_.mean();
+  return all;
+}
+
+std::vector<LengthCounts> CanDevice::other_lengths() const {
+  std::vector<LengthCounts> all;
+  for (const Received& received : received_) {
+    const LengthCounts counts{received.message, received.longer->get(), received.shorter->get()};
+    if (counts.longer + counts.shorter > 0) all.push_back(counts);
+  }
   return all;
 }
 
@@ -233,8 +257,8 @@ void CanDevice::handle(const Frame& frame) {
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
   Received& received = received_[found->second];
   switch (received.decoder.check(frame)) {
-    case MessageDecoder::Verdict::wrong_length:
-      return counts_.wrong_length.add();
+    case MessageDecoder::Verdict::wrong_kind:
+      return counts_.wrong_kind.add();
     case MessageDecoder::Verdict::bad_checksum:
       return counts_.bad_checksum.add();
     case MessageDecoder::Verdict::bad_counter:
@@ -242,6 +266,9 @@ void CanDevice::handle(const Frame& frame) {
     case MessageDecoder::Verdict::accepted:
       break;
   }
+  const std::size_t length = received.decoder.layout().frame_length();
+  if (frame.raw.len > length) received.longer->add();
+  if (frame.raw.len < length) received.shorter->add();
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
     take_in(received.first_input + signal, value, frame.time_ns);
   });

@@ -97,6 +97,8 @@ class CanDevice final : public Device {
   std::string send_fault() const override;
 
   CanCounters counters() const noexcept;
+  /// Of the received messages that had frames of another length, in the order of the configuration.
+  std::vector<LengthCounts> other_lengths() const;
   /// Why the log lacks frames though its queue had room (CandumpLogWriter::fault); whole after stop().
   std::string log_fault() const { return log_ ? log_->fault() : std::string(); }
   const Bus& bus() const noexcept { return *bus_; }
@@ -116,14 +118,19 @@ class CanDevice final : public Device {
   struct Received {
     MessageDecoder decoder;
     std::size_t first_input;
+    std::string message;
+    std::unique_ptr<Count> longer = std::make_unique<Count>();
+    std::unique_ptr<Count> shorter = std::make_unique<Count>();
   };
   struct Counts {
-    Count rx, tx, errors, no_buffer, send_errors, bad_checksum, bad_counter, wrong_length, unknown_id,
+    Count rx, tx, errors, no_buffer, send_errors, bad_checksum, bad_counter, wrong_kind, unknown_id,
         saturated, refused_values, dropped_releases, lost_arrivals;
   };
 
   void add_sent(const SentMessageConfig& config);
   void add_received(const ReceivedMessageConfig& config);
+  /// Throws DeviceError when a message is CAN FD and the open bus can not carry it.
+  void require_fd_where_needed() const;
 
   void run();
   bool receive_up_to(std::size_t most_frames);

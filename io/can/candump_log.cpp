@@ -56,6 +56,18 @@ bool parse_identifier(std::string_view text, canid_t& can_id) {
   return (can_id & CAN_RTR_FLAG) == 0;
 }
 
+/// Takes a `_C` away that gives the length code of a classic frame of 8 bytes, 9 to F, as the controller had it.
+/// False: there is one, and it is none of those.
+bool take_length_code(std::string_view& text, Frame& frame) {
+  const std::size_t mark = text.find('_');
+  if (mark == std::string_view::npos) return true;
+  const int code = text.size() == mark + 2 ? hex_value(text[mark + 1]) : -1;
+  text = text.substr(0, mark);
+  if (frame.is_fd || code <= CAN_MAX_DLEN) return false;
+  frame.raw.__res1 = static_cast<std::uint8_t>(code);  // can_frame::len8_dlc
+  return true;
+}
+
 bool parse_payload(std::string_view text, Frame& frame) {
   const std::size_t most = frame.is_fd ? CANFD_MAX_DLEN : CAN_MAX_DLEN;
   if (text.size() % 2 != 0 || text.size() / 2 > most || !valid_length(text.size() / 2, frame.is_fd))
@@ -80,14 +92,19 @@ bool parse_content(std::string_view text, Frame& frame) {
     frame.is_fd = true;
     frame.raw.flags = static_cast<std::uint8_t>(hex_value(content[1]));
     content.remove_prefix(2);
-  } else if (!content.empty() && (content.front() == 'R' || content.front() == 'r')) {
-    frame.raw.can_id |= CAN_RTR_FLAG;
-    if (content.size() == 1) return true;
-    const int length = hex_value(content[1]);
-    frame.raw.len = static_cast<std::uint8_t>(length);
-    return content.size() == 2 && length >= 0 && length <= CAN_MAX_DLEN;
   }
-  return parse_payload(content, frame);
+  if (!take_length_code(content, frame)) return false;
+  const bool has_length_code = !frame.is_fd && frame.raw.__res1 != 0;
+  if (!frame.is_fd && !content.empty() && (content.front() == 'R' || content.front() == 'r')) {
+    frame.raw.can_id |= CAN_RTR_FLAG;
+    if (content.size() == 1) return !has_length_code;
+    const int length = hex_value(content[1]);
+    if (content.size() != 2 || length < 0 || length > CAN_MAX_DLEN) return false;
+    frame.raw.len = static_cast<std::uint8_t>(length);
+  } else if (!parse_payload(content, frame)) {
+    return false;
+  }
+  return !has_length_code || frame.raw.len == CAN_MAX_DLEN;
 }
 
 }  // namespace
@@ -127,7 +144,9 @@ std::optional<LoggedFrame> parse_candump_line(std::string_view line) {
   if (space == 0 || space == std::string_view::npos) return std::nullopt;
   logged.interface = line.substr(0, space);
   line.remove_prefix(space + 1);
-  if (!parse_content(line.substr(0, line.find(' ')), logged.frame)) return std::nullopt;
+  const std::size_t end = line.find(' ');
+  if (!parse_content(line.substr(0, end), logged.frame)) return std::nullopt;
+  if (end != std::string_view::npos && line.substr(end) == " T") logged.frame.direction = Direction::tx;
   return logged;
 }
 

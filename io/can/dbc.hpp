@@ -1,16 +1,22 @@
 #pragma once
 // Vector DBC files: which messages a bus carries and how signals lie in them.
 //
-// Understood: VERSION, NS_, BS_, BU_, BO_, SG_ (Intel and Motorola, signed, factor, offset, range, unit,
-// multiplexing), SG_MUL_VAL_ (extended multiplexing), VAL_, VAL_TABLE_, SIG_VALTYPE_ (float, double), BA_ and
-// BA_DEF_DEF_ of GenMsgCycleTime. All other statements are passed over. Text that is not UTF-8 is taken for
-// Latin-1.
+// Read: VERSION, NS_, BS_, BU_, BO_, SG_ (Intel and Motorola, signed, factor, offset, range, unit, multiplexing),
+// SG_MUL_VAL_ (extended multiplexing), VAL_, VAL_TABLE_, SIG_VALTYPE_ (float, double), CM_, and the attributes
+// (BA_DEF_, BA_DEF_DEF_, BA_) GenMsgCycleTime, GenSigStartValue, VFrameFormat, CANFD_BRS, SystemSignalLongSymbol,
+// SystemMessageLongSymbol and SystemNodeLongSymbol. All other statements are passed over. White space, line ends
+// and `//` comments between words have no meaning. A string that is not UTF-8 is cp1252; `\"` and `\\` in it are
+// undone.
+//
+// A statement that is not understood does not cost the file: it is reported with its place, and parsing goes on at
+// the next line that begins with a keyword. A message that no frame can carry is kept and marked as unusable.
 //
 // Threads: values; parse_dbc is a pure function.
 
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,7 +33,8 @@ struct MultiplexRange {
 };
 
 struct DbcSignal {
-  std::string name;
+  std::string name;        ///< SystemSignalLongSymbol where the file gives it
+  std::string short_name;  ///< as its SG_ statement has it
   /// As written: the least significant bit for Intel; the most significant bit, in the sawtooth count, for
   /// Motorola.
   std::uint16_t start_bit = 0;
@@ -41,42 +48,54 @@ struct DbcSignal {
   std::string unit;
   bool is_multiplexer = false;  ///< its raw value selects which multiplexed signals are present
   int multiplexer = -1;  ///< index in the message of the signal that selects this one; -1: always present
-  std::vector<MultiplexRange> multiplex_ranges;
-  bool fits = true;       ///< false: a bit lies beyond the message's length; such a signal has no value
-  bool overlaps = false;  ///< shares a bit with an earlier signal that can be present together with it
-  std::map<std::int64_t, std::string> value_names;
+  std::vector<MultiplexRange> multiplex_ranges;  ///< ascending, disjoint
+  bool fits = true;  ///< false: a bit lies beyond the message's length; its message is unusable
+  std::map<std::int64_t, std::string> value_names;  ///< by raw value
+  std::optional<double> start_raw;                  ///< GenSigStartValue, or its default
 
   bool has_range() const noexcept { return minimum < maximum; }
+  /// True for an integer whose values a double can not all hold: it needs more than 53 bits.
+  bool is_wide_integer() const noexcept {
+    return (type == ValueType::unsigned_integer && length_bits > 53) ||
+           (type == ValueType::signed_integer && length_bits > 54);
+  }
 };
 
 struct DbcMessage {
-  std::string name;
-  std::uint32_t id = 0;  ///< 11 or 29 bits
-  bool id_fits = true;   ///< false: the file's identifier has more bits; no frame can carry it
+  std::string name;        ///< SystemMessageLongSymbol where the file gives it
+  std::string short_name;  ///< as its BO_ statement has it
+  std::uint32_t id = 0;    ///< 11 or 29 bits
   bool is_extended = false;
-  std::uint16_t length_bytes = 0;  ///< 0..64; above 8 only CAN FD
+  std::uint16_t length_bytes = 0;  ///< of a usable message 0..64; above 8 only CAN FD
+  bool is_fd = false;              ///< goes out in an FD frame: VFrameFormat says so, or more than 8 bytes do
+  /// True where VFrameFormat or the length decides between FD and classic; then frames of the other kind are
+  /// not this message.
+  bool format_is_stated = false;
+  bool bit_rate_switch = false;  ///< CANFD_BRS, of an FD message
   std::string sender;
-  std::int64_t cycle_time_ms = 0;  ///< GenMsgCycleTime; 0: not given
+  std::int64_t cycle_time_ms = 0;  ///< GenMsgCycleTime, or its default; 0: not given
   std::vector<DbcSignal> signals;  ///< in the order of the file
+  /// Why no frame can carry this message, one clause each; empty: it is usable.
+  std::vector<std::string> unusable;
 
-  /// Null when there is none of that name.
+  /// By name, then by short name. Null when there is none.
   const DbcSignal* find_signal(std::string_view signal_name) const noexcept;
 };
 
 struct Dbc {
-  std::vector<DbcMessage> messages;  ///< in the order of the file
+  std::vector<DbcMessage> messages;  ///< in the order of the file, unusable ones among them
   std::vector<std::string> nodes;
   std::map<std::string, std::map<std::int64_t, std::string>> value_tables;
 
-  /// Null when there is none of that name.
+  /// By name, then by short name. Null when there is none.
   const DbcMessage* find_message(std::string_view message_name) const noexcept;
 };
 
 struct DbcProblem {
   enum class Severity : std::uint8_t {
-    warning,  ///< the file can be used: overlapping signals, signals beyond their message, names of unknown
-              ///< signals
-    error,    ///< a statement was not understood; the database is incomplete
+    warning,  ///< understood, but not usable as it is: an unusable message, names of unknown signals
+    error,    ///< a statement was not understood and is left out; the rest of the file is usable
+    fatal,    ///< the file is not usable
   };
   Severity severity = Severity::error;
   std::size_t line = 0;    ///< from 1
@@ -89,15 +108,21 @@ struct DbcResult {
 
   Dbc database;                      ///< what was understood
   std::vector<DbcProblem> problems;  ///< the first 200, in the order they were found
-  std::size_t error_count = 0;       ///< all of them
+  std::size_t error_count = 0;       ///< all of them, fatal ones too
+  std::size_t fatal_count = 0;
   std::size_t warning_count = 0;
 
   bool ok() const noexcept { return error_count == 0; }
+  bool is_usable() const noexcept { return fatal_count == 0; }
 };
 
+/// A text with words in it but without any message has a fatal problem.
 DbcResult parse_dbc(std::string_view text);
 
-/// A file that can not be read gives one error at line 0 with the system's answer.
+/// The largest file that load_dbc reads.
+inline constexpr std::size_t max_dbc_bytes = std::size_t{64} << 20U;
+
+/// A file that can not be read gives one fatal problem at line 0 with the system's answer.
 DbcResult load_dbc(const std::filesystem::path& file);
 
 /// "file:line:column: error: text", one problem a line, and how many more there are.

@@ -1,24 +1,30 @@
-// What the DBC parser does when the whole text is read: defaults, multiplexers, overlaps.
+// What is known of messages only at the end of the file: which multiplexer selects which signal, and which signals
+// share bits.
 
 #include <algorithm>
 
 #include "io/can/dbc_parser.hpp"
-#include "io/can/multiplexing.hpp"
 #include "io/can/signal_codec.hpp"
+#include "io/can/signal_overlap.hpp"
 
 namespace hil::io::can {
 
+namespace {
+
+constexpr int max_multiplexer_depth = 16;
+/// Comparisons of switch values in one file. Databases of whole cars need some thousand of them.
+constexpr std::uint64_t max_overlap_steps = 20'000'000;
+
+}  // namespace
+
 void DbcParser::complete_messages() {
-  std::sort(has_cycle_time_.begin(), has_cycle_time_.end());
-  for (const auto& [file_id, index] : message_by_id_) {
-    if (!std::binary_search(has_cycle_time_.begin(), has_cycle_time_.end(), file_id)) {
-      result_.database.messages[index].cycle_time_ms = default_cycle_time_ms_;
-    }
+  for (std::size_t index = 0; index < notes_.size(); ++index) {
+    DbcMessage& message = result_.database.messages[index];
+    apply_attributes(message, notes_[index]);
+    link_multiplexers(message, notes_[index]);
+    find_overlaps(message, notes_[index]);
   }
-  for (std::size_t index = 0; index < result_.database.messages.size(); ++index) {
-    link_multiplexers(result_.database.messages[index], notes_[index]);
-    find_overlaps(result_.database.messages[index], notes_[index]);
-  }
+  apply_long_names();
 }
 
 void DbcParser::link_multiplexers(DbcMessage& message, const MessageNote& note) {
@@ -32,27 +38,34 @@ void DbcParser::link_multiplexers(DbcMessage& message, const MessageNote& note) 
   for (std::size_t index = 0; index < message.signals.size(); ++index) {
     DbcSignal& signal = message.signals[index];
     if (!note.signals[index].multiplexed || signal.multiplexer >= 0) continue;
-    if (switches == 1 && only_switch != static_cast<int>(index)) {
+    const bool has_value = !signal.multiplex_ranges.empty();
+    if (!has_value && signal.is_multiplexer) continue;  // a bare 'm' on the outermost switch
+    if (has_value && switches == 1 && only_switch != static_cast<int>(index)) {
       signal.multiplexer = only_switch;
       continue;
     }
-    report(
-        DbcProblem::Severity::error, note.signals[index].position,
-        "signal '" + signal.name + "' is multiplexed, but message '" + message.name + "' has " +
-            (switches == 0 ? "no multiplexer" : "several multiplexers and no SG_MUL_VAL_ for this signal"));
+    make_unusable(message, note.signals[index].position,
+                  "signal '" + signal.name + "' is multiplexed, but " +
+                      (!has_value      ? "its mark 'm' has no number, and there is no SG_MUL_VAL_ for it"
+                       : switches == 0 ? "the message has no multiplexer"
+                                       : "the message has several multiplexers and no SG_MUL_VAL_ for it"));
     signal.multiplex_ranges.clear();
   }
-  if (!note.has_extended_ranges) return;
-  // A chain of switches that closes on itself would never be decided.
+  check_multiplexer_chains(message, note);
+}
+
+// A chain of switches that closes on itself would never be decided.
+void DbcParser::check_multiplexer_chains(DbcMessage& message, const MessageNote& note) {
   for (std::size_t index = 0; index < message.signals.size(); ++index) {
-    int at = static_cast<int>(index);
-    for (std::size_t step = 0; at >= 0 && step <= message.signals.size(); ++step) {
+    int at = message.signals[index].multiplexer;
+    for (int depth = 0; at >= 0 && depth < max_multiplexer_depth; ++depth)
       at = message.signals[static_cast<std::size_t>(at)].multiplexer;
-    }
     if (at < 0) continue;
-    report(DbcProblem::Severity::error, note.signals[index].position,
-           "signal '" + message.signals[index].name + "' selects itself through its multiplexers");
+    make_unusable(message, note.signals[index].position,
+                  "signal '" + message.signals[index].name +
+                      "' selects itself through its multiplexers, or is nested deeper than 16 of them");
     message.signals[index].multiplexer = -1;
+    message.signals[index].multiplex_ranges.clear();
   }
 }
 
@@ -63,17 +76,21 @@ void DbcParser::find_overlaps(DbcMessage& message, const MessageNote& note) {
     DbcSignal& signal = message.signals[index];
     signal.fits = bits_of(signal, bits[index]) && (bits[index] >> (8U * message.length_bytes)).none();
     if (!signal.fits) {
-      report(DbcProblem::Severity::warning, note.signals[index].position,
-             "signal '" + signal.name + "' reaches beyond the " + std::to_string(message.length_bytes) +
-                 " bytes of message '" + message.name + "'");
+      make_unusable(message, note.signals[index].position,
+                    "signal '" + signal.name + "' reaches beyond its " +
+                        std::to_string(message.length_bytes) + " bytes");
       bits[index].reset();
       continue;
     }
     for (std::size_t earlier = 0; (used_by_any & bits[index]).any() && earlier < index; ++earlier) {
+      if ((bits[earlier] & bits[index]).none()) continue;
       const DbcSignal& other = message.signals[earlier];
-      if ((bits[earlier] & bits[index]).none() || !can_be_present_together(message, signal, other)) continue;
-      signal.overlaps = true;
-      report(DbcProblem::Severity::warning, note.signals[index].position,
+      if (overlap_steps_ > max_overlap_steps) {
+        make_unusable(message, note.signals[index].position, "its multiplexing is too large to be checked");
+        break;
+      }
+      if (!can_be_present_together(message, signal, other, overlap_steps_)) continue;
+      report(Severity::warning, note.signals[index].position,
              "signal '" + signal.name + "' overlaps signal '" + other.name + "' of message '" + message.name +
                  "'");
       break;

@@ -1,12 +1,16 @@
 #pragma once
-// Reads a DBC text token by token. Positions are byte offsets; lines and columns are worked out only for
-// problems.
+// Reads a DBC text token by token. White space, line ends (LF, CR LF, CR) and `//` comments separate tokens and have
+// no other meaning; where a line begins matters only for finding the next statement after a mistake. Positions are
+// byte offsets.
 
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
-#include <cstring>
 #include <optional>
 #include <string_view>
+#include <vector>
+
+#include "io/can/dbc_keywords.hpp"
 
 namespace hil::io::can {
 
@@ -18,23 +22,20 @@ class DbcScanner {
   void move_to(std::size_t position) noexcept { position_ = position; }
   bool at_end() const noexcept { return position_ >= text_.size(); }
 
+  /// To the next token, or to the end.
   void skip_space() noexcept {
-    while (position_ < text_.size() && is_space(text_[position_]))
-      ++position_;
-  }
-  void skip_blanks_in_line() noexcept {
-    while (position_ < text_.size() && text_[position_] != '\n' && is_space(text_[position_]))
-      ++position_;
-  }
-  void skip_line() noexcept {
-    const void* end = std::memchr(text_.data() + position_, '\n', text_.size() - position_);
-    position_ = end == nullptr ? text_.size() : static_cast<const char*>(end) - text_.data() + 1;
-  }
-  bool at_line_end() noexcept {
-    skip_blanks_in_line();
-    return at_end() || text_[position_] == '\n';
+    while (position_ < text_.size()) {
+      if (is_space(text_[position_])) {
+        ++position_;
+      } else if (text_.substr(position_, 2) == "//") {
+        skip_to_line_end();
+      } else {
+        return;
+      }
+    }
   }
 
+  /// The first byte of the next token; zero at the end.
   char peek() noexcept {
     skip_space();
     return at_end() ? '\0' : text_[position_];
@@ -44,6 +45,8 @@ class DbcScanner {
     ++position_;
     return true;
   }
+  /// Passes one byte of a token that is no word.
+  void skip_byte() noexcept { ++position_; }
 
   /// A C identifier; empty when there is none here.
   std::string_view identifier() noexcept {
@@ -53,6 +56,14 @@ class DbcScanner {
     while (position_ < text_.size() && is_word(text_[position_]))
       ++position_;
     return text_.substr(begin, position_ - begin);
+  }
+  /// The identifier that comes next, which stays.
+  std::string_view peek_identifier() noexcept {
+    skip_space();
+    const std::size_t begin = position_;
+    const std::string_view word = identifier();
+    position_ = begin;
+    return word;
   }
 
   template <typename Number>
@@ -68,67 +79,69 @@ class DbcScanner {
     return value;
   }
 
-  /// A string in double quotes, which may span lines; `\"` is a quote. Empty optional: none here, or never
-  /// closed.
+  /// A string in double quotes, which may span lines, as written: `\"` is a quote and `\\` a backslash in it.
+  /// Empty optional: none here, or never closed; the position then stays.
   std::optional<std::string_view> quoted() noexcept {
     if (!accept('"')) return std::nullopt;
     const std::size_t begin = position_;
-    if (futile_bytes_ > futile_limit()) {
-      position_ = begin - 1;
-      return std::nullopt;
-    }
+    position_ = begin - 1;
+    if (string_bytes_ > string_limit()) return std::nullopt;
     for (std::size_t at = begin; at < text_.size(); ++at) {
-      if (text_[at] == '\\' && at + 1 < text_.size() && text_[at + 1] == '"') {
+      if (text_[at] == '\\' && at + 1 < text_.size() && (text_[at + 1] == '"' || text_[at + 1] == '\\')) {
         ++at;
       } else if (text_[at] == '"') {
+        string_bytes_ += at - begin;
         position_ = at + 1;
         return text_.substr(begin, at - begin);
       }
     }
-    futile_bytes_ += text_.size() - begin;
-    position_ = begin - 1;
+    string_bytes_ += text_.size() - begin;
     return std::nullopt;
   }
 
-  /// Passes the `;` that ends the statement. False when the text ends first; the position then stays.
-  bool skip_statement() noexcept {
-    if (futile_bytes_ > futile_limit()) return false;
-    for (std::size_t at = position_; at < text_.size(); ++at) {
-      if (text_[at] == ';') {
-        position_ = at + 1;
-        return true;
-      }
-      if (text_[at] != '"') continue;
-      const std::size_t before = position_;
-      position_ = at;
-      if (!quoted()) {
-        position_ = before;
-        return false;
-      }
-      at = position_ - 1;
-      position_ = before;
-    }
-    futile_bytes_ += text_.size() - position_;
-    return false;
+  /// True when the next token is the first of its line.
+  bool is_first_in_line() noexcept {
+    skip_space();
+    std::size_t before = position_;
+    while (before > 0 && is_blank(text_[before - 1]))
+      --before;
+    return before == 0 || is_line_end(text_[before - 1]);
+  }
+  /// True when the next token is the first of its line and begins a statement.
+  bool at_statement_line() noexcept { return is_first_in_line() && is_dbc_keyword(peek_identifier()); }
+
+  /// Moves to the next line behind `from` that begins with a keyword, or to the end.
+  void skip_to_statement_line(std::size_t from) noexcept {
+    position_ = from;
+    do {
+      skip_to_line_end();
+    } while (!at_statement_line() && !at_end());
   }
 
  private:
-  static bool is_space(char c) noexcept { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
+  static bool is_blank(char c) noexcept { return c == ' ' || c == '\t'; }
+  static bool is_line_end(char c) noexcept { return c == '\n' || c == '\r'; }
+  static bool is_space(char c) noexcept { return is_blank(c) || is_line_end(c) || c == '\v' || c == '\f'; }
   static bool is_word_start(char c) noexcept {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
   }
   static bool is_word(char c) noexcept { return is_word_start(c) || (c >= '0' && c <= '9'); }
 
-  /// Searches for an end that is not there read to the end of the text. After this many bytes of them the
-  /// text is hopeless and further searches fail at once, so that no input takes more than linear time.
-  std::size_t futile_limit() const noexcept { return 4 * text_.size(); }
+  void skip_to_line_end() noexcept {
+    while (position_ < text_.size() && !is_line_end(text_[position_]))
+      ++position_;
+  }
+
+  /// Strings are read again where a statement that contains them fails. After this many bytes of them the text is
+  /// taken for damaged and further strings fail at once, so that no input takes more than linear time.
+  std::size_t string_limit() const noexcept { return 4 * text_.size(); }
 
   std::string_view text_;
   std::size_t position_ = 0;
-  std::size_t futile_bytes_ = 0;
+  std::size_t string_bytes_ = 0;
 };
 
-/// Offset -> line and column, cheap when asked in rising order.
+/// Offset -> line and column. Fast for offsets in rising order.
 class LineCounter {
  public:
   explicit LineCounter(std::string_view text) : text_(text) {}
@@ -138,22 +151,22 @@ class LineCounter {
     std::size_t column = 1;
   };
   Place place_of(std::size_t offset) noexcept {
-    if (offset < line_start_) {
-      line_ = 1;
-      line_start_ = 0;
-    }
-    while (true) {
-      const void* end = std::memchr(text_.data() + line_start_, '\n', offset - line_start_);
-      if (end == nullptr) return {line_, offset - line_start_ + 1};
-      line_start_ = static_cast<std::size_t>(static_cast<const char*>(end) - text_.data()) + 1;
+    if (offset < line_start_) line_ = 1, line_start_ = 0, next_ = 0;
+    for (; next_ < std::min(offset, text_.size()); ++next_) {
+      const bool is_first_of_pair =
+          text_[next_] == '\r' && next_ + 1 < text_.size() && text_[next_ + 1] == '\n';
+      if ((text_[next_] != '\n' && text_[next_] != '\r') || is_first_of_pair) continue;
+      line_start_ = next_ + 1;
       ++line_;
     }
+    return {line_, offset - line_start_ + 1};
   }
 
  private:
   std::string_view text_;
   std::size_t line_ = 1;
   std::size_t line_start_ = 0;
+  std::size_t next_ = 0;  ///< everything before it has been counted
 };
 
 }  // namespace hil::io::can

@@ -1,7 +1,10 @@
 #include "io/can/message_coder.hpp"
 
+#include <algorithm>
+
 #include "io/can/assertion.hpp"
 #include "io/can/checksum.hpp"
+#include "io/can/signal_overlap.hpp"
 
 namespace hil::io::can {
 
@@ -14,9 +17,23 @@ std::optional<std::size_t> index_of(const DbcMessage& message, const std::string
 }
 
 std::size_t frame_length_for(std::size_t message_length) {
-  while (!valid_length(message_length, true))
+  while (message_length < CANFD_MAX_DLEN && !valid_length(message_length, true))
     ++message_length;
   return message_length;
+}
+
+/// Both values of an overlapping pair can not be in one frame.
+void add_overlaps(const DbcMessage& message, std::vector<std::string>& problems) {
+  constexpr std::size_t max_named = 20;
+  const auto pairs = overlapping_pairs(message, max_named + 1);
+  if (pairs.empty()) return;
+  std::string list;
+  for (std::size_t index = 0; index < std::min(pairs.size(), max_named); ++index) {
+    list.append(index == 0 ? "'" : ", '").append(message.signals[pairs[index].first].name).append("' and '");
+    list.append(message.signals[pairs[index].second].name).append("'");
+  }
+  if (pairs.size() > max_named) list += " and more";
+  problems.push_back("message '" + message.name + "' can not be sent: these of its signals overlap: " + list);
 }
 
 }  // namespace
@@ -24,15 +41,9 @@ std::size_t frame_length_for(std::size_t message_length) {
 std::vector<std::string> coding_problems(const DbcMessage& message, const Protection& protection, Use use) {
   std::vector<std::string> problems;
   const std::string of_message = " of message '" + message.name + "' ";
-  if (!message.id_fits)
-    problems.push_back("message '" + message.name + "' has an identifier that no frame can have");
-  for (const DbcSignal& signal : message.signals) {
-    if (!signal.fits)
-      problems.push_back("signal '" + signal.name + "'" + of_message + "reaches beyond its payload");
-    if (signal.overlaps && use == Use::send) {
-      problems.push_back("signal '" + signal.name + "'" + of_message + "overlaps another signal");
-    }
-  }
+  for (const std::string& reason : message.unusable)
+    problems.push_back("message '" + message.name + "' can not be used: " + reason);
+  if (use == Use::send && message.unusable.empty()) add_overlaps(message, problems);
   const auto check = [&](const std::string& name, const char* role, std::uint16_t shortest,
                          std::uint16_t longest) {
     if (name.empty()) return;
@@ -57,6 +68,9 @@ std::vector<std::string> coding_problems(const DbcMessage& message, const Protec
 
 MessageLayout::MessageLayout(const DbcMessage& message, const Protection& protection, Use use)
     : can_id_(message.id | (message.is_extended ? CAN_EFF_FLAG : 0U)),
+      is_fd_(message.is_fd || message.length_bytes > CAN_MAX_DLEN),
+      format_is_stated_(message.format_is_stated || message.length_bytes > CAN_MAX_DLEN),
+      bit_rate_switch_(message.bit_rate_switch),
       length_(frame_length_for(message.length_bytes)),
       counter_(index_of(message, protection.counter_signal)),
       checksum_(index_of(message, protection.checksum_signal)) {
@@ -92,9 +106,10 @@ Frame MessageEncoder::build(std::span<const double> values, Tally& tally) noexce
   frame.raw.can_id = layout_.can_id();
   frame.raw.len = static_cast<std::uint8_t>(layout_.frame_length());
   frame.is_fd = layout_.is_fd();
+  if (layout_.bit_rate_switch()) frame.raw.flags = CANFD_BRS;
   frame.direction = Direction::tx;
   const std::span<std::uint8_t> payload(frame.raw.data, frame.raw.len);
-  const auto raw_of = [&](std::size_t signal) { return raw_[signal]; };
+  const auto raw_of = [&](std::size_t signal) -> std::optional<std::uint64_t> { return raw_[signal]; };
   for (std::size_t signal = 0; signal < raw_.size(); ++signal) {
     if (layout_.is_present(signal, raw_of)) layout_.codec(signal).insert(payload, raw_[signal]);
   }
@@ -112,14 +127,17 @@ MessageDecoder::MessageDecoder(const DbcMessage& message, const Protection& prot
     : layout_(message, protection, Use::receive) {}
 
 MessageDecoder::Verdict MessageDecoder::check(const Frame& frame) noexcept {
-  if (frame.is_remote() || frame.raw.len != layout_.frame_length()) return Verdict::wrong_length;
-  const auto payload = frame.payload();
-  if (layout_.checksum() &&
-      layout_.codec(*layout_.checksum()).extract(payload) != layout_.checksum_of(payload)) {
-    return Verdict::bad_checksum;
+  if (!layout_.is_of_right_kind(frame)) return Verdict::wrong_kind;
+  // What is behind the message is padding, which its checksum does not cover.
+  const auto payload = frame.payload().first(std::min<std::size_t>(frame.raw.len, layout_.frame_length()));
+  if (layout_.checksum()) {
+    const SignalCodec& codec = layout_.codec(*layout_.checksum());
+    if (!codec.is_whole_in(payload.size()) || codec.extract(payload) != layout_.checksum_of(payload))
+      return Verdict::bad_checksum;
   }
   if (layout_.counter()) {
     const SignalCodec& codec = layout_.codec(*layout_.counter());
+    if (!codec.is_whole_in(payload.size())) return Verdict::bad_counter;
     const std::uint64_t counter = codec.extract(payload);
     const bool expected = !last_counter_ || counter == ((*last_counter_ + 1) & codec.mask());
     last_counter_ = counter;

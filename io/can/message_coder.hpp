@@ -44,7 +44,12 @@ class MessageLayout {
   };
 
   canid_t can_id() const noexcept { return can_id_; }  ///< with CAN_EFF_FLAG where it belongs
-  bool is_fd() const noexcept { return length_ > CAN_MAX_DLEN; }
+  bool is_fd() const noexcept { return is_fd_; }
+  bool bit_rate_switch() const noexcept { return bit_rate_switch_; }
+  /// False for a message whose frames have to be FD, or have to be classic, and this one is not.
+  bool is_of_right_kind(const Frame& frame) const noexcept {
+    return !frame.is_remote() && (!format_is_stated_ || frame.is_fd == is_fd_);
+  }
   /// Of a frame: the message's length, or the next one that CAN FD has.
   std::size_t frame_length() const noexcept { return length_; }
   std::size_t signal_count() const noexcept { return parts_.size(); }
@@ -54,15 +59,16 @@ class MessageLayout {
   bool is_protection(std::size_t signal) const noexcept { return signal == counter_ || signal == checksum_; }
   std::uint8_t checksum_of(std::span<const std::uint8_t> payload) const noexcept;
 
-  /// True when the switches above the signal select it, given the raw value of each signal.
+  /// True when the switches above the signal select it. `raw_of` gives the raw value of a signal, or nothing
+  /// where it is not known; what it decides is then not present.
   template <typename RawOf>
   bool is_present(std::size_t signal, const RawOf& raw_of) const noexcept {
     for (int at = static_cast<int>(signal); parts_[static_cast<std::size_t>(at)].multiplexer >= 0;) {
       const Part& part = parts_[static_cast<std::size_t>(at)];
-      const std::uint64_t switch_value = raw_of(static_cast<std::size_t>(part.multiplexer));
+      const std::optional<std::uint64_t> switch_value = raw_of(static_cast<std::size_t>(part.multiplexer));
       bool selected = false;
       for (const MultiplexRange& range : part.ranges) {
-        selected = selected || (switch_value >= range.first && switch_value <= range.last);
+        selected = selected || (switch_value && *switch_value >= range.first && *switch_value <= range.last);
       }
       if (!selected) return false;
       at = part.multiplexer;
@@ -72,6 +78,9 @@ class MessageLayout {
 
  private:
   canid_t can_id_;
+  bool is_fd_;
+  bool format_is_stated_;
+  bool bit_rate_switch_;
   std::size_t length_;
   std::vector<Part> parts_;
   std::optional<std::size_t> counter_;
@@ -109,20 +118,32 @@ class MessageDecoder {
 
   const MessageLayout& layout() const noexcept { return layout_; }
 
-  enum class Verdict : std::uint8_t { accepted, wrong_length, bad_checksum, bad_counter };
+  enum class Verdict : std::uint8_t {
+    accepted,
+    wrong_kind,    ///< a remote request; or classic where the message is FD, or the other way round
+    bad_checksum,  ///< or the frame is too short to carry it
+    bad_counter,   ///< likewise
+  };
 
-  /// Checks a data frame with this message's identifier. The first counter is taken as it comes; after a
-  /// wrong one the next frame is measured against it, so that one lost frame costs one more and not all that
-  /// follow.
+  /// Checks a frame with this message's identifier. It may be longer than the message (padding) or shorter. The
+  /// first counter is taken as it comes; after a wrong one the next frame is measured against it, so that one lost
+  /// frame costs one more and not all that follow.
   Verdict check(const Frame& frame) noexcept;
 
-  /// Calls `take(signal index, physical value)` for each signal that is present. Only for accepted frames.
+  /// Calls `take(signal index, physical value)` for each signal that is present and wholly in the frame. Only
+  /// for accepted frames.
   template <typename Take>
   void decode(const Frame& frame, const Take& take) const noexcept {
     const auto payload = frame.payload();
-    const auto raw_of = [&](std::size_t signal) { return layout_.codec(signal).extract(payload); };
+    const auto raw_of = [&](std::size_t signal) -> std::optional<std::uint64_t> {
+      const SignalCodec& codec = layout_.codec(signal);
+      if (!codec.is_whole_in(payload.size())) return std::nullopt;
+      return codec.extract(payload);
+    };
     for (std::size_t signal = 0; signal < layout_.signal_count(); ++signal) {
-      if (layout_.is_present(signal, raw_of)) take(signal, layout_.codec(signal).decode(payload));
+      const SignalCodec& codec = layout_.codec(signal);
+      if (codec.is_whole_in(payload.size()) && layout_.is_present(signal, raw_of))
+        take(signal, codec.decode(payload));
     }
   }
 

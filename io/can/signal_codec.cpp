@@ -33,6 +33,20 @@ bool bits_of(const DbcSignal& signal, PayloadBits& bits) {
   return true;
 }
 
+std::optional<double> raw_number(const DbcSignal& signal, double raw) noexcept {
+  if (!std::isfinite(raw)) return std::nullopt;
+  if (signal.type == ValueType::float32 || signal.type == ValueType::float64) return raw;
+  const bool is_signed = signal.type == ValueType::signed_integer;
+  const double all = std::ldexp(1.0, signal.length_bits);
+  const double lowest = is_signed ? -all / 2 : 0.0;
+  const double highest = is_signed ? all / 2 : all;  // itself not in range
+  if (raw != std::trunc(raw)) return std::nullopt;
+  // Bits that are read as a number of the other sign.
+  if (is_signed && raw >= highest && raw < all) return raw - all;
+  if (!is_signed && signal.length_bits == 64 && raw < 0.0 && raw >= -all / 2) return raw + all;
+  return raw >= lowest && raw < highest ? std::optional(raw) : std::nullopt;
+}
+
 SignalCodec::SignalCodec(const DbcSignal& signal)
     : type_(signal.type),
       length_bits_(signal.length_bits),
@@ -63,6 +77,7 @@ SignalCodec::SignalCodec(const DbcSignal& signal)
     highest_ = signal.has_range() ? signal.maximum : largest;
   } else {
     set_integer_limits(signal);
+    set_named_numbers(signal);
   }
 }
 
@@ -95,6 +110,18 @@ void SignalCodec::set_integer_limits(const DbcSignal& signal) {
   }
 }
 
+void SignalCodec::set_named_numbers(const DbcSignal& signal) {
+  const auto add = [&](double raw) {
+    const std::optional<double> number = raw_number(signal, raw);
+    if (number && (*number < lowest_ || *number > highest_) && *number < 0x1p64)
+      named_numbers_.push_back(*number);
+  };
+  for (const auto& [raw, name] : signal.value_names)
+    add(static_cast<double>(raw));
+  if (signal.start_raw) add(*signal.start_raw);
+  std::sort(named_numbers_.begin(), named_numbers_.end());
+}
+
 std::uint64_t SignalCodec::integer_raw(double rounded) const noexcept {
   if (type_ == ValueType::signed_integer)
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(rounded)) & mask_;
@@ -113,6 +140,8 @@ SignalCodec::Encoded SignalCodec::to_raw(double physical) const noexcept {
     return {std::bit_cast<std::uint32_t>(narrow), verdict};
   }
   const double rounded = std::round((physical - offset_) / factor_);
+  if (std::binary_search(named_numbers_.begin(), named_numbers_.end(), rounded))
+    return {integer_raw(rounded), Verdict::taken};
   if (rounded > highest_) return {highest_raw_, Verdict::saturated};
   if (rounded < lowest_) return {lowest_raw_, Verdict::saturated};
   return {integer_raw(rounded), Verdict::taken};

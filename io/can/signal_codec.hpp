@@ -5,7 +5,9 @@
 
 #include <bitset>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "io/can/dbc.hpp"
 
@@ -18,6 +20,15 @@ using PayloadBits = std::bitset<512>;
 /// partial).
 bool bits_of(const DbcSignal& signal, PayloadBits& bits);
 
+/// The number that a raw value of the file (GenSigStartValue, VAL_) stands for; a negative one may be written as
+/// its bits. Empty: the signal's bits do not hold it.
+std::optional<double> raw_number(const DbcSignal& signal, double raw) noexcept;
+
+/// The physical value of a raw number.
+inline double physical_of(const DbcSignal& signal, double raw_number) noexcept {
+  return raw_number * signal.factor + signal.offset;
+}
+
 class SignalCodec {
  public:
   /// Misuse (asserts): a signal that does not fit its message.
@@ -26,8 +37,8 @@ class SignalCodec {
   enum class Verdict : std::uint8_t {
     taken,
     saturated,  ///< out of range (of the bits, or of the DBC's minimum and maximum): the nearest value that
-                ///< is in range
-    refused,    ///< NaN: there is no raw value for it
+    ///< is in range. Raw values of an integer that have a name, and its start value, are in range.
+    refused,  ///< NaN: there is no raw value for it
   };
   struct Encoded {
     std::uint64_t raw = 0;
@@ -53,6 +64,8 @@ class SignalCodec {
   double physical_maximum() const noexcept;
 
   std::uint16_t length_bits() const noexcept { return length_bits_; }
+  /// Whether every bit of the signal lies in a payload of so many bytes.
+  bool is_whole_in(std::size_t payload_bytes) const noexcept { return payload_bytes >= needed_bytes_; }
   /// All bits of the signal set.
   std::uint64_t mask() const noexcept { return mask_; }
 
@@ -64,6 +77,7 @@ class SignalCodec {
   }
   bool is_floating() const noexcept { return type_ == ValueType::float32 || type_ == ValueType::float64; }
   void set_integer_limits(const DbcSignal& signal);
+  void set_named_numbers(const DbcSignal& signal);
   std::uint64_t integer_raw(double rounded) const noexcept;
 
   ValueType type_;
@@ -84,6 +98,7 @@ class SignalCodec {
   double highest_;
   std::uint64_t lowest_raw_ = 0;
   std::uint64_t highest_raw_ = 0;
+  std::vector<double> named_numbers_;  ///< raw numbers out of the limits that may be sent even so; ascending
 };
 
 }  // namespace hil::io::can

@@ -25,21 +25,16 @@ std::int64_t read_clock_ns(clockid_t clock) noexcept {
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-struct ClockPair {
-  RunTimeNs run_ns;
-  std::int64_t wall_ns;
-};
-
 /// The same instant on both clocks. A thread may lose its CPU between two readings: the closest of three
 /// attempts counts.
-ClockPair read_both_clocks(const RunClock& run_clock) noexcept {
-  constexpr RunTimeNs close_enough_ns = 5'000;
-  ClockPair best{};
-  RunTimeNs best_width_ns = std::numeric_limits<RunTimeNs>::max();
+ReceiveTime::Clocks read_both_clocks() noexcept {
+  constexpr std::int64_t close_enough_ns = 5'000;
+  ReceiveTime::Clocks best{};
+  std::int64_t best_width_ns = std::numeric_limits<std::int64_t>::max();
   for (int attempt = 0; attempt < 3 && best_width_ns > close_enough_ns; ++attempt) {
-    const RunTimeNs before_ns = run_clock.now_ns();
+    const std::int64_t before_ns = read_clock_ns(CLOCK_MONOTONIC);
     const std::int64_t wall_ns = read_clock_ns(CLOCK_REALTIME);
-    const RunTimeNs width_ns = run_clock.now_ns() - before_ns;
+    const std::int64_t width_ns = read_clock_ns(CLOCK_MONOTONIC) - before_ns;
     if (width_ns >= best_width_ns) continue;
     best_width_ns = width_ns;
     best = {before_ns + width_ns / 2, wall_ns};
@@ -91,6 +86,7 @@ std::string SocketCanBus::try_open() {
            "virtual), or " +
            "run under tools/vcan-run";
   }
+  receive_time_.socket_empty(read_both_clocks());
   std::string problem = bind_to_interface();
   if (problem.empty()) problem = set_options();
   if (problem.empty()) problem = apply_filters();
@@ -160,6 +156,17 @@ std::string SocketCanBus::apply_filters() {
   return "CAN interface '" + config_.interface + "' refuses its filters: " + std::strerror(errno);
 }
 
+std::string SocketCanBus::fd_problem() const {
+  ifreq request = request_for(config_.interface);
+  if (socket_ < 0 || ::ioctl(socket_, SIOCGIFMTU, &request) != 0 ||
+      static_cast<std::size_t>(request.ifr_mtu) >= CANFD_MTU)
+    return {};
+  return "the interface '" + config_.interface + "' carries classic frames only (its MTU is " +
+         std::to_string(request.ifr_mtu) + "); set it down and then, for a vcan, 'ip link set " +
+         config_.interface + " mtu 72', for a controller 'ip link set " + config_.interface +
+         " type can bitrate 500000 dbitrate 2000000 fd on'";
+}
+
 void SocketCanBus::close() noexcept {
   if (socket_ >= 0) ::close(socket_);
   socket_ = -1;
@@ -194,7 +201,10 @@ ReceiveResult SocketCanBus::receive(Frame& frame) noexcept {
     }
     if (errno == EINTR) continue;
     if (errno == EAGAIN) {
-      if (!lost_) return ReceiveResult::empty;
+      if (!lost_) {
+        receive_time_.socket_empty(read_both_clocks());
+        return ReceiveResult::empty;
+      }
       close();  // everything that came before the loss has been delivered
       lost_ = true;
       break;
@@ -234,7 +244,8 @@ bool SocketCanBus::fill(Frame& frame, msghdr& message, std::size_t size) noexcep
   if (!frame.is_fd) frame.raw.flags = 0;
   if (!valid_length(frame.raw.len, frame.is_fd)) return false;
   frame.direction = (message.msg_flags & MSG_CONFIRM) != 0 ? Direction::tx : Direction::rx;
-  const ClockPair now = read_both_clocks(*clock_);
+  const RunTimeNs run_ns = clock_->now_ns();
+  const ReceiveTime::Clocks now = read_both_clocks();
   frame.wall_ns = now.wall_ns;
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET) continue;
@@ -249,7 +260,7 @@ bool SocketCanBus::fill(Frame& frame, msghdr& message, std::size_t size) noexcep
       last_overflow_ = overflow;
     }
   }
-  frame.time_ns = now.run_ns - (now.wall_ns - frame.wall_ns);
+  frame.time_ns = run_ns - receive_time_.age_ns(frame.wall_ns, now);
   return true;
 }
 

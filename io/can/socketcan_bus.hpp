@@ -2,7 +2,7 @@
 // A CAN interface of the kernel (can0, vcan0) through a raw socket.
 //
 // Own frames are received too, so receive() gives the order of the bus. Error frames are received. Times are
-// the kernel's receive timestamps. FD frames pass where the interface can carry them. A frame that our socket
+// the kernel's receive timestamps; setting the wall clock does not move them (receive_time.hpp). FD frames pass where the interface can carry them. A frame that our socket
 // had no room for is counted as dropped, by the kernel's own count.
 //
 // An interface that goes down or is deleted makes receive() say lost; frames that arrived before are still
@@ -18,6 +18,7 @@
 
 #include "io/can/bus.hpp"
 #include "io/can/filter.hpp"
+#include "io/can/receive_time.hpp"
 
 namespace hil::io::can {
 
@@ -41,6 +42,7 @@ class SocketCanBus final : public Bus {
   /// Throws DeviceError also for Pacing::lockstep: a kernel interface keeps wall-clock time.
   void open(const RunClock& clock, Pacing pacing) override;
   void close() noexcept override;
+  std::string fd_problem() const override;
   int fd() const noexcept override { return socket_; }
   SendResult send(const Frame& frame) noexcept override;
   int send_error() const noexcept override { return send_error_; }
@@ -65,6 +67,7 @@ class SocketCanBus final : public Bus {
   SocketCanConfig config_;
   FilterSet filters_;
   const RunClock* clock_ = nullptr;
+  ReceiveTime receive_time_;
   int socket_ = -1;
   int send_error_ = 0;
   bool lost_ = false;                ///< no more frames than those the socket still holds

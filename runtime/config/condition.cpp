@@ -143,13 +143,14 @@ class ConditionParser {
     const std::optional<Operation> operation = take_operation(node.left);
     if (!operation || !parse_operand(node.right)) return std::nullopt;
     node.operation = *operation;
+    name_values(node);
     skip_blanks();
     if (at_ < text_.size() && std::string_view("<>=!").find(text_[at_]) != std::string_view::npos) {
       fail(at_, "comparisons can not be chained; join them with and");
       return std::nullopt;
     }
-    if (!node.left.is_signal && !node.right.is_signal) {
-      fail(begin, "two numbers are compared; at least one side has to be a signal");
+    if (node.left.kind != Operand::Kind::signal && node.right.kind != Operand::Kind::signal) {
+      fail(begin, "two constants are compared; at least one side has to be a signal");
       return std::nullopt;
     }
     if (++comparisons_ > Condition::max_comparisons) {
@@ -157,6 +158,33 @@ class ConditionParser {
       return std::nullopt;
     }
     return add(node);
+  }
+
+  /// A word without a dot beside a signal with one names a value of it.
+  void name_values(Node& node) {
+    const auto has_dot = [&](const Operand& operand) {
+      return condition_.mentions_[operand.index].text.find('.') != std::string::npos;
+    };
+    std::vector<Word>& mentions = condition_.mentions_;
+    if (node.left.kind == Operand::Kind::signal && node.right.kind == Operand::Kind::signal &&
+        has_dot(node.left) != has_dot(node.right)) {
+      Operand& name = has_dot(node.left) ? node.right : node.left;
+      Operand& signal = has_dot(node.left) ? node.left : node.right;
+      const Word word = mentions[name.index];
+      mentions.erase(mentions.begin() + static_cast<std::ptrdiff_t>(name.index));  // one of the last two
+      signal.index = static_cast<std::uint32_t>(mentions.size() - 1);
+      set_named_value(name, word);
+    }
+    for (const auto& [name, signal] : {std::pair(node.left, node.right), std::pair(node.right, node.left)}) {
+      if (name.kind == Operand::Kind::named_value && signal.kind == Operand::Kind::signal)
+        condition_.named_values_[name.index].mention = signal.index;
+    }
+  }
+
+  void set_named_value(Operand& operand, Word name) {
+    operand.kind = Operand::Kind::named_value;
+    operand.index = static_cast<std::uint32_t>(condition_.named_values_.size());
+    condition_.named_values_.push_back({std::move(name), 0});
   }
 
   std::optional<Operation> take_operation(const Operand& left) {
@@ -171,7 +199,7 @@ class ConditionParser {
       at_ += sign.size();
       return operation;
     }
-    const bool has_unit = !left.is_signal && at_ < text_.size() && is_letter(text_[at_]);
+    const bool has_unit = left.kind == Operand::Kind::number && at_ < text_.size() && is_letter(text_[at_]);
     fail(at_, unexpected("a comparison (== != < <= > >=)") +
                   (has_unit ? "; numbers have no unit here, signals are in SI units" : ""));
     return std::nullopt;
@@ -181,6 +209,7 @@ class ConditionParser {
     skip_blanks();
     const char next = at_ < text_.size() ? text_[at_] : '\0';
     if (is_letter(next)) return parse_signal(operand);
+    if (next == '"' || next == '\'') return parse_quoted(operand, next);
     if (!is_digit(next) && next != '+' && next != '-' && next != '.') {
       fail(at_, unexpected("a signal or a number"));
       return false;
@@ -199,6 +228,17 @@ class ConditionParser {
     return true;
   }
 
+  bool parse_quoted(Operand& operand, char quote) {
+    const std::size_t end = text_.find(quote, at_ + 1);
+    if (end == std::string_view::npos || end == at_ + 1) {
+      fail(at_, "a value's name in quotes is not closed, or empty");
+      return false;
+    }
+    set_named_value(operand, {std::string(text_.substr(at_ + 1, end - at_ - 1)), value_.place_in_text(at_)});
+    at_ = end + 1;
+    return true;
+  }
+
   bool parse_signal(Operand& operand) {
     const std::string_view word = peek();
     if (word == "and" || word == "or" || word == "not") {
@@ -209,8 +249,8 @@ class ConditionParser {
       fail(at_, in_quotes(word) + " is not a signal's name; that is names joined by dots");
       return false;
     }
-    operand.is_signal = true;
-    operand.signal = static_cast<std::uint32_t>(condition_.mentions_.size());
+    operand.kind = Operand::Kind::signal;
+    operand.index = static_cast<std::uint32_t>(condition_.mentions_.size());
     condition_.mentions_.push_back({std::string(word), value_.place_in_text(at_)});
     at_ += word.size();
     return true;
@@ -230,13 +270,19 @@ std::optional<Condition> Condition::parse(const Value& text, Diagnostics& diagno
   return ConditionParser(text, diagnostics).parse();
 }
 
-BoundCondition Condition::bind(std::span<const std::uint32_t> indices) const {
+BoundCondition Condition::bind(std::span<const std::uint32_t> indices,
+                               std::span<const double> named_numbers) const {
   require(indices.size() == mentions_.size(), "one index for each mention of a signal");
+  require(named_numbers.size() == named_values_.size(), "one number for each named value");
   BoundCondition bound;
   bound.nodes_ = nodes_;
   for (Node& node : bound.nodes_) {
     for (Operand* operand : {&node.left, &node.right}) {
-      if (operand->is_signal) operand->signal = indices[operand->signal];
+      if (operand->kind == Operand::Kind::signal) operand->index = indices[operand->index];
+      if (operand->kind == Operand::Kind::named_value) {
+        operand->number = named_numbers[operand->index];
+        operand->kind = Operand::Kind::number;
+      }
     }
   }
   for (const std::uint32_t index : indices)
@@ -274,7 +320,7 @@ Truth BoundCondition::evaluate(std::size_t index, std::span<const double> values
     return operand.is_signal && !unknown.empty() && unknown[operand.signal] != 0;
   };
   const auto value_of = [&](const Condition::Operand& operand) {
-    return operand.is_signal ? values[operand.signal] : operand.number;
+    return operand.kind == Condition::Operand::Kind::signal ? values[operand.index] : operand.number;
   };
   const auto compare = [&](auto comparison) {
     if (is_unknown(node.left) || is_unknown(node.right)) return Truth::unknown;

@@ -6,8 +6,10 @@
 //
 //   condition:  comparisons joined by `and`, `or`, `not` and parentheses; `not` binds tighter than `and`,
 //               that tighter than `or`. Words, not && || !.
-//   comparison: operand (== != < <= > >=) operand; an operand is a signal or a number without a unit (signals
-//               carry SI units), at least one of the two a signal.
+//   comparison: operand (== != < <= > >=) operand; an operand is a signal, a number without a unit (signals
+//               carry SI units), or the name of a value of the signal on the other side: a word without a dot
+//               beside a signal with one (can.car.Status.Mode == LimpHome), or any text in quotes
+//               (can.car.Status.Mode == 'limp home'). At least one of the two is a signal.
 //
 // Comparisons are those of IEEE doubles: with a NaN, every one but != is false.
 //
@@ -54,9 +56,17 @@ class Condition {
   /// Every mention of a signal, in the order of the text; a signal named twice stands here twice.
   const std::vector<Word>& mentions() const noexcept { return mentions_; }
 
-  /// `indices[i]` says where in the values of holds() the signal of mentions()[i] stands. Misuse (asserts):
-  /// another count.
-  BoundCondition bind(std::span<const std::uint32_t> indices) const;
+  /// A value by its name, and the mention of the signal that it is compared with.
+  struct NamedValue {
+    Word name;
+    std::uint32_t mention = 0;
+  };
+  const std::vector<NamedValue>& named_values() const noexcept { return named_values_; }
+
+  /// `indices[i]` says where in the values of holds() the signal of mentions()[i] stands, `named_numbers[i]` which
+  /// number named_values()[i] is. Misuse (asserts): another count.
+  BoundCondition bind(std::span<const std::uint32_t> indices,
+                      std::span<const double> named_numbers = {}) const;
 
  private:
   friend class BoundCondition;
@@ -74,9 +84,10 @@ class Condition {
     greater_or_equal,
   };
   struct Operand {
+    enum class Kind : std::uint8_t { number, signal, named_value };
     double number = 0.0;
-    bool is_signal = false;
-    std::uint32_t signal = 0;  ///< an index into mentions; once bound, into the values
+    Kind kind = Kind::number;
+    std::uint32_t index = 0;  ///< into mentions or named_values; of a signal once bound, into the values
   };
   /// all_of, any_of, negation: of the nodes `first` and `second`; else a comparison of `left` with `right`.
   struct Node {
@@ -90,6 +101,7 @@ class Condition {
   std::string text_;
   Place place_;
   std::vector<Word> mentions_;
+  std::vector<NamedValue> named_values_;
   std::vector<Node> nodes_;  ///< parts before the whole; the last one is the condition
 };
 

@@ -33,29 +33,37 @@ std::string read_interface(const Value& device, Diagnostics& diagnostics) {
   return interface;
 }
 
-std::vector<SafeValue> read_safe(const Value& map) {
+/// A number, or a word that is looked up later.
+std::optional<std::variant<Word, double>> read_value(const Word& dbc_signal, const Value& value,
+                                                     Diagnostics& diagnostics) {
+  const std::string& text = value.text();
+  const NumberReading number = read_number(text);
+  if (number.length == 0 || (number.fault.empty() && number.length < text.size())) return word_of(value);
+  if (number.fault.empty()) return number.value;
+  diagnostics.add(value.place(), in_quotes(dbc_signal.text) + ": " + in_quotes(text) + " " + number.fault);
+  return std::nullopt;
+}
+
+std::vector<SafeValue> read_safe(const Value& map, Diagnostics& diagnostics) {
   std::vector<SafeValue> values;
   for (std::size_t i = 0; i < map.entries().size(); ++i) {
-    values.push_back({{map.entries()[i].first, map.key_place(i)}, map.entries()[i].second.number()});
+    const Value& value = map.entries()[i].second;
+    const Word dbc_signal{map.entries()[i].first, map.key_place(i)};
+    if (const auto number = read_value(dbc_signal, value, diagnostics))
+      values.push_back({dbc_signal, *number});
   }
   return values;
 }
 
 std::optional<SignalSource> read_source(const Word& dbc_signal, const Value& value,
                                         Diagnostics& diagnostics) {
-  const std::string& text = value.text();
-  if (is_signal_name(text)) return SignalSource{dbc_signal, word_of(value)};
-  const NumberReading number = read_number(text);
-  if (number.fault.empty() && number.length == text.size()) return SignalSource{dbc_signal, number.value};
-  const std::string fault =
-      number.length > 0 && !number.fault.empty() ? number.fault : "is neither a signal nor a number";
-  diagnostics.add(value.place(), in_quotes(dbc_signal.text) + ": " + in_quotes(text) + " " + fault);
-  return std::nullopt;
+  auto read = read_value(dbc_signal, value, diagnostics);
+  if (!read) return std::nullopt;
+  return SignalSource{dbc_signal, std::move(*read)};
 }
 
 void read_period(const Value& value, SentMessage& sent, std::int64_t bus_period_ns,
                  Diagnostics& diagnostics) {
-  sent.period_ns = bus_period_ns;
   if (value.has("period")) {
     if (!multiple_of(value["period"], bus_period_ns, "period", "the bus's period", diagnostics)) return;
     sent.period_ns = value["period"].duration_ns();
@@ -63,7 +71,7 @@ void read_period(const Value& value, SentMessage& sent, std::int64_t bus_period_
   const Value& offset = value["offset"];
   if (!multiple_of(offset, bus_period_ns, "offset", "the bus's period", diagnostics)) return;
   sent.offset_ns = offset.duration_ns();
-  if (sent.offset_ns < sent.period_ns) return;
+  if (sent.period_ns == 0 || sent.offset_ns < sent.period_ns) return;
   diagnostics.add(offset.place(), "'offset': " + format_duration(sent.offset_ns) +
                                       " has to be less than the message's period of " +
                                       format_duration(sent.period_ns));
@@ -88,17 +96,17 @@ SentMessage read_sent(const Value& value, std::optional<std::int64_t> bus_period
     std::optional<SignalSource> read = read_source(dbc_signal, source, diagnostics);
     if (read) sent.signals.push_back(std::move(*read));
   }
-  sent.safe = read_safe(value["safe"]);
+  sent.safe = read_safe(value["safe"], diagnostics);
   return sent;
 }
 
-ReceivedMessage read_received(const Value& value) {
+ReceivedMessage read_received(const Value& value, Diagnostics& diagnostics) {
   ReceivedMessage received;
   received.message = word_of(value["message"]);
   if (value.has("timeout")) received.timeout_ns = value["timeout"].duration_ns();
   received.counter = word_in(value, "counter");
   received.checksum = word_in(value, "checksum");
-  received.safe = read_safe(value["safe"]);
+  received.safe = read_safe(value["safe"], diagnostics);
   return received;
 }
 
@@ -115,7 +123,7 @@ void read_messages(const Value& value, CanSection& section, std::optional<std::i
   if (const Value* const list = part_of(value, "receive")) {
     for (const Value& received : list->items()) {
       if (const std::optional<Word> name = word_in(received, "message")) received_names.add(*name);
-      if (is_whole(received)) section.receive.push_back(read_received(received));
+      if (is_whole(received)) section.receive.push_back(read_received(received, diagnostics));
     }
   }
 }

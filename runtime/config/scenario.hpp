@@ -129,18 +129,19 @@ struct TaskSection {
 /// What a signal of a message is fed with.
 struct SignalSource {
   Word dbc_signal;
-  std::variant<Word, double> source;  ///< a signal of the run, or a constant
+  std::variant<Word, double> source;  ///< a signal of the run or a value name of the DBC file, or a constant
 };
 
 struct SafeValue {
   Word dbc_signal;
-  double value = 0.0;
+  std::variant<Word, double> value;  ///< a value name of the DBC file, or a number
 };
 
 struct SentMessage {
   Word message;
-  std::int64_t period_ns = 0;  ///< a multiple of the bus's period
-  std::int64_t offset_ns = 0;  ///< less than period_ns
+  std::int64_t period_ns =
+      0;  ///< a multiple of the bus's period; 0: the DBC file's cycle time, or the bus's period
+  std::int64_t offset_ns = 0;  ///< a multiple of the bus's period, less than a period_ns that is given
   std::optional<Word> counter;
   std::optional<Word> checksum;
   std::vector<SignalSource> signals;
@@ -149,7 +150,7 @@ struct SentMessage {
 
 struct ReceivedMessage {
   Word message;
-  std::int64_t timeout_ns = 0;  ///< 0: never
+  std::optional<std::int64_t> timeout_ns;  ///< 0: never; empty: three cycle times of the DBC file
   std::optional<Word> counter;
   std::optional<Word> checksum;
   std::vector<SafeValue> safe;

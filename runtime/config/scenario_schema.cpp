@@ -183,19 +183,24 @@ Schema sent_schema() {
       "message",
       {
           Field::needed("message", Schema::name(), "A message of the DBC file."),
-          Field::optional(
-              "period", duration(shortest_s),
-              "How often it is sent, a multiple of the bus's period; left out: one period of the bus."),
+          Field::optional("period", duration(shortest_s),
+                          "How often it is sent, a multiple of the bus's period; left out: GenMsgCycleTime "
+                          "of the DBC file, and "
+                          "where that is not given one period of the bus."),
           Field::with_default(
               "offset", duration(0.0), "0 ms",
               "By how much its sending is shifted; a multiple of the bus's period, less than the message's."),
           Field::optional("counter", Schema::name(), "Its signal that counts the frames."),
           Field::optional("checksum", Schema::name(),
                           "Its signal that carries the checksum (CRC-8 SAE J1850)."),
-          Field::with_default("signals", Schema::map(Schema::text()), "{}",
-                              "What each of its signals carries: a signal of the run, or a number."),
-          Field::with_default("safe", Schema::map(Schema::number(any_low, any_high)), "{}",
-                              "What its signals carry in the safe state; others: zero."),
+          Field::with_default(
+              "signals", Schema::map(Schema::text()), "{}",
+              "What each of its signals carries: a signal of the run, a number, or a value name of "
+              "the DBC file; others: their start value (GenSigStartValue), and where there is none "
+              "their safe value."),
+          Field::with_default(
+              "safe", Schema::map(Schema::text()), "{}",
+              "What its signals carry in the safe state, a number or a value name; others: zero."),
       });
 }
 
@@ -204,15 +209,19 @@ Schema received_schema() {
       "message",
       {
           Field::needed("message", Schema::name(), "A message of the DBC file."),
-          Field::optional(
-              "timeout", duration(shortest_s),
-              "After so long without a frame its signals read their safe values; left out: never."),
+          Field::optional("timeout", duration(0.0),
+                          "After so long without a frame its signals read their safe values, a multiplexed "
+                          "one after so long "
+                          "without a value of its own; 0 ms: never; left out: three cycle times "
+                          "(GenMsgCycleTime) of the DBC "
+                          "file, and where that is not given never."),
           Field::optional("counter", Schema::name(), "Its signal that counts the frames; gaps are counted."),
           Field::optional("checksum", Schema::name(),
                           "Its signal that carries the checksum, which is verified."),
-          Field::with_default(
-              "safe", Schema::map(Schema::number(any_low, any_high)), "{}",
-              "What its signals read before the first frame and after the last; others: zero."),
+          Field::with_default("safe", Schema::map(Schema::text()), "{}",
+                              "What its signals read before the first frame and after the last, a number or "
+                              "a value name; others: "
+                              "zero."),
       });
 }
 

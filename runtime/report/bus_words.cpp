@@ -50,8 +50,15 @@ std::vector<std::string> can_remarks(const CanBus& bus) {
                 "corrupted on purpose (faults): the log shows them as they were on the bus");
   sentences.add(bus.fault_delayed, "frame", "frames",
                 "delayed on purpose (faults): the log shows when they were on the bus");
-  sentences.add(bus.wrong_length, "received frame", "received frames",
-                "refused: a wrong length, or a remote request");
+  sentences.add(bus.wrong_kind, "received frame", "received frames",
+                "refused: a remote request, or classic where the message is CAN FD or the other way round");
+  for (const FrameLengths& lengths : bus.other_lengths) {
+    sentences.add(lengths.longer, "received frame", "received frames",
+                  "longer than the message " + lengths.message + ": what is behind its signals is padding");
+    sentences.add(
+        lengths.shorter, "received frame", "received frames",
+        "shorter than the message " + lengths.message + ": the signals that are whole were updated");
+  }
   sentences.add(bus.lost_arrivals, "received value", "received values",
                 "missing in the measured response times: more came in one tick than are kept");
   return sentences.take();

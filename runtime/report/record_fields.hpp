@@ -197,6 +197,13 @@ void each_field(T& scheduler, Visit&& visit) {
   visit("not_reserved", scheduler.not_reserved);
 }
 
+template <Is<FrameLengths> T, class Visit>
+void each_field(T& lengths, Visit&& visit) {
+  visit("message", lengths.message);
+  visit("longer", lengths.longer);
+  visit("shorter", lengths.shorter);
+}
+
 template <Is<CanBus> T, class Visit>
 void each_field(T& bus, Visit&& visit) {
   visit("bus", bus.bus);
@@ -213,7 +220,7 @@ void each_field(T& bus, Visit&& visit) {
   visit("bus_load_peak", bus.bus_load_peak);
   visit("send_errors", bus.send_errors);
   visit("send_fault", bus.send_fault);
-  visit("wrong_length", bus.wrong_length);
+  visit("wrong_kind", bus.wrong_kind);
   visit("saturated", bus.saturated);
   visit("refused_values", bus.refused_values);
   visit("dropped_releases", bus.dropped_releases);
@@ -223,6 +230,7 @@ void each_field(T& bus, Visit&& visit) {
   visit("fault_dropped_rx", bus.fault_dropped_rx);
   visit("fault_corrupted", bus.fault_corrupted);
   visit("fault_delayed", bus.fault_delayed);
+  visit("other_lengths", bus.other_lengths);
 }
 
 template <Is<ExceptionCount> T, class Visit>

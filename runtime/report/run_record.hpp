@@ -218,6 +218,14 @@ struct Transactions {
   std::uint64_t hard_misses = 0;
 };
 
+/// Received frames that were longer than their message (padding), or shorter: those updated the signals that were
+/// whole.
+struct FrameLengths {
+  std::string message;
+  std::uint64_t longer = 0;
+  std::uint64_t shorter = 0;
+};
+
 /// The log holds what was on the bus: rx + tx + errors - fault_dropped_tx - log_dropped frames.
 struct CanBus {
   std::string bus;
@@ -230,13 +238,13 @@ struct CanBus {
   std::uint64_t bad_checksum = 0;
   std::uint64_t bad_counter = 0;
   std::uint64_t unknown_id = 0;
-  double bus_load_mean = not_known;    ///< of the whole tenths of a second in the run
-  double bus_load_peak = not_known;    ///< in the busiest of them
-  std::uint64_t send_errors = 0;       ///< sends that the bus refused, or that failed because it was lost
-  std::string send_fault{};            ///< why the first frame that makes the run fail could not be sent
-  std::uint64_t wrong_length = 0;      ///< received frames refused for it
-  std::uint64_t saturated = 0;         ///< output values beyond their signal's range
-  std::uint64_t refused_values = 0;    ///< output values that were no numbers
+  double bus_load_mean = not_known;  ///< of the whole tenths of a second in the run
+  double bus_load_peak = not_known;  ///< in the busiest of them
+  std::uint64_t send_errors = 0;     ///< sends that the bus refused, or that failed because it was lost
+  std::string send_fault{};          ///< why the first frame that makes the run fail could not be sent
+  std::uint64_t wrong_kind = 0;      ///< received frames refused: remote requests, or FD where classic is due
+  std::uint64_t saturated = 0;       ///< output values beyond their signal's range
+  std::uint64_t refused_values = 0;  ///< output values that were no numbers
   std::uint64_t dropped_releases = 0;  ///< ticks whose outputs were not sent
   std::uint64_t log_dropped = 0;       ///< frames missing in the log
   std::uint64_t lost_arrivals = 0;     ///< received values that response times lack
@@ -244,6 +252,7 @@ struct CanBus {
   std::uint64_t fault_dropped_rx = 0;  ///< the same of other stations' frames
   std::uint64_t fault_corrupted = 0;
   std::uint64_t fault_delayed = 0;
+  std::vector<FrameLengths> other_lengths = {};  ///< of the messages that had such frames
 };
 
 struct ExceptionCount {

@@ -20,7 +20,7 @@ class Watched {
       : text_(condition.text()),
         values_(condition.mentions().size()),
         unknown_(values_.size()),
-        bound_(condition.bind(indices(values_.size()))) {
+        bound_(condition.bind(indices(values_.size()), named_numbers(condition, table))) {
     for (const config::Word& word : condition.mentions())
       ids_.push_back(*table.find(word.text));
   }
@@ -41,6 +41,16 @@ class Watched {
     for (std::size_t i = 0; i < count; ++i)
       result[i] = static_cast<std::uint32_t>(i);
     return result;
+  }
+
+  static std::vector<double> named_numbers(const config::Condition& condition,
+                                           const signals::SignalTable& table) {
+    std::vector<double> numbers;
+    for (const config::Condition::NamedValue& value : condition.named_values()) {
+      const signals::SignalId signal = *table.find(condition.mentions()[value.mention].text);
+      numbers.push_back(table.info(signal).named_values.at(value.name.text));
+    }
+    return numbers;
   }
 
   std::string text_;

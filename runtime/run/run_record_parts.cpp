@@ -249,7 +249,7 @@ report::CanBus can_bus_of(const io::can::CanDevice& device) {
   bus.bus_load_peak = counters.bus_load_peak;
   bus.send_errors = counters.send_errors;
   bus.send_fault = device.send_fault();
-  bus.wrong_length = counters.wrong_length;
+  bus.wrong_kind = counters.wrong_kind;
   bus.saturated = counters.saturated;
   bus.refused_values = counters.refused_values;
   bus.dropped_releases = counters.dropped_releases;
@@ -259,6 +259,8 @@ report::CanBus can_bus_of(const io::can::CanDevice& device) {
   bus.fault_dropped_rx = counters.injected.dropped_rx;
   bus.fault_corrupted = counters.injected.corrupted;
   bus.fault_delayed = counters.injected.delayed;
+  for (const io::can::LengthCounts& counts : device.other_lengths())
+    bus.other_lengths.push_back({counts.message, counts.longer, counts.shorter});
   return bus;
 }
 

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 
 #include "io/can/socketcan_bus.hpp"
-#include "runtime/config/numbers.hpp"
+#include "runtime/run/can_wiring.hpp"
 #include "runtime/run/world_wiring.hpp"
 
 namespace hil::run {
@@ -34,10 +35,16 @@ void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Pla
 struct Known {
   const signals::SignalTable& table;
   std::vector<std::string> undeclared;
+  std::map<std::uint32_t, std::string> imprecise = {};  ///< why, by index of the signal
 };
 
 signals::SignalId find_signal(const Known& known, const Word& word, Diagnostics& diagnostics) {
-  if (const auto found = known.table.find(word.text)) return *found;
+  if (const auto found = known.table.find(word.text)) {
+    const auto imprecise = known.imprecise.find(found->index);
+    if (imprecise != known.imprecise.end())
+      diagnostics.warn(word.place, "'" + word.text + "' " + imprecise->second);
+    return *found;
+  }
   const auto& undeclared = known.undeclared;
   if (std::any_of(undeclared.begin(), undeclared.end(),
                   [&](const auto& p) { return word.text.starts_with(p); }))
@@ -118,115 +125,6 @@ void connect_module(WiredModule& wired, const Known& known, Diagnostics& diagnos
   }
 }
 
-std::optional<io::can::Dbc> load_database(const config::CanSection& section, Diagnostics& diagnostics) {
-  io::can::DbcResult loaded = io::can::load_dbc(section.database);
-  if (loaded.ok()) return std::move(loaded.database);
-  for (const io::can::DbcProblem& problem : loaded.problems) {
-    if (problem.severity != io::can::DbcProblem::Severity::error) continue;
-    diagnostics.add({section.database, static_cast<std::uint32_t>(problem.line),
-                     static_cast<std::uint32_t>(problem.column)},
-                    problem.text);
-  }
-  return std::nullopt;
-}
-
-const io::can::DbcMessage* find_message(const io::can::Dbc& database, const Word& message,
-                                        Diagnostics& diagnostics) {
-  const io::can::DbcMessage* found = database.find_message(message.text);
-  if (found != nullptr) return found;
-  std::vector<std::string> names;
-  for (const io::can::DbcMessage& known : database.messages)
-    names.push_back(known.name);
-  diagnostics.add(message.place, "the CAN database has no message '" + message.text + "'" +
-                                     did_you_mean(config::nearest(message.text, names)));
-  return nullptr;
-}
-
-bool check_dbc_signal(const io::can::DbcMessage& message, const Word& signal, Diagnostics& diagnostics) {
-  if (message.find_signal(signal.text) != nullptr) return true;
-  std::vector<std::string> names;
-  for (const io::can::DbcSignal& known : message.signals)
-    names.push_back(known.name);
-  diagnostics.add(signal.place, "message " + message.name + " has no signal '" + signal.text + "'" +
-                                    did_you_mean(config::nearest(signal.text, names)));
-  return false;
-}
-
-/// A constant that would be sent as another value, because the signal's bits or its range do not hold it.
-void check_constant(const io::can::DbcMessage& message, const Word& signal, double value,
-                    Diagnostics& diagnostics) {
-  const io::can::DbcSignal* found = message.find_signal(signal.text);
-  if (found == nullptr || !found->fits) return;  // said elsewhere
-  const io::can::SignalCodec codec(*found);
-  if (codec.to_raw(value).verdict != io::can::SignalCodec::Verdict::saturated) return;
-  diagnostics.add(signal.place, "'" + signal.text + "': " + config::format_number(value) +
-                                    " is out of range; the signal holds " +
-                                    config::format_number(codec.physical_minimum()) + " to " +
-                                    config::format_number(codec.physical_maximum()));
-}
-
-template <class Section>
-void take_protection(const Section& section, const io::can::DbcMessage& message,
-                     io::can::Protection& protection, std::map<std::string, double>& safe_values,
-                     Diagnostics& diagnostics) {
-  if (section.counter && check_dbc_signal(message, *section.counter, diagnostics)) {
-    protection.counter_signal = section.counter->text;
-  }
-  if (section.checksum && check_dbc_signal(message, *section.checksum, diagnostics)) {
-    protection.checksum_signal = section.checksum->text;
-  }
-  for (const config::SafeValue& safe : section.safe) {
-    if (check_dbc_signal(message, safe.dbc_signal, diagnostics))
-      safe_values[safe.dbc_signal.text] = safe.value;
-  }
-}
-
-/// The device's configuration; empty when the section does not fit the database.
-std::optional<io::can::CanDeviceConfig> describe_device(const config::CanSection& section,
-                                                        Diagnostics& diagnostics) {
-  const std::size_t before = diagnostics.count();
-  auto database = load_database(section, diagnostics);
-  if (!database) return std::nullopt;
-  io::can::CanDeviceConfig device;
-  device.name = section.bus.text;
-  device.bits_per_second = section.bits_per_second;
-  device.may_be_lost = section.may_be_lost;
-  for (const config::SentMessage& sent : section.send) {
-    const io::can::DbcMessage* message = find_message(*database, sent.message, diagnostics);
-    if (message == nullptr) continue;
-    io::can::SentMessageConfig config{.message = sent.message.text,
-                                      .period_ns = sent.period_ns,
-                                      .offset_ns = sent.offset_ns,
-                                      .protection = {},
-                                      .safe_values = {}};
-    take_protection(sent, *message, config.protection, config.safe_values, diagnostics);
-    for (const config::SafeValue& safe : sent.safe)
-      check_constant(*message, safe.dbc_signal, safe.value, diagnostics);
-    for (const config::SignalSource& source : sent.signals) {
-      check_dbc_signal(*message, source.dbc_signal, diagnostics);
-      if (const double* constant = std::get_if<double>(&source.source))
-        check_constant(*message, source.dbc_signal, *constant, diagnostics);
-    }
-    device.send.push_back(std::move(config));
-  }
-  for (const config::ReceivedMessage& received : section.receive) {
-    const io::can::DbcMessage* message = find_message(*database, received.message, diagnostics);
-    if (message == nullptr) continue;
-    io::can::ReceivedMessageConfig config{.message = received.message.text,
-                                          .timeout_ns = received.timeout_ns,
-                                          .protection = {},
-                                          .safe_values = {}};
-    take_protection(received, *message, config.protection, config.safe_values, diagnostics);
-    device.receive.push_back(std::move(config));
-  }
-  device.database = std::move(*database);
-  if (diagnostics.count() != before) return std::nullopt;
-  for (const std::string& problem : io::can::configuration_problems(device))
-    diagnostics.add(section.bus.place, problem);
-  if (diagnostics.count() != before) return std::nullopt;
-  return device;
-}
-
 void declare_inputs(const io::Device& device, const std::string& prefix, const Place& place, Wiring& wiring,
                     DeviceLink::Links& links, Diagnostics& diagnostics) {
   const std::string writer = prefix.substr(0, prefix.size() - 1);
@@ -275,13 +173,35 @@ struct CanProbe {
   WiredCan wired;
 };
 
-std::vector<CanProbe> declare_can(Wiring& wiring, std::vector<std::string>& undeclared,
-                                  Diagnostics& diagnostics) {
+/// Short names, value names and limits of the signals that the bus writes.
+void describe_can_signals(const CanProbe& probe, Wiring& wiring, Known& known) {
+  const std::string prefix = "can." + probe.wired.section->bus.text + ".";
+  const auto describe = [&](const std::string& message_name) {
+    const io::can::DbcMessage& message = *probe.wired.device.database.find_message(message_name);
+    for (const io::can::DbcSignal& signal : message.signals) {
+      const auto id = wiring.signals.find(prefix + message.name + "." + signal.name);
+      if (!id) continue;
+      for (const std::string& first : {message.name, message.short_name}) {
+        for (const std::string& second : {signal.name, signal.short_name})
+          wiring.signals.add_alias(prefix + first + "." + second, *id);
+      }
+      wiring.signals.set_named_values(*id, named_values_of(signal));
+      const std::string warning = precision_warning(signal);
+      if (!warning.empty()) known.imprecise.emplace(id->index, warning);
+    }
+  };
+  for (const auto& sent : probe.wired.device.send)
+    describe(sent.message);
+  for (const auto& received : probe.wired.device.receive)
+    describe(received.message);
+}
+
+std::vector<CanProbe> declare_can(Wiring& wiring, Known& known, Diagnostics& diagnostics) {
   std::vector<CanProbe> probes;
   for (const config::CanSection& section : wiring.scenario->can) {
-    auto config = describe_device(section, diagnostics);
+    auto config = describe_can_device(*wiring.scenario, section, diagnostics);
     if (!config) {
-      undeclared.push_back("can." + section.bus.text + ".");
+      known.undeclared.push_back("can." + section.bus.text + ".");
       continue;
     }
     CanProbe probe{.device = std::make_unique<io::can::CanDevice>(
@@ -291,28 +211,55 @@ std::vector<CanProbe> declare_can(Wiring& wiring, std::vector<std::string>& unde
     declare_inputs(*probe.device, "can." + section.bus.text + ".", section.bus.place, wiring,
                    probe.wired.links, diagnostics);
     start_with_safe_values(*probe.device, probe.wired.links);
+    describe_can_signals(probe, wiring, known);
     probes.push_back(std::move(probe));
   }
   return probes;
 }
 
+/// A value name of the DBC signal, or a signal of the run; signals of the run have a dot in their names.
+void connect_can_output(const Word& word, const io::can::DbcSignal& signal, const io::ChannelInfo& channel,
+                        DeviceLink::Source& target, const Known& known, Diagnostics& diagnostics) {
+  const std::map<std::string, double> values = named_values_of(signal);
+  constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.";
+  const bool may_be_signal =
+      word.text.find('.') != std::string::npos && word.text.find_first_not_of(letters) == std::string::npos;
+  if (!may_be_signal || (values.contains(word.text) && !known.table.find(word.text))) {
+    if (const auto value = value_named(values, word, channel.name, diagnostics)) target.constant = *value;
+    return;
+  }
+  target.signal = find_signal(known, word, diagnostics);
+  check_unit(known.table, target.signal, channel, word.place, diagnostics);
+}
+
 void connect_can(CanProbe& probe, const Known& known, Diagnostics& diagnostics) {
   for (const config::SentMessage& sent : probe.wired.section->send) {
+    const io::can::DbcMessage& message = *probe.wired.device.database.find_message(sent.message.text);
+    for (const io::can::DbcSignal& signal : message.signals) {
+      const std::size_t index = output_index(*probe.device, message.name + "." + signal.name);
+      const auto start = start_value_of(signal);
+      if (index < probe.wired.links.outputs.size() && start)
+        probe.wired.links.outputs[index].constant = *start;
+    }
+    warn_of_unset_signals(sent, message, diagnostics);
     for (const config::SignalSource& source : sent.signals) {
-      const std::size_t index = output_index(*probe.device, sent.message.text + "." + source.dbc_signal.text);
+      const io::can::DbcSignal& signal = *message.find_signal(source.dbc_signal.text);
+      const std::size_t index = output_index(*probe.device, message.name + "." + signal.name);
       if (index == probe.wired.links.outputs.size()) {
         diagnostics.add(source.dbc_signal.place,
                         "'" + source.dbc_signal.text + "' of " + sent.message.text +
                             " is its counter or checksum, which the bus fills at the send instant");
         continue;
       }
+      const std::string imprecise = precision_warning(signal);
+      if (!imprecise.empty())
+        diagnostics.warn(source.dbc_signal.place, "'" + source.dbc_signal.text + "' " + imprecise);
       DeviceLink::Source& target = probe.wired.links.outputs[index];
       if (const double* constant = std::get_if<double>(&source.source)) {
         target.constant = *constant;
       } else {
-        const Word& word = std::get<Word>(source.source);
-        target.signal = find_signal(known, word, diagnostics);
-        check_unit(known.table, target.signal, probe.device->outputs()[index], word.place, diagnostics);
+        connect_can_output(std::get<Word>(source.source), signal, probe.device->outputs()[index], target,
+                           known, diagnostics);
       }
     }
   }
@@ -348,6 +295,11 @@ void check_expectations(const config::Scenario& scenario, const Known& known, Di
   const auto check = [&](const config::Condition& condition) {
     for (const Word& mention : condition.mentions())
       find_signal(known, mention, diagnostics);
+    for (const config::Condition::NamedValue& value : condition.named_values()) {
+      const std::string& signal = condition.mentions()[value.mention].text;
+      if (const auto id = known.table.find(signal))
+        value_named(known.table.info(*id).named_values, value.name, signal, diagnostics);
+    }
   };
   for (const config::Expectation& expectation : scenario.expectations) {
     if (const auto* never = std::get_if<config::Never>(&expectation.claim)) check(never->condition);
@@ -418,7 +370,7 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   const std::size_t before = diagnostics.count();
   Known known{.table = wiring.signals, .undeclared = {}};
   declare_modules(wiring, known.undeclared, diagnostics);
-  std::vector<CanProbe> can = declare_can(wiring, known.undeclared, diagnostics);
+  std::vector<CanProbe> can = declare_can(wiring, known, diagnostics);
   std::vector<std::unique_ptr<io::Device>> modbus;
   for (const config::ModbusSection& section : scenario.modbus) {
     modbus.push_back(modbus_probe(section));

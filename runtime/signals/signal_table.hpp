@@ -7,11 +7,13 @@
 
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace hil::signals {
@@ -29,6 +31,7 @@ struct SignalInfo {
   double initial = 0.0;
   bool arrives = false;         ///< comes from outside the run: known only while it is fresh
   std::int64_t timeout_ns = 0;  ///< of one that arrives: how long its value stays fresh; 0: for ever
+  std::map<std::string, double> named_values = {};  ///< values that have a name, as a DBC file gives them
 };
 
 /// A value and when it came to be, in run time. For a device's input that is the instant the bytes arrived;
@@ -46,6 +49,13 @@ class SignalTable {
   /// two writers of one signal are a mistake of the user's that has to be reported with its place.
   SignalId add(SignalInfo info);
 
+  /// Another name by which find() knows the signal. Left out where the name is taken.
+  void add_alias(const std::string& name, SignalId id) { by_name_.try_emplace(name, id.index); }
+  void set_named_values(SignalId id, std::map<std::string, double> values) {
+    infos_[id.index].named_values = std::move(values);
+  }
+
+  /// By name or alias.
   std::optional<SignalId> find(std::string_view name) const;
   /// The known name with the smallest edit distance, or empty when none is near. For error messages.
   std::string nearest_name(std::string_view name) const;

@@ -157,11 +157,70 @@ TEST_F(RealDevice, GarbageAndErrorFramesAreCountedAndHarmNothing) {
   ASSERT_TRUE(eventually([&] { return device_->counters().rx == 6 && device_->counters().errors == 1; }))
       << device_->counters().rx << " " << device_->counters().errors;
   const CanCounters counters = device_->counters();
-  EXPECT_EQ(counters.wrong_length, 2U);
+  EXPECT_EQ(counters.wrong_kind, 1U);
   EXPECT_EQ(counters.unknown_id, 1U);
-  EXPECT_EQ(counters.bad_checksum, 1U);
+  EXPECT_EQ(counters.bad_checksum, 2U) << "one of them is too short to carry it";
   EXPECT_EQ(counters.bad_counter, 1U);
   EXPECT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").value == 3.0; }));
+}
+
+/// The frame format is that of the database, on the wire too.
+TEST_F(RealDevice, AnFdMessageOfEightBytesGoesOutAsAnFdFrameWithItsBitRateSwitch) {
+  CanDeviceConfig config;
+  config.name = "car";
+  config.database = parse_dbc(
+                        "BO_ 256 FdShort: 8 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n"
+                        "BO_ 257 Classic: 8 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n"
+                        "BO_ 258 FdAnswer: 8 B\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" A\n"
+                        "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";\nBA_DEF_DEF_ \"CANFD_BRS\" \"1\";\n"
+                        "BA_ \"VFrameFormat\" BO_ 256 14;\nBA_ \"VFrameFormat\" BO_ 258 14;\n")
+                        .database;
+  config.send.push_back({"FdShort", 0, 0, {}, {}});
+  config.send.push_back({"Classic", 0, 0, {}, {}});
+  config.receive.push_back({"FdAnswer", 0, {}, {}});
+  Witness witness;
+  start(std::move(config));
+  outputs_ = {5.0, 6.0};
+  device_->release_outputs(outputs_, 0);
+  ASSERT_TRUE(eventually([&] { return device_->counters().tx == 2; }));
+  cansend("102#0900000000000000");
+  ASSERT_TRUE(eventually([&] { return device_->counters().wrong_kind == 1; }));
+  EXPECT_FALSE(latched("FdAnswer.V").fresh) << "a classic frame is another message";
+  cansend("102##10800000000000000");
+  ASSERT_TRUE(eventually([&] { return latched("FdAnswer.V").value == 8.0; }));
+  const std::vector<LoggedFrame> seen = witness.log();
+  ASSERT_GE(seen.size(), 2U);
+  EXPECT_TRUE(seen[0].frame.is_fd);
+  EXPECT_EQ(seen[0].frame.raw.flags & CANFD_BRS, CANFD_BRS);
+  EXPECT_EQ(seen[0].frame.raw.len, 8U);
+  EXPECT_FALSE(seen[1].frame.is_fd);
+}
+
+TEST_F(RealDevice, AnFdMessageOnAClassicInterfaceIsRefusedWhenTheBusOpens) {
+  CanDeviceConfig config;
+  config.name = "car";
+  config.database = parse_dbc("BO_ 256 Long: 12 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n").database;
+  shell("ip link set vcan0 down && ip link set vcan0 mtu 16 && ip link set vcan0 up");
+  for (const bool is_sent : {true, false}) {
+    CanDeviceConfig one = config;
+    if (is_sent) one.send.push_back({"Long", 0, 0, {}, {}});
+    if (!is_sent) one.receive.push_back({"Long", 0, {}, {}});
+    CanDevice device(std::move(one), std::make_unique<SocketCanBus>(SocketCanConfig{"vcan0"}));
+    std::string words = "it started";
+    try {
+      device.start(clock_, Pacing::realtime);
+    } catch (const DeviceError& error) {
+      words = error.what();
+    }
+    for (const char* part :
+         {"'Long' is a CAN FD message", "'vcan0' carries classic frames only (its MTU is 16)",
+          "ip link set vcan0 mtu 72", "fd on"})
+      EXPECT_NE(words.find(part), std::string::npos) << words;
+  }
+  CanDevice classic(std::move(config), std::make_unique<SocketCanBus>(SocketCanConfig{"vcan0"}));
+  EXPECT_NO_THROW(classic.start(clock_, Pacing::realtime));
+  classic.stop();
+  shell("ip link set vcan0 down && ip link set vcan0 mtu 72 && ip link set vcan0 up");
 }
 
 TEST_F(RealDevice, ALostInterfaceMakesInputsSafeAndComesBack) {

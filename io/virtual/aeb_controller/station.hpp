@@ -22,7 +22,7 @@ namespace hil::io::aeb {
 struct StationCounters {
   std::uint64_t answers = 0;
   std::uint64_t incomplete_lists = 0;
-  std::uint64_t refused_frames = 0;  ///< wrong length, checksum or counter
+  std::uint64_t refused_frames = 0;  ///< wrong kind, checksum or counter
 };
 
 class Station {

@@ -81,6 +81,30 @@ TEST(CandumpLog, RefusesWhatIsNoLine) {
       << "candump -x writes the direction behind";
 }
 
+TEST(CandumpLog, ReadsLengthCodesAndDirections) {
+  const auto request = parse_candump_line("(0.000001) vcan0 123#R8_C");
+  ASSERT_TRUE(request);
+  EXPECT_TRUE(request->frame.is_remote());
+  EXPECT_EQ(request->frame.raw.len, 8U);
+  EXPECT_EQ(request->frame.raw.__res1, 0xCU);
+  const auto data = parse_candump_line("(0.000001) vcan0 123#1122334455667788_E");
+  ASSERT_TRUE(data);
+  EXPECT_EQ(data->frame.raw.len, 8U);
+  EXPECT_EQ(data->frame.raw.data[7], 0x88U);
+  EXPECT_EQ(data->frame.raw.__res1, 0xEU);
+  const auto sent = parse_candump_line("(0.000001) vcan0 123#R8_C T");
+  ASSERT_TRUE(sent);
+  EXPECT_EQ(sent->frame.direction, Direction::tx);
+  EXPECT_EQ(parse_candump_line("(0.000001) vcan0 123#11 R")->frame.direction, Direction::rx);
+  EXPECT_TRUE(parse_candump_line("(0.000001) vcan0 123##100 T"));
+  for (const char* line :
+       {"(0.000001) vcan0 123#R8_8", "(0.000001) vcan0 123#R7_C", "(0.000001) vcan0 123#R_C",
+        "(0.000001) vcan0 123#11_C", "(0.000001) vcan0 123#1122334455667788_",
+        "(0.000001) vcan0 123#1122334455667788_CC", "(0.000001) vcan0 123#_C",
+        "(0.000001) vcan0 123##11122334455667788_C"})
+    EXPECT_FALSE(parse_candump_line(line)) << line;
+}
+
 TEST(CandumpLog, WriterKeepsEveryFrameInOrder) {
   const auto file = scratch_file("order");
   constexpr std::uint32_t count = 20000;

@@ -115,15 +115,89 @@ TEST(MessageCoder, LostAndRepeatedFramesAreRefusedAndTheNextIsTaken) {
   EXPECT_EQ(decoder.check(frames[0]), MessageDecoder::Verdict::accepted);
 }
 
-TEST(MessageCoder, WrongLengthsAndRemoteRequestsAreRefused) {
+/// The signals of an accepted frame, by index.
+std::vector<std::size_t> decoded(MessageDecoder& decoder, const Frame& frame) {
+  EXPECT_EQ(decoder.check(frame), MessageDecoder::Verdict::accepted);
+  std::vector<std::size_t> signals;
+  decoder.decode(frame, [&](std::size_t signal, double) { signals.push_back(signal); });
+  return signals;
+}
+
+TEST(MessageCoder, AShorterFrameUpdatesTheSignalsThatAreWhole) {
   MessageDecoder decoder(*database().find_message("Status"), {});
   const std::array<std::uint8_t, 8> bytes{};
-  for (std::size_t length = 0; length <= 8; ++length) {
-    const Frame frame = make_frame(293, std::span(bytes).first(length));
-    EXPECT_EQ(decoder.check(frame),
-              length == 8 ? MessageDecoder::Verdict::accepted : MessageDecoder::Verdict::wrong_length);
+  const std::vector<std::vector<std::size_t>> whole{{},        {},        {0},       {0},         {0, 1},
+                                                    {0, 1, 2}, {0, 1, 2}, {0, 1, 2}, {0, 1, 2, 3}};
+  for (std::size_t length = 0; length <= 8; ++length)
+    EXPECT_EQ(decoded(decoder, make_frame(293, std::span(bytes).first(length))), whole[length]) << length;
+  EXPECT_EQ(decoder.check(make_frame(293 | CAN_RTR_FLAG, bytes)), MessageDecoder::Verdict::wrong_kind);
+}
+
+TEST(MessageCoder, ASwitchThatIsNotInAShorterFrameSelectsNothing) {
+  const Dbc dbc = parse_dbc(
+                      "BO_ 1 A: 8 E\n SG_ Page M : 16|8@1+ (1,0) [0|0] \"\" X\n"
+                      " SG_ Left m0 : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ Always : 8|8@1+ (1,0) [0|0] \"\" X\n")
+                      .database;
+  MessageDecoder decoder(dbc.messages.at(0), {});
+  const std::array<std::uint8_t, 3> bytes{};
+  EXPECT_EQ(decoded(decoder, make_frame(1, std::span(bytes).first(2))), (std::vector<std::size_t>{2}));
+  EXPECT_EQ(decoded(decoder, make_frame(1, bytes)), (std::vector<std::size_t>{0, 1, 2}));
+}
+
+TEST(MessageCoder, ALongerFrameCarriesEverySignalAndPadding) {
+  const Dbc dbc =
+      parse_dbc("BO_ 1 A: 4 E\n SG_ V : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ C : 24|8@1+ (1,0) [0|0] \"\" X\n")
+          .database;
+  MessageEncoder encoder(dbc.messages.at(0), {"", "C"});
+  MessageDecoder decoder(dbc.messages.at(0), {"", "C"});
+  MessageEncoder::Tally tally;
+  Frame frame = encoder.build(std::array<double, 2>{77.0, 0.0}, tally);
+  frame.raw.len = 8;
+  for (std::size_t byte = 4; byte < 8; ++byte)
+    frame.raw.data[byte] = 0xAA;
+  EXPECT_EQ(decoded(decoder, frame), (std::vector<std::size_t>{0, 1}))
+      << "the checksum is that of the message";
+  frame.raw.data[0] ^= 1U;
+  EXPECT_EQ(decoder.check(frame), MessageDecoder::Verdict::bad_checksum);
+}
+
+TEST(MessageCoder, AFrameTooShortForItsProtectionIsRefused) {
+  const std::array<std::uint8_t, 8> bytes{};
+  MessageDecoder checked(*database().find_message("Status"), {"", "Checksum"});
+  EXPECT_EQ(checked.check(make_frame(293, std::span(bytes).first(7))), MessageDecoder::Verdict::bad_checksum);
+  MessageDecoder counted(*database().find_message("Status"), {"Counter", ""});
+  EXPECT_EQ(counted.check(make_frame(293, std::span(bytes).first(4))), MessageDecoder::Verdict::bad_counter);
+}
+
+TEST(MessageCoder, TheFrameFormatOfTheDatabaseDecidesTheFrame) {
+  const std::string head =
+      "BO_ 256 Short: 8 A\n SG_ V : 0|8@1+ (1,0) [0|0] \"\" B\nBO_ 257 Other: 8 A\n SG_ V : 0|8@1+ (1,0) "
+      "[0|0] \"\" B\n";
+  const Dbc stated = parse_dbc(head +
+                               "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";\nBA_DEF_DEF_ \"CANFD_BRS\" 1;\n"
+                               "BA_ \"VFrameFormat\" BO_ 256 14;\n")
+                         .database;
+  MessageEncoder::Tally tally;
+  MessageEncoder fd(*stated.find_message("Short"), {});
+  const Frame frame = fd.build(std::array<double, 1>{5.0}, tally);
+  EXPECT_TRUE(frame.is_fd);
+  EXPECT_EQ(frame.raw.flags, CANFD_BRS);
+  EXPECT_EQ(frame.raw.len, 8U);
+  MessageEncoder classic(*stated.find_message("Other"), {});
+  EXPECT_FALSE(classic.build(std::array<double, 1>{5.0}, tally).is_fd);
+
+  const std::array<std::uint8_t, 8> bytes{};
+  const Dbc open = parse_dbc(head).database;
+  for (const bool is_fd : {false, true}) {
+    const auto verdict = [&](const Dbc& dbc, const char* name, canid_t id) {
+      return MessageDecoder(*dbc.find_message(name), {}).check(make_frame(id, bytes, is_fd));
+    };
+    EXPECT_EQ(verdict(stated, "Short", 256),
+              is_fd ? MessageDecoder::Verdict::accepted : MessageDecoder::Verdict::wrong_kind);
+    EXPECT_EQ(verdict(stated, "Other", 257),
+              is_fd ? MessageDecoder::Verdict::wrong_kind : MessageDecoder::Verdict::accepted);
+    EXPECT_EQ(verdict(open, "Short", 256), MessageDecoder::Verdict::accepted) << "the file leaves it open";
   }
-  EXPECT_EQ(decoder.check(make_frame(293 | CAN_RTR_FLAG, bytes)), MessageDecoder::Verdict::wrong_length);
 }
 
 TEST(MessageCoder, OnlySelectedPagesAreWrittenAndRead) {

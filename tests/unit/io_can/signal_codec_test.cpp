@@ -155,6 +155,37 @@ TEST(SignalCodec, SaturatesAtTheDatabasesRangeAndTakesItsEnds) {
   EXPECT_EQ(codec.to_physical(codec.to_raw(-200.0).raw), -100.0);
 }
 
+TEST(SignalCodec, NamedValuesAndTheStartValueAreSentAlsoOutsideOfTheRange) {
+  DbcSignal signal = make_signal(0, 8, ByteOrder::intel, ValueType::unsigned_integer, 0.5, 10.0);
+  signal.minimum = 10.0;
+  signal.maximum = 110.0;
+  signal.value_names = {{254, "error"}, {3, "three"}, {300, "beyond the bits"}};
+  signal.start_raw = 255.0;
+  const SignalCodec codec(signal);
+  EXPECT_EQ(codec.to_raw(254 * 0.5 + 10.0).raw, 254U);
+  EXPECT_EQ(codec.to_raw(254 * 0.5 + 10.0).verdict, SignalCodec::Verdict::taken);
+  EXPECT_EQ(codec.to_raw(255 * 0.5 + 10.0).raw, 255U);
+  EXPECT_EQ(codec.to_raw(253 * 0.5 + 10.0).verdict, SignalCodec::Verdict::saturated);
+  EXPECT_EQ(codec.to_raw(300 * 0.5 + 10.0).raw, 200U) << "the end of the range";
+}
+
+TEST(SignalCodec, RawNumbersOfAFileAreReadWithTheSignOfTheSignal) {
+  const DbcSignal plain = make_signal(0, 8, ByteOrder::intel);
+  EXPECT_EQ(raw_number(plain, 255.0), 255.0);
+  EXPECT_FALSE(raw_number(plain, 256.0));
+  EXPECT_FALSE(raw_number(plain, -1.0));
+  EXPECT_FALSE(raw_number(plain, 0.5));
+  EXPECT_FALSE(raw_number(plain, std::nan("")));
+  const DbcSignal with_sign = make_signal(0, 8, ByteOrder::intel, ValueType::signed_integer);
+  EXPECT_EQ(raw_number(with_sign, -128.0), -128.0);
+  EXPECT_EQ(raw_number(with_sign, 255.0), -1.0) << "written as its bits";
+  EXPECT_FALSE(raw_number(with_sign, -129.0));
+  const DbcSignal wide = make_signal(0, 64, ByteOrder::intel);
+  EXPECT_EQ(raw_number(wide, -1.0), 0x1p64) << "all bits set, as near as a double comes";
+  const DbcSignal floating = make_signal(0, 32, ByteOrder::intel, ValueType::float32);
+  EXPECT_EQ(raw_number(floating, 0.5), 0.5);
+}
+
 TEST(SignalCodec, RoundsToNearest) {
   const SignalCodec codec(make_signal(0, 8, ByteOrder::intel, ValueType::signed_integer));
   EXPECT_EQ(codec.to_raw(2.4).raw, 2U);

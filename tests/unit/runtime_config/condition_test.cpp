@@ -97,7 +97,7 @@ TEST(Condition, JoinsByPrecedence) {
 
 TEST(Condition, KeepsEveryMentionWithItsPlace) {
   Diagnostics diagnostics;
-  const auto condition = parse("\"a > b or can.x.Y < a\"", diagnostics);
+  const auto condition = parse("\"a > b or can.x.Y < z.a\"", diagnostics);
   ASSERT_TRUE(condition) << diagnostics.to_text();
   const auto& mentions = condition->mentions();
   ASSERT_EQ(mentions.size(), 4U);
@@ -106,7 +106,36 @@ TEST(Condition, KeepsEveryMentionWithItsPlace) {
   EXPECT_EQ(mentions[2].text, "can.x.Y");
   EXPECT_EQ(mentions[2].place, (Place{"f.yaml", 1, 18}));
   EXPECT_EQ(mentions[3].place, (Place{"f.yaml", 1, 28}));
-  EXPECT_EQ(condition->text(), "a > b or can.x.Y < a");
+  EXPECT_EQ(condition->text(), "a > b or can.x.Y < z.a");
+}
+
+TEST(Condition, AWordBesideASignalWithADotNamesAValueOfIt) {
+  Diagnostics diagnostics;
+  const auto condition =
+      parse("\"can.x.Y == LimpHome and 'on, off' != can.x.Z and On == can.x.W and a < b\"", diagnostics);
+  ASSERT_TRUE(condition) << diagnostics.to_text();
+  const auto& mentions = condition->mentions();
+  ASSERT_EQ(mentions.size(), 5U);
+  EXPECT_EQ(mentions[0].text, "can.x.Y");
+  EXPECT_EQ(mentions[1].text, "can.x.Z");
+  EXPECT_EQ(mentions[2].text, "can.x.W");
+  EXPECT_EQ(mentions[3].text, "a");
+  const auto& named = condition->named_values();
+  ASSERT_EQ(named.size(), 3U);
+  EXPECT_EQ(named[0].name.text, "LimpHome");
+  EXPECT_EQ(named[0].mention, 0U);
+  EXPECT_EQ(named[0].name.place, (Place{"f.yaml", 1, 20}));
+  EXPECT_EQ(named[1].name.text, "on, off");
+  EXPECT_EQ(named[1].mention, 1U);
+  EXPECT_EQ(named[2].name.text, "On");
+  EXPECT_EQ(named[2].mention, 2U);
+  const std::uint32_t indices[] = {0, 1, 2, 3, 4};
+  const double numbers[] = {7.0, 8.0, 9.0};
+  const BoundCondition bound = condition->bind(indices, numbers);
+  EXPECT_TRUE(bound.holds(std::vector<double>{7.0, 0.0, 9.0, 1.0, 2.0}));
+  EXPECT_FALSE(bound.holds(std::vector<double>{7.0, 8.0, 9.0, 1.0, 2.0}));
+  EXPECT_FALSE(bound.holds(std::vector<double>{6.0, 0.0, 9.0, 1.0, 2.0}));
+  EXPECT_FALSE(bound.holds(std::vector<double>{7.0, 0.0, 1.0, 1.0, 2.0}));
 }
 
 TEST(Condition, PlacesReachIntoFoldedText) {
@@ -125,7 +154,9 @@ TEST(Condition, MistakesStandAtTheirCharacter) {
   EXPECT_TRUE(is_only_mistake(mistakes_in("\"! a == 1\""), 1, 9, "write not"));
   EXPECT_TRUE(is_only_mistake(mistakes_in("a = 1"), 1, 10, "write =="));
   EXPECT_TRUE(is_only_mistake(mistakes_in("1 < a < 2"), 1, 14, "can not be chained"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("1 < 2"), 1, 8, "two numbers"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("1 < 2"), 1, 8, "two constants"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("1 < 'two'"), 1, 8, "at least one side has to be a signal"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("a.b == 'open"), 1, 15, "not closed"));
   EXPECT_TRUE(is_only_mistake(mistakes_in("a > 50 km/h"), 1, 15, "found 'km'"));
   EXPECT_TRUE(is_only_mistake(mistakes_in("a > 50km"), 1, 14, "numbers have no unit here"));
   EXPECT_TRUE(is_only_mistake(mistakes_in("(a > 1"), 1, 14, "the condition ends where and, or, or ')'"));

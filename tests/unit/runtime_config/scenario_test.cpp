@@ -116,12 +116,12 @@ TEST_F(ScenarioTest, Can) {
   EXPECT_EQ(std::get<Word>(sent.signals[0].source).text, "traffic.ego_speed");
   EXPECT_EQ(std::get<double>(sent.signals[1].source), 3.0);
   ASSERT_EQ(sent.safe.size(), 1U);
-  EXPECT_EQ(sent.safe[0].value, -1.5);
+  EXPECT_EQ(std::get<double>(sent.safe[0].value), -1.5);
   ASSERT_EQ(car.receive.size(), 2U);
   EXPECT_EQ(car.receive[0].message.text, "BrakeCommand");
-  EXPECT_EQ(car.receive[0].timeout_ns, 0);
+  EXPECT_FALSE(car.receive[0].timeout_ns);
   EXPECT_EQ(car.receive[1].timeout_ns, 1'000'000'000);
-  EXPECT_EQ(car.receive[1].safe[0].value, 4.0);
+  EXPECT_EQ(std::get<double>(car.receive[1].safe[0].value), 4.0);
   EXPECT_EQ(car.faults.drop, 0.25);
   EXPECT_EQ(car.faults.corrupt, 0.125);
   EXPECT_EQ(car.faults.delay_ns, 3'000'000);

@@ -290,7 +290,8 @@ RunRecord full_record() {
                  7,     11,
                  13,    17,
                  19,    23,
-                 29,    1'031}};
+                 29,    1'031,
+                 {{"BrakeCommand", 37, 41}}}};
   ModbusUnit plc;
   plc.device = "plc at 127.0.0.1:40213";
   plc.role = "client";

@@ -334,14 +334,6 @@ TEST_F(WiringOf, WhatADeviceFillsItselfIsNotFedBySignals) {
   }
 }
 
-TEST_F(WiringOf, MistakesInTheDatabaseHaveTheirPlaceThere) {
-  folder_.write("test.dbc", std::string(database_text) + "BO_ 800 Broken: eight HIL\n");
-  EXPECT_FALSE(wired(scenario_text));
-  ASSERT_FALSE(diagnostics_.empty());
-  EXPECT_NE(diagnostics_.mistakes()[0].place.file.find("test.dbc"), std::string::npos);
-  EXPECT_EQ(diagnostics_.mistakes()[0].place.line, 12U);
-}
-
 TEST_F(WiringOf, AllMistakesAreReportedAtOnce) {
   std::string text = scenario_text;
   text = changed("ego_brake_request:", "ego_brake_reqest:", text);

@@ -25,6 +25,19 @@ TEST(SignalTable, GivesIdsInOrderAndFindsThemAgain) {
   EXPECT_TRUE(speed.valid());
 }
 
+TEST(SignalTable, FindsASignalByItsOtherNamesToo) {
+  SignalTable table;
+  const SignalId speed = table.add({"can.car.LongName.Speed", "m/s", "can.car"});
+  const SignalId brake = table.add({"can.car.Brake", "", "can.car"});
+  table.add_alias("can.car.Short.Speed", speed);
+  table.add_alias("can.car.Brake", speed);
+  EXPECT_EQ(table.find("can.car.Short.Speed"), speed);
+  EXPECT_EQ(table.find("can.car.Brake"), brake) << "a name goes before an alias";
+  EXPECT_EQ(table.size(), 2U);
+  table.set_named_values(brake, {{"on", 1.0}});
+  EXPECT_EQ(table.info(brake).named_values.at("on"), 1.0);
+}
+
 TEST(SignalTable, StartsAtTheInitialValueAndStale) {
   SignalTable table;
   const SignalId id = table.add({"a", "m", "x", 7.25});

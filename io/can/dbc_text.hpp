@@ -1,0 +1,12 @@
+#pragma once
+// Strings of a DBC file as UTF-8.
+
+#include <string>
+#include <string_view>
+
+namespace hil::io::can {
+
+/// The content of a quoted string: `\"` and `\\` are undone; bytes that are not UTF-8 are read as cp1252.
+std::string dbc_text(std::string_view written);
+
+}  // namespace hil::io::can

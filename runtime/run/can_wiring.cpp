@@ -1,0 +1,266 @@
+#include "runtime/run/can_wiring.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <variant>
+#include <vector>
+
+#include "io/can/signal_codec.hpp"
+#include "runtime/config/numbers.hpp"
+
+namespace hil::run {
+namespace {
+
+using config::Diagnostics;
+using config::Word;
+
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
+  const std::string near = config::nearest(word, names);
+  return near.empty() ? std::string() : "; did you mean '" + near + "'?";
+}
+
+std::string milliseconds(std::int64_t duration_ns) {
+  return config::format_number(static_cast<double>(duration_ns) * 1e-6) + " ms";
+}
+
+std::optional<io::can::Dbc> load_database(const config::CanSection& section, Diagnostics& diagnostics) {
+  io::can::DbcResult loaded = io::can::load_dbc(section.database);
+  for (const io::can::DbcProblem& problem : loaded.problems) {
+    if (problem.severity == io::can::DbcProblem::Severity::warning) continue;
+    const config::Place place{section.database, static_cast<std::uint32_t>(problem.line),
+                              static_cast<std::uint32_t>(problem.column)};
+    if (loaded.is_usable()) {
+      diagnostics.warn(place, problem.text);
+    } else {
+      diagnostics.add(place, problem.text);
+    }
+  }
+  if (!loaded.is_usable()) return std::nullopt;
+  return std::move(loaded.database);
+}
+
+/// Null with a mistake when there is no such message, or when it can not be used so.
+const io::can::DbcMessage* find_message(const io::can::Dbc& database, const Word& word, io::can::Use use,
+                                        Diagnostics& diagnostics) {
+  const io::can::DbcMessage* const found = database.find_message(word.text);
+  if (found == nullptr) {
+    std::vector<std::string> names;
+    for (const io::can::DbcMessage& known : database.messages)
+      names.push_back(known.name);
+    diagnostics.add(word.place,
+                    "the CAN database has no message '" + word.text + "'" + did_you_mean(word.text, names));
+    return nullptr;
+  }
+  const std::vector<std::string> problems = io::can::coding_problems(*found, {}, use);
+  for (const std::string& problem : problems)
+    diagnostics.add(word.place, problem);
+  return problems.empty() ? found : nullptr;
+}
+
+/// Null with a mistake when the message has no such signal.
+const io::can::DbcSignal* find_dbc_signal(const io::can::DbcMessage& message, const Word& signal,
+                                          Diagnostics& diagnostics) {
+  const io::can::DbcSignal* const found = message.find_signal(signal.text);
+  if (found != nullptr) return found;
+  std::vector<std::string> names;
+  for (const io::can::DbcSignal& known : message.signals)
+    names.push_back(known.name);
+  diagnostics.add(signal.place, "message " + message.name + " has no signal '" + signal.text + "'" +
+                                    did_you_mean(signal.text, names));
+  return nullptr;
+}
+
+/// A constant that would be sent as another value, because the signal's bits or its range do not hold it.
+void check_constant(const io::can::DbcSignal& signal, const Word& written, double value,
+                    Diagnostics& diagnostics) {
+  const io::can::SignalCodec codec(signal);
+  if (codec.to_raw(value).verdict != io::can::SignalCodec::Verdict::saturated) return;
+  diagnostics.add(written.place, "'" + written.text + "': " + config::format_number(value) +
+                                     " is out of range; the signal holds " +
+                                     config::format_number(codec.physical_minimum()) + " to " +
+                                     config::format_number(codec.physical_maximum()));
+}
+
+template <class Section>
+void take_protection(const Section& section, const io::can::DbcMessage& message,
+                     io::can::Protection& protection, Diagnostics& diagnostics) {
+  const auto name_of = [&](const std::optional<Word>& word) -> std::string {
+    const io::can::DbcSignal* const signal = word ? find_dbc_signal(message, *word, diagnostics) : nullptr;
+    return signal == nullptr ? std::string() : signal->name;
+  };
+  protection.counter_signal = name_of(section.counter);
+  protection.checksum_signal = name_of(section.checksum);
+}
+
+std::map<std::string, double> safe_values_of(const std::vector<config::SafeValue>& written,
+                                             const io::can::DbcMessage& message, bool is_sent,
+                                             Diagnostics& diagnostics) {
+  std::map<std::string, double> values;
+  for (const config::SafeValue& safe : written) {
+    const io::can::DbcSignal* const signal = find_dbc_signal(message, safe.dbc_signal, diagnostics);
+    if (signal == nullptr) continue;
+    std::optional<double> value;
+    if (const Word* const name = std::get_if<Word>(&safe.value)) {
+      value = value_named(named_values_of(*signal), *name, message.name + "." + signal->name, diagnostics);
+    } else {
+      value = std::get<double>(safe.value);
+    }
+    if (!value) continue;
+    if (is_sent) check_constant(*signal, safe.dbc_signal, *value, diagnostics);
+    values[signal->name] = *value;
+  }
+  return values;
+}
+
+/// The written period, the cycle time of the DBC file, or the period of the bus.
+std::int64_t period_of(const config::SentMessage& sent, const io::can::DbcMessage& message,
+                       std::int64_t bus_period_ns, Diagnostics& diagnostics) {
+  if (sent.period_ns > 0) return sent.period_ns;
+  const std::int64_t cycle_ns = message.cycle_time_ms * 1'000'000;
+  const std::int64_t period_ns = cycle_ns > 0 ? cycle_ns : bus_period_ns;
+  const std::string source = cycle_ns > 0 ? " (its cycle time in the DBC file)" : " (that of the bus)";
+  if (period_ns % bus_period_ns != 0) {
+    diagnostics.add(sent.message.place, "the period of '" + message.name + "', " + milliseconds(period_ns) +
+                                            source + ", is no multiple of the bus's period of " +
+                                            milliseconds(bus_period_ns) +
+                                            "; write 'period', or another 'rate'");
+  } else if (sent.offset_ns >= period_ns) {
+    diagnostics.add(sent.message.place, "'offset': " + milliseconds(sent.offset_ns) +
+                                            " has to be less than the message's period of " +
+                                            milliseconds(period_ns) + source);
+  }
+  return period_ns;
+}
+
+void describe_sent(const config::SentMessage& sent, std::int64_t bus_period_ns,
+                   io::can::CanDeviceConfig& device, Diagnostics& diagnostics) {
+  const io::can::DbcMessage* const message =
+      find_message(device.database, sent.message, io::can::Use::send, diagnostics);
+  if (message == nullptr) return;
+  io::can::SentMessageConfig config{.message = message->name,
+                                    .period_ns = period_of(sent, *message, bus_period_ns, diagnostics),
+                                    .offset_ns = sent.offset_ns,
+                                    .protection = {},
+                                    .safe_values = safe_values_of(sent.safe, *message, true, diagnostics)};
+  take_protection(sent, *message, config.protection, diagnostics);
+  std::vector<const io::can::DbcSignal*> fed;
+  for (const config::SignalSource& source : sent.signals) {
+    const io::can::DbcSignal* const signal = find_dbc_signal(*message, source.dbc_signal, diagnostics);
+    if (signal == nullptr) continue;
+    if (std::find(fed.begin(), fed.end(), signal) != fed.end())
+      diagnostics.add(source.dbc_signal.place,
+                      "'" + signal->name + "' is set twice, by its long and its short name");
+    fed.push_back(signal);
+    if (const double* constant = std::get_if<double>(&source.source))
+      check_constant(*signal, source.dbc_signal, *constant, diagnostics);
+  }
+  device.send.push_back(std::move(config));
+}
+
+void describe_received(const config::ReceivedMessage& received, io::can::CanDeviceConfig& device,
+                       Diagnostics& diagnostics) {
+  const io::can::DbcMessage* const message =
+      find_message(device.database, received.message, io::can::Use::receive, diagnostics);
+  if (message == nullptr) return;
+  constexpr std::int64_t cycles = 3;
+  io::can::ReceivedMessageConfig config{
+      .message = message->name,
+      .timeout_ns = received.timeout_ns.value_or(cycles * message->cycle_time_ms * 1'000'000),
+      .protection = {},
+      .safe_values = safe_values_of(received.safe, *message, false, diagnostics)};
+  take_protection(received, *message, config.protection, diagnostics);
+  device.receive.push_back(std::move(config));
+}
+
+}  // namespace
+
+std::optional<io::can::CanDeviceConfig> describe_can_device(const config::Scenario& scenario,
+                                                            const config::CanSection& section,
+                                                            Diagnostics& diagnostics) {
+  const std::size_t before = diagnostics.count();
+  auto database = load_database(section, diagnostics);
+  if (!database) return std::nullopt;
+  io::can::CanDeviceConfig device;
+  device.name = section.bus.text;
+  device.bits_per_second = section.bits_per_second;
+  device.may_be_lost = section.may_be_lost;
+  device.database = std::move(*database);
+  const std::int64_t bus_period_ns = scenario.base_period_ns * section.every_ticks;
+  for (const config::SentMessage& sent : section.send)
+    describe_sent(sent, bus_period_ns, device, diagnostics);
+  for (const config::ReceivedMessage& received : section.receive)
+    describe_received(received, device, diagnostics);
+  if (diagnostics.count() != before) return std::nullopt;
+  for (const std::string& problem : io::can::configuration_problems(device))
+    diagnostics.add(section.bus.place, problem);
+  if (diagnostics.count() != before) return std::nullopt;
+  return device;
+}
+
+std::map<std::string, double> named_values_of(const io::can::DbcSignal& signal) {
+  std::map<std::string, double> values;
+  for (const auto& [raw, name] : signal.value_names) {
+    const std::optional<double> number = io::can::raw_number(signal, static_cast<double>(raw));
+    if (!number) continue;
+    const double value = io::can::physical_of(signal, *number);
+    const auto [there, is_new] = values.emplace(name, value);
+    if (!is_new && there->second != value) there->second = std::numeric_limits<double>::quiet_NaN();
+  }
+  return values;
+}
+
+std::optional<double> value_named(const std::map<std::string, double>& values, const Word& name,
+                                  const std::string& signal, Diagnostics& diagnostics) {
+  const auto found = values.find(name.text);
+  if (found != values.end() && !std::isnan(found->second)) return found->second;
+  if (found != values.end()) {
+    diagnostics.add(name.place,
+                    "'" + signal + "' has several values named '" + name.text + "'; write the number");
+    return std::nullopt;
+  }
+  std::vector<std::string> names;
+  for (const auto& [known, value] : values)
+    names.push_back(known);
+  diagnostics.add(name.place,
+                  config::in_quotes(name.text) + " is neither a number nor a signal, and '" + signal +
+                      "' has " +
+                      (names.empty() ? "no value names"
+                                     : "no value of that name" + config::suggestion(name.text, names)));
+  return std::nullopt;
+}
+
+std::optional<double> start_value_of(const io::can::DbcSignal& signal) {
+  if (!signal.start_raw) return std::nullopt;
+  const std::optional<double> number = io::can::raw_number(signal, *signal.start_raw);
+  if (!number) return std::nullopt;
+  return io::can::physical_of(signal, *number);
+}
+
+void warn_of_unset_signals(const config::SentMessage& sent, const io::can::DbcMessage& message,
+                           Diagnostics& diagnostics) {
+  std::string unset;
+  for (const io::can::DbcSignal& signal : message.signals) {
+    const auto is_this = [&](const std::string& name) { return message.find_signal(name) == &signal; };
+    const bool fills_itself =
+        (sent.counter && is_this(sent.counter->text)) || (sent.checksum && is_this(sent.checksum->text));
+    const bool is_set = std::any_of(sent.signals.begin(), sent.signals.end(),
+                                    [&](const auto& source) { return is_this(source.dbc_signal.text); });
+    if (fills_itself || is_set || start_value_of(signal)) continue;
+    unset += (unset.empty() ? "'" : ", '") + signal.name + "'";
+  }
+  if (unset.empty()) return;
+  diagnostics.warn(sent.message.place,
+                   "nothing sets these signals of " + message.name +
+                       ", and the DBC file gives them no start value; they carry their safe "
+                       "values: " +
+                       unset);
+}
+
+std::string precision_warning(const io::can::DbcSignal& signal) {
+  if (!signal.is_wide_integer()) return {};
+  return "has " + std::to_string(signal.length_bits) +
+         " bits; a signal is a double, which rounds integers beyond 2^53 (9007199254740992)";
+}
+
+}  // namespace hil::run

@@ -1,0 +1,288 @@
+// CAN sections against their DBC files: defaults of the file, value names, long names, what can not be used.
+
+#include "runtime/run/can_wiring.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "io/can/dbc.hpp"
+#include "runtime/run/expectations.hpp"
+#include "runtime/run/wiring.hpp"
+#include "tests/unit/runtime_run/run_test.hpp"
+
+namespace hil::run {
+namespace {
+
+using testing::Folder;
+
+const std::string database = R"(VERSION ""
+BU_: HIL ECU
+BO_ 256 Command: 8 HIL
+ SG_ KeyState : 0|4@1+ (1,0) [0|2] "" ECU
+ SG_ Torque : 8|8@1+ (0.5,-20) [-20|100] "" ECU
+ SG_ Level : 16|8@1+ (1,0) [0|255] "" ECU
+BO_ 768 Status: 8 ECU
+ SG_ Mode : 0|4@1+ (2,10) [0|0] "" HIL
+ SG_ BatteryCellOverVoltageWarn_0001 : 8|8@1+ (1,0) [0|255] "" HIL
+ SG_ Total : 16|32@1+ (1,0) [0|0] "" HIL
+BO_ 769 Wide: 8 ECU
+ SG_ Big : 0|64@1+ (1,0) [0|0] "" HIL
+BO_ 770 WideCommand: 8 HIL
+ SG_ Big : 0|64@1+ (1,0) [0|0] "" ECU
+BO_ 4096 Unmarked: 8 ECU
+ SG_ S : 0|8@1+ (1,0) [0|0] "" HIL
+BO_ 771 Crossed: 8 HIL
+ SG_ One : 0|9@1+ (1,0) [0|0] "" ECU
+ SG_ Two : 8|8@1+ (1,0) [0|0] "" ECU
+BA_ "GenMsgCycleTime" BO_ 256 20;
+BA_ "GenMsgCycleTime" BO_ 768 40;
+BA_ "GenSigStartValue" SG_ 256 Torque 255;
+BA_ "GenSigStartValue" SG_ 256 Level 7;
+BA_ "SystemSignalLongSymbol" SG_ 768 BatteryCellOverVoltageWarn_0001 "BatteryCellOverVoltageWarningIndexFront";
+BA_ "SystemMessageLongSymbol" BO_ 768 "StatusOfTheBatteryManagement";
+VAL_ 256 KeyState 0 "Off" 1 "On" 2 "Crank Start" 15 "SNA" 3 "twice" 4 "twice" ;
+VAL_ 256 Torque 255 "SNA" ;
+VAL_ 768 Mode 1 "Normal" 2 "LimpHome" 3 "limp home" ;
+)";
+
+const std::string scenario = R"(scenario: names
+base_rate: 1 kHz
+duration: 1 s
+can:
+  - bus: car
+    device: virtual
+    database: test.dbc
+    rate: 100 Hz
+    send:
+      - message: Command
+        signals: {KeyState: On}
+    receive:
+      - message: Status
+expectations:
+  - {name: it limps, eventually: can.car.Status.Mode == LimpHome}
+)";
+
+class CanWiring : public ::testing::Test {
+ protected:
+  CanWiring() { folder_.write("test.dbc", database); }
+
+  std::optional<Wiring> wired(const std::string& text) {
+    diagnostics_ = {};
+    auto loaded =
+        config::load_scenario(folder_.write("scenario.yaml", text), {}, module_schemas(), diagnostics_);
+    if (!loaded) return std::nullopt;
+    scenario_ = std::make_unique<config::Scenario>(std::move(*loaded));
+    return wire(*scenario_, diagnostics_);
+  }
+  static std::string changed(const std::string& from, const std::string& to, std::string text = scenario) {
+    const std::size_t at = text.find(from);
+    if (at == std::string::npos) throw std::runtime_error("not in the text: " + from);
+    return text.replace(at, from.size(), to);
+  }
+  /// Refused, with these words in the only mistake, which stands in this line of the scenario.
+  ::testing::AssertionResult refuses(const std::string& text, std::uint32_t line, const std::string& words) {
+    if (wired(text)) return ::testing::AssertionFailure() << "not refused";
+    if (diagnostics_.count() != 1 || diagnostics_.mistakes()[0].place.line != line ||
+        diagnostics_.mistakes()[0].message.find(words) == std::string::npos)
+      return ::testing::AssertionFailure() << "not '" << words << "' in line " << line << ":\n"
+                                           << diagnostics_.to_text();
+    return ::testing::AssertionSuccess();
+  }
+  /// Of the outputs of `Command`: KeyState, Torque, Level.
+  double constant(const Wiring& wiring, std::size_t output) {
+    return wiring.can.at(0).links.outputs.at(output).constant;
+  }
+
+  Folder folder_;
+  config::Diagnostics diagnostics_;
+  std::unique_ptr<config::Scenario> scenario_;
+};
+
+TEST_F(CanWiring, TheDatabaseGivesPeriodsTimeOutsAndStartValues) {
+  const auto wiring = wired(scenario);
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  EXPECT_EQ(diagnostics_.warning_count(), 0U) << diagnostics_.to_text();
+  const io::can::CanDeviceConfig& device = wiring->can.at(0).device;
+  EXPECT_EQ(device.send.at(0).period_ns, 20'000'000);
+  EXPECT_EQ(device.receive.at(0).timeout_ns, 3 * 40'000'000);
+  EXPECT_EQ(constant(*wiring, 0), 1.0) << "On";
+  EXPECT_EQ(constant(*wiring, 1), 255 * 0.5 - 20) << "the start value is raw";
+  EXPECT_EQ(constant(*wiring, 2), 7.0);
+}
+
+TEST_F(CanWiring, WhatIsWrittenGoesBeforeTheDatabase) {
+  std::string text = changed("- message: Command\n", "- message: Command\n        period: 50 ms\n");
+  text = changed("- message: Status\n", "- {message: Status, timeout: 0 ms}\n", text);
+  text = changed("{KeyState: On}", "{KeyState: 2, Torque: 30, Level: 9}", text);
+  const auto wiring = wired(text);
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  EXPECT_EQ(wiring->can.at(0).device.send.at(0).period_ns, 50'000'000);
+  EXPECT_EQ(wiring->can.at(0).device.receive.at(0).timeout_ns, 0) << "never";
+  EXPECT_EQ(constant(*wiring, 1), 30.0);
+  EXPECT_EQ(constant(*wiring, 2), 9.0);
+}
+
+TEST_F(CanWiring, ACycleTimeThatTheBusCanNotKeepIsRefused) {
+  EXPECT_TRUE(
+      refuses(changed("rate: 100 Hz", "rate: 40 Hz"), 10, "is no multiple of the bus's period of 25 ms"));
+  EXPECT_TRUE(refuses(changed("- message: Command\n", "- message: Command\n        offset: 20 ms\n"), 10,
+                      "has to be less than the message's period of 20 ms"));
+}
+
+TEST_F(CanWiring, ASignalThatNothingSetsAndThatHasNoStartValueIsAWarning) {
+  ASSERT_TRUE(wired(changed("{KeyState: On}", "{Level: 3}"))) << diagnostics_.to_text();
+  ASSERT_EQ(diagnostics_.warning_count(), 1U);
+  EXPECT_EQ(diagnostics_.warnings()[0].place.line, 10U);
+  EXPECT_NE(diagnostics_.warnings()[0].message.find("their safe values: 'KeyState'"), std::string::npos)
+      << diagnostics_.to_text();
+}
+
+TEST_F(CanWiring, ValueNamesStandWhereverANumberCan) {
+  std::string text =
+      changed("{KeyState: On}", "{KeyState: Crank Start, Torque: SNA}\n        safe: {KeyState: 'Off'}");
+  text = changed("- message: Status\n", "- {message: Status, safe: {Mode: LimpHome}}\n", text);
+  const auto wiring = wired(text);
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  EXPECT_EQ(constant(*wiring, 0), 2.0);
+  EXPECT_EQ(constant(*wiring, 1), 255 * 0.5 - 20) << "outside of the range, but it has a name";
+  EXPECT_EQ(wiring->can[0].device.send[0].safe_values.at("KeyState"), 0.0);
+  EXPECT_EQ(wiring->can[0].device.receive[0].safe_values.at("Mode"), 14.0) << "names are of raw values";
+}
+
+TEST_F(CanWiring, ValueNamesInConditionsAreJudged) {
+  for (const char* name : {"LimpHome", "'LimpHome'"}) {
+    const auto wiring = wired(changed("Mode == LimpHome", std::string("Mode == ") + name));
+    ASSERT_TRUE(wiring) << diagnostics_.to_text();
+    signals::SignalTable table = wiring->signals;
+    const Arrivals arrivals{};
+    const auto judge = make_judge(scenario_->expectations.at(0), table, arrivals, 10);
+    const auto mode = table.find("can.car.Status.Mode");
+    ASSERT_TRUE(mode);
+    table.write(*mode, 12.0, 0);
+    judge->look(table, {}, 0);
+    EXPECT_FALSE(judge->result(1).passed);
+    table.write(*mode, 14.0, 1'000'000);
+    judge->look(table, {}, 1'000'000);
+    EXPECT_TRUE(judge->result(2'000'000).passed);
+  }
+  EXPECT_TRUE(wired(changed("can.car.Status.Mode == LimpHome", "\"'limp home' != can.car.Status.Mode\"")))
+      << diagnostics_.to_text();
+}
+
+TEST_F(CanWiring, ValueNamesThatThereAreNotAreRefusedWithTheNearest) {
+  EXPECT_TRUE(refuses(changed("KeyState: On", "KeyState: Onn"), 11, "did you mean 'On'?"));
+  EXPECT_TRUE(refuses(changed("KeyState: On", "KeyState: twice"), 11, "several values named 'twice'"));
+  EXPECT_TRUE(refuses(changed("KeyState: On", "Level: On"), 11, "'Command.Level' has no value names"));
+  EXPECT_TRUE(refuses(changed("KeyState: On", "KeyState: traffic.ego.on"), 11, "there is no signal"));
+  EXPECT_TRUE(refuses(changed("- message: Status\n", "- {message: Status, safe: {Mode: Limphome}}\n"), 13,
+                      "did you mean 'LimpHome'?"));
+  EXPECT_TRUE(refuses(changed("== LimpHome", "== LimpHme"), 15, "did you mean 'LimpHome'?"));
+  EXPECT_TRUE(
+      refuses(changed("Status.Mode == LimpHome", "Status.Total == LimpHome"), 15, "has no value names"));
+}
+
+TEST_F(CanWiring, LongAndShortNamesMeanTheSameSignal) {
+  const std::string signal = "BatteryCellOverVoltageWarn_0001";
+  const std::string full = "can.car.StatusOfTheBatteryManagement.BatteryCellOverVoltageWarningIndexFront";
+  for (const std::string& name :
+       {full, "can.car.Status." + signal, "can.car.StatusOfTheBatteryManagement." + signal,
+        std::string("can.car.Status.BatteryCellOverVoltageWarningIndexFront")}) {
+    const auto wiring = wired(changed("can.car.Status.Mode == LimpHome", name + " == 1"));
+    ASSERT_TRUE(wiring) << diagnostics_.to_text();
+    EXPECT_EQ(wiring->signals.info(*wiring->signals.find(name)).name, full);
+  }
+  EXPECT_TRUE(refuses(changed("can.car.Status.Mode == LimpHome", full + "s == 1"), 15,
+                      "did you mean '" + full + "'?"));
+  const auto wiring =
+      wired(changed("- message: Status\n", "- {message: Status, safe: {" + signal + ": 3}}\n"));
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  EXPECT_EQ(wiring->can[0].device.receive[0].message, "StatusOfTheBatteryManagement");
+  EXPECT_EQ(wiring->can[0].device.receive[0].safe_values.at("BatteryCellOverVoltageWarningIndexFront"), 3.0);
+}
+
+TEST_F(CanWiring, WhatNoFrameCanCarryIsRefusedWhereItIsUsed) {
+  EXPECT_TRUE(
+      refuses(changed("- message: Status\n", "- message: Status\n      - message: Unmarked\n"), 14,
+              "message 'Unmarked' can not be used: identifier 4096 needs more than 11 bits, and bit 31, "
+              "which marks a 29-bit identifier, is not set"));
+  EXPECT_TRUE(refuses(changed("- message: Command\n", "- message: Crossed\n      - message: Command\n"), 10,
+                      "these of its signals overlap: 'One' and 'Two'"));
+}
+
+TEST_F(CanWiring, IntegersBeyondADoubleAreAWarningWhereTheyAreUsed) {
+  std::string text = changed("- message: Status\n", "- message: Status\n      - message: Wide\n");
+  ASSERT_TRUE(wired(text)) << diagnostics_.to_text();
+  EXPECT_EQ(diagnostics_.warning_count(), 0U) << "nothing reads it: " << diagnostics_.to_text();
+  text = changed("can.car.Status.Mode == LimpHome", "can.car.Wide.Big > 1", text);
+  text = changed(
+      "      - message: Command\n",
+      "      - message: WideCommand\n        signals: {Big: can.car.Wide.Big}\n      - message: Command\n",
+      text);
+  ASSERT_TRUE(wired(text)) << diagnostics_.to_text();
+  ASSERT_EQ(diagnostics_.warning_count(), 3U) << diagnostics_.to_text();
+  EXPECT_NE(diagnostics_.warnings()[0].message.find("has 64 bits; a signal is a double"), std::string::npos);
+  EXPECT_EQ(diagnostics_.warnings()[0].place.line, 11U);
+}
+
+TEST_F(CanWiring, StatementsThatAreNotUnderstoodAreWarningsWithTheirPlace) {
+  folder_.write(
+      "test.dbc",
+      database + "CM_ \"unfinished\"\nBO_ 800 Broken: eight HIL\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n");
+  ASSERT_TRUE(wired(scenario)) << diagnostics_.to_text();
+  ASSERT_EQ(diagnostics_.warning_count(), 2U) << diagnostics_.to_text();
+  const auto lines = static_cast<std::uint32_t>(std::count(database.begin(), database.end(), '\n'));
+  EXPECT_EQ(diagnostics_.warnings()[0].place.line, lines + 1);
+  EXPECT_EQ(diagnostics_.warnings()[1].place.line, lines + 2);
+  EXPECT_NE(diagnostics_.warnings()[0].place.file.find("test.dbc"), std::string::npos);
+}
+
+TEST_F(CanWiring, AFileWithoutAnyMessageIsRefusedWithAPlace) {
+  folder_.write("test.dbc", "\n  VERSION \"\"\n");
+  ASSERT_FALSE(wired(scenario));
+  EXPECT_EQ(diagnostics_.mistakes().at(0).place.line, 2U);
+  EXPECT_EQ(diagnostics_.mistakes().at(0).place.column, 3U);
+  EXPECT_NE(diagnostics_.mistakes().at(0).message.find("gives no message"), std::string::npos);
+}
+
+/// Whatever a damaged file holds, a scenario on it is wired, or refused with places.
+TEST_F(CanWiring, DamagedDatabasesAreWiredOrRefused) {
+  std::mt19937_64 random(46);
+  int accepted = 0;
+  int refused = 0;
+  for (int round = 0; round < 2000; ++round) {
+    std::string text = database;
+    for (std::uint64_t changes = 1 + random() % 4; changes > 0; --changes) {
+      const std::size_t at = random() % text.size();
+      switch (random() % 5) {
+        case 0:
+          text[at] = static_cast<char>(random());
+          break;
+        case 1:
+          text.erase(at, 1 + random() % 12);
+          break;
+        case 2:
+          text.insert(at, text.substr(random() % text.size(), random() % 60));
+          break;
+        case 3:
+          text.insert(at, std::to_string(random() % (random() % 2 == 0 ? 100 : 10'000'000'000)));
+          break;
+        default:
+          text.insert(at, std::string(1, "\";:|@()[]-\n"[random() % 11]));
+          break;
+      }
+    }
+    folder_.write("test.dbc", text);
+    const bool is_wired =
+        wired(changed("- message: Status\n", "- message: Status\n      - message: Wide\n")).has_value();
+    ASSERT_EQ(is_wired, diagnostics_.empty()) << text;
+    for (const config::Mistake& mistake : diagnostics_.mistakes())
+      ASSERT_GE(mistake.place.line, 1U) << mistake.message << text;
+    ++(is_wired ? accepted : refused);
+  }
+  EXPECT_GT(accepted, 200);
+  EXPECT_GT(refused, 200);
+}
+
+}  // namespace
+}  // namespace hil::run
