@@ -81,7 +81,7 @@ std::string fault_itself(const BadInput& fault) {
           "world time %.9f s is not covered by the version that is read, which holds from %.9f s on",
           fault.values[0], fault.values[1]);
     case BadInputReason::window_too_long:
-      return sentence("the times asked at run from %.9f s to %.9f s, more than %g s", fault.values[0],
+      return sentence("the times of its batch run from %.9f s to %.9f s; they may span %g s", fault.values[0],
                       fault.values[1], fault.values[2]);
     case BadInputReason::beyond_history:
       return sentence("the world at %.9f s is not known: this history ends before %.9f s", fault.values[0],
@@ -128,7 +128,7 @@ std::string place_of(const Outcome& outcome) {
     case BadInputReason::unknown_version:
       return "";
     case BadInputReason::window_too_long:
-      return ", over all its queries";
+      return sentence(", in query %d", outcome.bad_query);
     default:
       break;
   }
