@@ -70,7 +70,7 @@ struct Recovery {
   bool torn = false;          ///< what was being written last was cut off
   bool salvaged = false;      ///< something behind `version` was damaged, and is lost
   Nanoseconds duration{0};
-  std::string in_words;  ///< a sentence: what was found, what was cut and why
+  std::string in_words{};  ///< a sentence: what was found, what was cut and why
 };
 
 /// How the log is, now.
@@ -84,7 +84,7 @@ struct Durability {
   /// `durable` stays until there is a checkpoint, which is being made.
   bool waits_for_checkpoint = false;
   std::uint64_t faults = 0;  ///< calls that the disk refused
-  std::string last_fault;    ///< in words; empty: none
+  std::string last_fault{};  ///< in words; empty: none
   std::uint64_t gaps = 0;    ///< told of in the log
   std::uint64_t commits_in_gaps = 0;
   std::size_t ring_bytes = 0, ring_high_water = 0;
