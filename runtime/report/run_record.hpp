@@ -19,7 +19,7 @@ namespace hil::report {
 
 /// Written into report.json. A file with another number is refused by the reader. It counts up with every key
 /// that is added, removed or changes its meaning, since the reader wants all of them.
-inline constexpr int schema_version = 5;
+inline constexpr int schema_version = 6;
 
 inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
