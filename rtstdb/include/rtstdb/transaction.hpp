@@ -13,6 +13,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include <rtstdb/entity.hpp>
 #include <rtstdb/query.hpp>
@@ -110,6 +111,12 @@ struct BadInput {
   double values[4] = {};
   bool in_geometry_update = false;
   Version version = 0;  ///< snapshot_too_old, unknown_version: that was asked for; 0 where it was by time
+  /// not_finite, out_of_limits, bad_region, bad_nearest: the member at fault, as "scale.x", its value, and between which values it may
+  /// lie (infinite: no limit there). Else empty. The text lives as long as the program.
+  std::string_view field{};
+  double value = 0.0;
+  double lowest = -std::numeric_limits<double>::infinity();
+  double highest = std::numeric_limits<double>::infinity();
 };
 
 /// Why a transaction was cancelled.
