@@ -238,6 +238,7 @@ class DatabaseImpl final : public Database {
 
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name,
                                   const GeometryOptions& options) override {
+    require_open("Database::add_geometry");
     return unless_out_of_memory<GeometryId>("geometry", name, [&]() -> Result<GeometryId> {
       if (is_past_) return named(name, {ErrorCode::bad_input, "nothing is written to the past"});
       if (auto valid = validate(mesh); !valid) return named(name, valid.error());
@@ -276,8 +277,12 @@ class DatabaseImpl final : public Database {
     return engine_.make_transaction(options);
   }
 
-  Result<void> calibrate(Transaction& transaction) override { return engine_.calibrate(transaction); }
+  Result<void> calibrate(Transaction& transaction) override {
+    require_open("Database::calibrate");
+    return engine_.calibrate(transaction);
+  }
   Result<std::unique_ptr<Reservation>> reserve(const ReservationOptions& options) override {
+    require_open("Database::reserve");
     return unless_out_of_memory<std::unique_ptr<Reservation>>("reservation", options.name,
                                                               [&] { return engine_.reserve(options); });
   }
@@ -306,6 +311,7 @@ class DatabaseImpl final : public Database {
   }
 
   Result<std::vector<EntityState>> snapshot(const ReadAt& read_at) const override {
+    require_open("Database::snapshot");
     return unless_out_of_memory<std::vector<EntityState>>("a snapshot", {},
                                                           [&] { return engine_.snapshot(read_at); });
   }
@@ -344,6 +350,10 @@ class DatabaseImpl final : public Database {
   }
 
  private:
+  void require_open(const char* call) const noexcept {
+    RTSTDB_REQUIRE(!engine_.is_closing(), call, "the database is closed (Database::close)");
+  }
+
   Result<TriangleMesh> copy_of(GeometryId id, const ReadAt& read_at) const {
     TriangleMesh mesh;
     bool deforms = false;
@@ -355,6 +365,7 @@ class DatabaseImpl final : public Database {
       deforms = meshes_[id.index].deforms;
     }
     if (!deforms) return mesh;
+    require_open("Database::geometry");
     auto positions = engine_.shape(id, mesh.positions_m.size(), read_at);
     if (!positions) return positions.error();
     mesh.positions_m = std::move(positions).value();
@@ -415,6 +426,7 @@ class DatabaseImpl final : public Database {
   template <class Public, class Prepared, class Options>
   Result<std::unique_ptr<Public>> prepare_on_engine(const Options& options) {
     using Made = std::unique_ptr<Prepared>;
+    require_open("Database::prepare");
     return unless_out_of_memory<std::unique_ptr<Public>>(
         "query", options.name, [&]() -> Result<std::unique_ptr<Public>> {
           std::optional<Result<Made>> made;
@@ -429,6 +441,7 @@ class DatabaseImpl final : public Database {
 
   template <class Asked>
   Result<std::unique_ptr<StandingQuery>> watch_question(const Asked& asked, const StandingOptions& options) {
+    require_open("Database::watch");
     const auto question = standing::question_of(asked, options.name);
     if (!question) return question.error();
     return unless_out_of_memory<std::unique_ptr<StandingQuery>>(

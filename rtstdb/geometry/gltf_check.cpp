@@ -41,6 +41,16 @@ std::string_view glb_json(std::string_view file) noexcept {
   return file.substr(header_bytes + chunk_header_bytes, word_at(file, header_bytes));
 }
 
+std::string_view glb_binary(std::string_view file) noexcept {
+  constexpr std::uint32_t binary_type = 0x004E4942;  // "BIN"
+  for (std::size_t chunk = header_bytes; chunk + chunk_header_bytes <= file.size();) {
+    const std::size_t bytes = word_at(file, chunk);
+    if (word_at(file, chunk + 4) == binary_type) return file.substr(chunk + chunk_header_bytes, bytes);
+    chunk += chunk_header_bytes + bytes;
+  }
+  return {};
+}
+
 std::optional<std::string> glb_fault(std::string_view file) {
   if (file.size() < header_bytes || word_at(file, 4) != 2) return std::nullopt;
   const std::size_t length = word_at(file, 8);

@@ -15,6 +15,9 @@ std::size_t json_depth(std::string_view text) noexcept;
 /// The JSON chunk of a GLB file; what is there of it when the file is cut off, empty when it has none.
 std::string_view glb_json(std::string_view file) noexcept;
 
+/// The binary chunk of a GLB file whose chunks lie in it; empty when it has none.
+std::string_view glb_binary(std::string_view file) noexcept;
+
 /// What is wrong with the lengths that a GLB file (version 2) gives of itself and its chunks: assimp's reader takes memory for what a
 /// chunk says, and steps over chunks by sums that wrap. Empty: nothing.
 std::optional<std::string> glb_fault(std::string_view file);

@@ -22,8 +22,11 @@
 
 #include "rtstdb/geometry/bounded_reading.hpp"
 #include "rtstdb/geometry/gltf_check.hpp"
+#include "rtstdb/geometry/gltf_content.hpp"
+#include "rtstdb/geometry/json.hpp"
 #include "rtstdb/geometry/obj_file.hpp"
 #include "rtstdb/geometry/ply_file.hpp"
+#include "rtstdb/geometry/stl_file.hpp"
 
 namespace rtstdb {
 namespace {
@@ -106,7 +109,7 @@ Error too_large() {
   return {ErrorCode::capacity, "holds more than " + most + " triangles"};
 }
 
-/// Appends one mesh of the file; points and lines are left out, and neither STL nor glTF has polygons.
+/// Appends one mesh of the file; points and lines are left out, and glTF has no polygons.
 Result<void> append(TriangleMesh& all, const aiMesh& part, const Affine& to_root, double scale) {
   if (part.mNumVertices > std::size_t{3} * max_triangles_total - all.positions_m.size()) return too_large();
   const auto base = static_cast<std::uint32_t>(all.positions_m.size());
@@ -164,8 +167,12 @@ Result<void> check_gltf(const std::filesystem::path& path) {
   if (depth > deepest_json)
     return file_error(path, "nests its JSON " + std::to_string(depth) + " levels deep; " +
                                 std::to_string(deepest_json) + " are read");
-  if (extension != ".glb") return {};
-  if (const auto fault = glb_fault(file)) return file_error(path, "can not be read: it " + *fault);
+  const bool is_glb = extension == ".glb";
+  if (is_glb) {
+    if (const auto fault = glb_fault(file)) return file_error(path, "can not be read: it " + *fault);
+  }
+  check_gltf_content(read_json(is_glb ? glb_json(file) : std::string_view(file)),
+                     is_glb ? glb_binary(file) : std::string_view(), path.parent_path());
   return {};
 }
 
@@ -195,6 +202,7 @@ Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale) 
     const std::string extension = extension_of(path);
     Result<TriangleMesh> mesh = extension == ".ply"   ? read_ply(whole_file(path), scale)
                                 : extension == ".obj" ? read_obj(whole_file(path), scale)
+                                : extension == ".stl" ? read_stl(whole_file(path), scale)
                                                       : read_by_assimp(path, scale);
     if (!mesh) return mesh;
     if (Result<void> checked = validate(mesh.value()); !checked)

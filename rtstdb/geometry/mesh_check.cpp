@@ -107,7 +107,7 @@ Result<void> validate(const TriangleMesh& mesh) {
 }
 
 Bounds bounds_of(const TriangleMesh& mesh) {
-  RTSTDB_ASSERT(!mesh.triangles.empty());
+  RTSTDB_REQUIRE(!mesh.triangles.empty(), "bounds_of", "the mesh has no triangle; call validate first");
   const glm::vec3 first = mesh.positions_m[mesh.triangles.front().x];
   Bounds bounds{first, first};
   for (const glm::uvec3& triangle : mesh.triangles) {

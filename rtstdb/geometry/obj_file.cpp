@@ -102,6 +102,8 @@ void append_corners(const Statements& statement, std::string_view rest, std::siz
                        " vertices, " + std::to_string(before) + " of them before it");
     corners.push_back(static_cast<std::uint32_t>(*index > 0 ? *index - 1 : last + *index));
   }
+  if (corners.size() < 3)
+    statement.refuse("has " + std::to_string(corners.size()) + " corners; a face has three or more");
   if (corners.size() > max_polygon_corners)
     statement.refuse("has " + std::to_string(corners.size()) + " corners; up to " +
                      std::to_string(max_polygon_corners) + " are cut into triangles");

@@ -154,6 +154,9 @@ class PlyReader {
       const double value = numbers_.next(property.type);
       if (is_polygon) corners_.push_back(whole(numbers_, value, any, "corner index"));
     }
+    if (is_polygon && count < 3)
+      throw std::runtime_error("PLY data: face " + std::to_string(polygon_ends_.size()) + " has " +
+                               std::to_string(count) + " corners; a face has three or more");
     if (is_polygon && count > max_polygon_corners)
       throw std::runtime_error("PLY data: face " + std::to_string(polygon_ends_.size()) + " has " +
                                std::to_string(count) + " corners; up to " +
@@ -164,12 +167,13 @@ class PlyReader {
   /// At the end, since faces may stand before the positions they name.
   void cut_polygons() {
     std::size_t begin = 0;
-    for (const std::size_t end : polygon_ends_) {
+    for (std::size_t face = 0; face < polygon_ends_.size(); ++face) {
+      const std::size_t end = polygon_ends_[face];
       for (std::size_t i = begin; i < end; ++i) {
         if (corners_[i] >= mesh_.positions_m.size())
-          throw std::runtime_error("PLY data: a face has corner index " + std::to_string(corners_[i]) +
-                                   ", and there are " + std::to_string(mesh_.positions_m.size()) +
-                                   " positions");
+          throw std::runtime_error("PLY data: face " + std::to_string(face) + " has corner index " +
+                                   std::to_string(corners_[i]) + ", and there are " +
+                                   std::to_string(mesh_.positions_m.size()) + " positions");
       }
       triangulate_polygon(mesh_.positions_m, std::span(corners_).subspan(begin, end - begin),
                           mesh_.triangles);

@@ -7,8 +7,19 @@
 #include <rtstdb/limits.hpp>
 #include <rtstdb/result.hpp>
 
+#include "rtstdb/geometry/field_check.hpp"
+
 namespace rtstdb {
 namespace {
+
+constexpr VectorFields scale_fields{"scale.x", "scale.y", "scale.z"};
+constexpr VectorFields position_fields{"motion.p_world_m.x", "motion.p_world_m.y", "motion.p_world_m.z"};
+constexpr VectorFields velocity_fields{"motion.v_world_mps.x", "motion.v_world_mps.y",
+                                       "motion.v_world_mps.z"};
+constexpr VectorFields angular_velocity_fields{"motion.w_world_radps.x", "motion.w_world_radps.y",
+                                               "motion.w_world_radps.z"};
+constexpr QuaternionFields orientation_fields{"motion.q_world.w", "motion.q_world.x", "motion.q_world.y",
+                                              "motion.q_world.z"};
 
 BadInput fault(BadInputReason reason, const glm::dvec3& v) noexcept {
   BadInput bad;
@@ -54,24 +65,30 @@ bool can_be_normalised(const glm::dquat& q) noexcept {
 
 std::optional<BadInput> check_motion(const Motion& motion) noexcept {
   using enum BadInputReason;
-  if (!finite(motion.p_world_m)) return fault(not_finite, motion.p_world_m);
-  if (!finite(motion.q_world)) return fault(not_finite, motion.q_world);
-  if (!finite(motion.v_world_mps)) return fault(not_finite, motion.v_world_mps);
-  if (!finite(motion.w_world_radps)) return fault(not_finite, motion.w_world_radps);
-  if (!can_be_normalised(motion.q_world)) return fault(zero_quaternion, motion.q_world);
-  if (largest_component(motion.p_world_m) > max_coordinate_m) return fault(out_of_limits, motion.p_world_m);
-  if (length(motion.v_world_mps) > max_speed_mps) return fault(out_of_limits, motion.v_world_mps);
-  if (length(motion.w_world_radps) > max_angular_rate_radps)
-    return fault(out_of_limits, motion.w_world_radps);
+  const auto& [p_m, q, v_mps, w_radps, valid_from] = motion;
+  if (!finite(p_m)) return with_field(fault(not_finite, p_m), position_fields, p_m);
+  if (!finite(q)) return with_field(fault(not_finite, q), orientation_fields, q);
+  if (!finite(v_mps)) return with_field(fault(not_finite, v_mps), velocity_fields, v_mps);
+  if (!finite(w_radps)) return with_field(fault(not_finite, w_radps), angular_velocity_fields, w_radps);
+  if (!can_be_normalised(q)) return fault(zero_quaternion, q);
+  if (largest_component(p_m) > max_coordinate_m)
+    return with_field(fault(out_of_limits, p_m), position_fields, p_m, {-max_coordinate_m, max_coordinate_m});
+  if (length(v_mps) > max_speed_mps)
+    return with_field(fault(out_of_limits, v_mps), "the length of motion.v_world_mps", length(v_mps),
+                      {0.0, max_speed_mps});
+  if (length(w_radps) > max_angular_rate_radps)
+    return with_field(fault(out_of_limits, w_radps), "the length of motion.w_world_radps", length(w_radps),
+                      {0.0, max_angular_rate_radps});
   return std::nullopt;
 }
 
 std::optional<BadInput> check_row(const EntityRow& row) noexcept {
   using enum BadInputReason;
-  if (!finite(row.scale)) return fault(not_finite, row.scale);
+  if (!finite(row.scale)) return with_field(fault(not_finite, row.scale), scale_fields, row.scale);
   const double smallest = std::min({row.scale.x, row.scale.y, row.scale.z});
   const double largest = std::max({row.scale.x, row.scale.y, row.scale.z});
-  if (smallest < min_scale || largest > max_scale) return fault(out_of_limits, row.scale);
+  if (smallest < min_scale || largest > max_scale)
+    return with_field(fault(out_of_limits, row.scale), scale_fields, row.scale, {min_scale, max_scale});
   return check_motion(row.motion);
 }
 

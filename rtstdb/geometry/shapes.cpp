@@ -59,7 +59,8 @@ UnitSphere subdivided(const UnitSphere& coarse) {
 }  // namespace
 
 TriangleMesh make_box(const glm::dvec3& size_m) {
-  RTSTDB_ASSERT(positive(size_m.x) && positive(size_m.y) && positive(size_m.z));
+  RTSTDB_REQUIRE(positive(size_m.x) && positive(size_m.y) && positive(size_m.z), "make_box",
+                 "every size has to be positive and finite");
   TriangleMesh mesh;
   // Corner i: bit 0 says the side along x, bit 1 along y, bit 2 along z.
   for (int i = 0; i < 8; ++i) {
@@ -73,8 +74,10 @@ TriangleMesh make_box(const glm::dvec3& size_m) {
 }
 
 TriangleMesh make_cylinder(double radius_m, double height_m, std::uint32_t segments) {
-  RTSTDB_ASSERT(positive(radius_m) && positive(height_m));
-  RTSTDB_ASSERT(segments >= 3 && segments <= max_triangles_total / 4);
+  RTSTDB_REQUIRE(positive(radius_m) && positive(height_m), "make_cylinder",
+                 "radius and height have to be positive and finite");
+  RTSTDB_REQUIRE(segments >= 3 && segments <= max_triangles_total / 4, "make_cylinder",
+                 "segments have to be 3 to max_triangles_total / 4");
   const double top_m = 0.5 * height_m;
   TriangleMesh mesh;
   mesh.positions_m.reserve(std::size_t{segments} * 2 + 2);
@@ -102,8 +105,8 @@ TriangleMesh make_cylinder(double radius_m, double height_m, std::uint32_t segme
 }
 
 TriangleMesh make_sphere(double radius_m, std::uint32_t subdivisions) {
-  RTSTDB_ASSERT(positive(radius_m));
-  RTSTDB_ASSERT(subdivisions <= 10);
+  RTSTDB_REQUIRE(positive(radius_m), "make_sphere", "the radius has to be positive and finite");
+  RTSTDB_REQUIRE(subdivisions <= 10, "make_sphere", "subdivisions have to be 0 to 10");
   UnitSphere sphere = make_icosahedron();
   for (std::uint32_t i = 0; i < subdivisions; ++i)
     sphere = subdivided(sphere);
@@ -116,7 +119,8 @@ TriangleMesh make_sphere(double radius_m, std::uint32_t subdivisions) {
 }
 
 TriangleMesh make_rectangle(double size_x_m, double size_y_m) {
-  RTSTDB_ASSERT(positive(size_x_m) && positive(size_y_m));
+  RTSTDB_REQUIRE(positive(size_x_m) && positive(size_y_m), "make_rectangle",
+                 "both sizes have to be positive and finite");
   const glm::dvec3 x(0.5 * size_x_m, 0.0, 0.0);
   const glm::dvec3 y(0.0, 0.5 * size_y_m, 0.0);
   TriangleMesh mesh;

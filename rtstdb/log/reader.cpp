@@ -130,6 +130,10 @@ Reading::Step Reading::no_group(const SegmentWalk& walk, const SegmentChain::Lin
     return damaged(fault, "the checkpoint goes on with group " + std::to_string(from_group_));
   if (link.end_group != no_limit)
     return damaged(fault, "a later segment begins with group " + std::to_string(link.end_group));
+  const std::uint64_t allocated = std::uint64_t{link.header.allocated_sectors} * sector_bytes;
+  if (walk.bytes() < allocated)
+    return damaged(fault, "the file has " + std::to_string(walk.bytes()) + " bytes and was made with " +
+                              std::to_string(allocated) + ": its end was cut off");
   report.cut_bytes = walk.bytes_in_use_from(offset_);
   if (report.cut_bytes == 0) {
     report.end = LogEnd::end_of_data;

@@ -1,7 +1,9 @@
 #include "rtstdb/log/segment_file.hpp"
 
 #include <array>
+#include <cerrno>
 #include <cstring>
+#include <limits>
 
 #include <rtstdb/result.hpp>
 
@@ -11,9 +13,31 @@
 namespace rtstdb::log {
 namespace {
 
-DiskFault write_begin(DiskFile& file, const SegmentHeader& header, std::span<const std::byte> first_groups,
+std::uint32_t sectors_of(std::uint64_t bytes) {
+  const std::uint64_t sectors = bytes / sector_bytes;
+  return sectors <= std::numeric_limits<std::uint32_t>::max() ? static_cast<std::uint32_t>(sectors) : 0;
+}
+
+bool is_no_room(const DiskError& fault) {
+  return fault.number == ENOSPC || fault.number == EDQUOT;
+}
+
+/// With `bytes` allocated ahead; where there is no room for them, another file of that name without, and `bytes` is 0.
+DiskResult<std::unique_ptr<DiskFile>> create_file(Disk& disk, const std::string& name, std::uint64_t& bytes) {
+  auto file = disk.create(name);
+  if (!file) return file.error();
+  auto fault = file.value()->preallocate(bytes);
+  if (!fault) return file;
+  disk.remove(name);  // with what it could allocate
+  if (!is_no_room(*fault)) return *fault;
+  bytes = 0;
+  return disk.create(name);
+}
+
+DiskFault write_begin(DiskFile& file, SegmentHeader header, std::span<const std::byte> first_groups,
                       std::uint64_t bytes) {
-  if (auto fault = file.preallocate(bytes)) return fault;
+  header.allocated_sectors = sectors_of(bytes);
+  header.checksum = header_checksum(header, header.database_id);
   std::array<std::byte, sector_bytes> sector{};
   std::memcpy(sector.data(), &header, sizeof header);
   if (auto fault = file.write(0, sector)) return fault;
@@ -35,11 +59,10 @@ DiskResult<std::unique_ptr<SegmentFile>> SegmentFile::create(Disk& disk, const B
   header.first_group = begin.first_group;
   header.link = begin.link;
   header.version_before = begin.version_before;
-  header.checksum = header_checksum(header, begin.database_id);
 
   const std::string unfinished = unfinished_segment_name(begin.number);
   const std::string name = segment_name(begin.number);
-  auto file = disk.create(unfinished);
+  auto file = create_file(disk, unfinished, bytes);
   if (!file) return file.error();
   if (auto fault = write_begin(*file.value(), header, first_groups, bytes)) {
     disk.remove(unfinished);

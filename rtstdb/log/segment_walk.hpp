@@ -16,6 +16,8 @@ class SegmentWalk {
   SegmentWalk(std::span<const std::byte> bytes, std::uint64_t database_id)
       : bytes_(bytes), database_id_(database_id) {}
 
+  std::uint64_t bytes() const noexcept { return bytes_.size(); }
+
   struct Expected {
     std::uint64_t offset = sector_bytes;
     std::uint64_t number = 1;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rtstdb/log/directory.hpp"
+#include "rtstdb/log/prune.hpp"
 
 namespace rtstdb::log {
 namespace {
@@ -227,8 +228,18 @@ bool Writer::step_checkpoint(ClockTime now, std::int64_t real_time_ns) {
 void Writer::checkpoint_is_on_disk(Version version) {
   if (version >= needed_version_) waits_for_checkpoint_ = refused_by_disk_ = false;
   move_watermark();
+  {
+    const std::lock_guard lock(statistics_mutex_);
+    ++statistics_.checkpoints;
+  }
+  if (options_.prune) prune();
+}
+
+void Writer::prune() {
+  auto pruned = prune_log(disk_);
+  if (!pruned) return note_fault(pruned.error());
   const std::lock_guard lock(statistics_mutex_);
-  ++statistics_.checkpoints;
+  statistics_.pruned_segments += pruned.value();
 }
 
 // ---- driven from outside

@@ -33,6 +33,8 @@ struct WriterOptions {
   std::uint64_t segment_bytes = std::uint64_t{64} << 20;
   /// A checkpoint follows that many bytes of groups; 0: only where one is needed.
   std::uint64_t checkpoint_every_bytes = std::uint64_t{256} << 20;
+  /// Removes what lies before the older of the two newest checkpoints.
+  bool prune = false;
   std::uint32_t rows_per_slice = 4096;
   /// Records wait that long for others; 0: they do not. A ring that is half full does not wait.
   Nanoseconds flush_interval{0};
@@ -43,6 +45,7 @@ struct WriterOptions {
 struct WriterStatistics {
   std::uint64_t groups = 0, bytes = 0;
   std::uint64_t segments = 0, checkpoints = 0;
+  std::uint64_t pruned_segments = 0;
   Nanoseconds longest_write{0}, all_writes{0};  ///< a group's write and its sync
   std::uint64_t gaps = 0;
   std::uint64_t faults = 0;
@@ -99,6 +102,8 @@ class Writer {
   bool step_checkpoint(ClockTime now, std::int64_t real_time_ns);
   bool checkpoint_is_due(ClockTime now) const noexcept;
   void checkpoint_is_on_disk(Version version);
+  /// A fault is noted, and with the next checkpoint it is tried again.
+  void prune();
   void note_fault(const DiskError& fault);
   void move_watermark() noexcept;
   ClockTime wake_at() const noexcept;

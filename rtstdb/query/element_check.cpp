@@ -15,13 +15,15 @@ BadInput refused(BadInputReason reason, std::uint32_t element, const glm::vec4& 
                      static_cast<double>(values.z), static_cast<double>(values.w)}};
 }
 
-std::optional<BadInput> check_point(const glm::vec3& point_m, std::uint32_t element) noexcept {
+std::optional<BadInput> check_point(const glm::vec3& point_m, std::uint32_t element,
+                                    const VectorFields& fields) noexcept {
   constexpr float limit = static_cast<float>(max_coordinate_m);
   const glm::vec4 values(point_m, 0.0f);
   if (!std::isfinite(point_m.x) || !std::isfinite(point_m.y) || !std::isfinite(point_m.z))
-    return refused(BadInputReason::not_finite, element, values);
+    return with_field(refused(BadInputReason::not_finite, element, values), fields, glm::dvec3(point_m));
   if (std::abs(point_m.x) > limit || std::abs(point_m.y) > limit || std::abs(point_m.z) > limit)
-    return refused(BadInputReason::out_of_limits, element, values);
+    return with_field(refused(BadInputReason::out_of_limits, element, values), fields, glm::dvec3(point_m),
+                      {-max_coordinate_m, max_coordinate_m});
   return std::nullopt;
 }
 

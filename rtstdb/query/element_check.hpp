@@ -7,12 +7,14 @@
 
 #include <optional>
 
+#include "rtstdb/geometry/field_check.hpp"
 #include "rtstdb/query/executor.hpp"
 
 namespace rtstdb::query {
 
-/// not_finite or out_of_limits (coordinates beyond max_coordinate_m), with the values.
-std::optional<BadInput> check_point(const glm::vec3& point_m, std::uint32_t element) noexcept;
+/// not_finite or out_of_limits (coordinates beyond max_coordinate_m), with the values and the field at fault.
+std::optional<BadInput> check_point(const glm::vec3& point_m, std::uint32_t element,
+                                    const VectorFields& fields) noexcept;
 
 /// Refuses with the four values.
 BadInput refused(BadInputReason reason, std::uint32_t element, const glm::vec4& values) noexcept;

@@ -117,6 +117,8 @@ class PreparedQuery {
 struct Request {
   PreparedQuery* query = nullptr;
   std::uint32_t count = 0;
+  /// Of its elements; spans at most max_query_window_ns.
+  TimeSpan times{};
   /// Elements that take about `chunk_time` where none is costlier than others; 0: the batch is not divided.
   std::uint32_t per_chunk = 0;
   /// Of those, so much until it is seen what the first take: they may cost more than was thought.
@@ -180,8 +182,7 @@ inline constexpr std::uint32_t max_nesting = 6;
 class Executor {
  public:
   virtual ~Executor() = default;
-  /// `times` covers every element of every request and spans at most max_query_window_ns. Blocks until the
-  /// answers stand, or a gap says stop.
+  /// `times` covers every element of every request. Blocks until the answers stand, or a gap says stop.
   /// `meanwhile` may be null: then nothing is divided.
   virtual RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
                         Meanwhile* meanwhile) noexcept = 0;

@@ -1,13 +1,34 @@
 #include "rtstdb/query/gpu_executor.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <utility>
+
+#include <rtstdb/limits.hpp>
 
 namespace rtstdb::query {
 namespace {
 
 constexpr RunReport lost_report{.status = RunStatus::device_lost, .gpu_ns = 0};
+
+/// Structures are made for the times of a run, which span no more than this.
+bool fit_one_window(const TimeSpan& times) noexcept {
+  return times.last - times.first <= Nanoseconds(max_query_window_ns);
+}
+
+/// Behind the requests from `first` on that fit one window, which is that of their times.
+std::size_t end_of_window(std::span<const Request> requests, std::size_t first, TimeSpan& window) noexcept {
+  std::size_t end = first;
+  for (; end < requests.size(); ++end) {
+    const TimeSpan& own = requests[end].times;
+    if (own.first > own.last) continue;  // it asks nothing
+    const TimeSpan both{std::min(window.first, own.first), std::max(window.last, own.last)};
+    if (end > first && window.first <= window.last && !fit_one_window(both)) break;
+    window = both;
+  }
+  return end;
+}
 
 /// As long as it lives, kernels are compiled where they are made.
 class CompileNow {
@@ -137,7 +158,7 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
     lane.while_waiting(meanwhile);
   const accel::Tlas::Counts trees = epoch.tlas.counts();
   const accel::GeometryPool::Counts shapes = epoch.pool.counts();
-  RunReport report = ChunkedRun(epoch.structures, lanes, rows, requests, times, meanwhile).run();
+  RunReport report = run_windows(lanes, rows, requests, times, meanwhile);
   // Together with those in its gaps, if there were any.
   report.structures = {
       .refitted = epoch.tlas.counts().refits + epoch.tlas.counts().patches > trees.refits + trees.patches,
@@ -151,6 +172,40 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   note_counts();
   if (report.status != RunStatus::device_lost) pace_.answered();
   return report;
+}
+
+RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
+                                   const TimeSpan& times, Meanwhile* meanwhile) noexcept {
+  Structures& structures = epoch_->structures;
+  if (fit_one_window(times)) return ChunkedRun(structures, lanes, rows, requests, times, meanwhile).run();
+  // What a later window answers says nothing of this run until then.
+  for (const Request& request : requests)
+    static_cast<GpuQuery*>(request.query)->arrange(0);
+  RunReport all;
+  for (std::size_t first = 0; first < requests.size();) {
+    if (first > 0 && meanwhile != nullptr) {
+      switch (meanwhile->between_chunks()) {
+        case Meanwhile::Gap::stop:
+          all.status = RunStatus::stopped;
+          return all;
+        case Meanwhile::Gap::enough:
+          all.status = RunStatus::partial;
+          return all;
+        case Meanwhile::Gap::go_on:
+          break;
+      }
+    }
+    TimeSpan window;
+    const std::size_t end = end_of_window(requests, first, window);
+    if (window.first > window.last) window = {rows.time(), rows.time()};  // no element is asked
+    const RunReport report =
+        ChunkedRun(structures, lanes, rows, requests.subspan(first, end - first), window, meanwhile).run();
+    all.gpu_ns += report.gpu_ns;
+    if (report.status != RunStatus::done) all.status = report.status;
+    if (report.status != RunStatus::done && report.status != RunStatus::truncated) return all;
+    first = end;
+  }
+  return all;
 }
 
 void GpuExecutor::note_counts() noexcept {

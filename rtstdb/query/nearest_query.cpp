@@ -171,9 +171,10 @@ std::optional<BadInput> GpuNearestQuery::check(std::uint32_t count, const RowSou
                                                TimeSpan& times) const noexcept {
   for (std::uint32_t i = 0; i < count; ++i) {
     const Nearest& point = points_[i];
-    if (const auto bad = check_point(point.point_m, i)) return bad;
+    if (const auto bad = check_point(point.point_m, i, {"point_m.x", "point_m.y", "point_m.z"})) return bad;
     if (!(point.radius_m >= 0.0f))
-      return refused(BadInputReason::bad_nearest, i, {point.radius_m, 0.0f, 0.0f, 0.0f});
+      return with_field(refused(BadInputReason::bad_nearest, i, {point.radius_m, 0.0f, 0.0f, 0.0f}),
+                        "radius_m", static_cast<double>(point.radius_m), {.lowest = 0.0});
     if (const auto bad = check_time(point.t, i, rows, times)) return bad;
     if (const auto bad = check_carrier(point.carrier, i, rows)) return bad;
     if (const auto bad = check_carrier(point.excluded, i, rows)) return bad;

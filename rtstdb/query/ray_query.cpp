@@ -36,7 +36,8 @@ constexpr float largest_direction = 1e15f;
 std::optional<BadInput> check_direction(const glm::vec3& d, std::uint32_t element) noexcept {
   const glm::vec4 values(d, 0.0f);
   if (!std::isfinite(d.x) || !std::isfinite(d.y) || !std::isfinite(d.z))
-    return refused(BadInputReason::not_finite, element, values);
+    return with_field(refused(BadInputReason::not_finite, element, values),
+                      {"direction.x", "direction.y", "direction.z"}, glm::dvec3(d));
   const float largest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
   if (largest < smallest_direction || largest > largest_direction)
     return refused(BadInputReason::bad_ray, element, values);
@@ -247,7 +248,8 @@ void GpuRayQuery::look_at(PlaceRange range, const RowSource& rows, Seen& seen) c
 
 std::optional<BadInput> GpuRayQuery::fault_of(std::uint32_t element, const RowSource& rows) const noexcept {
   const Ray& ray = ray_memory_.as<const Ray>()[element];
-  if (const auto bad = check_point(ray.origin_m, element)) return bad;
+  if (const auto bad = check_point(ray.origin_m, element, {"origin_m.x", "origin_m.y", "origin_m.z"}))
+    return bad;
   if (const auto bad = check_direction(ray.direction, element)) return bad;
   if (!is_range(ray.lambda_min, ray.lambda_max))
     return refused(BadInputReason::bad_lambda_range, element, {ray.lambda_min, ray.lambda_max, 0.0f, 0.0f});

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 
 #include "rtstdb/query/element_check.hpp"
@@ -46,6 +47,42 @@ QueryKind GpuRegionQuery::kind() const noexcept {
   return QueryKind::region;
 }
 
+namespace {
+
+constexpr VectorFields half_extent_fields{"half_extent_m.x", "half_extent_m.y", "half_extent_m.z"};
+
+std::optional<BadInput> check_frustum(const Region& region, std::uint32_t element) noexcept {
+  const glm::vec3& half = region.half_extent_m;
+  const BadInput bad = refused(BadInputReason::bad_region, element, glm::vec4(half, region.near_m));
+  const double far_m = static_cast<double>(half.x);
+  if (!(half.x > 0.0f))
+    return with_field(bad, "half_extent_m.x of a frustum", far_m,
+                      {.lowest = static_cast<double>(std::numeric_limits<float>::denorm_min())});
+  if (!(region.near_m >= 0.0f && region.near_m <= half.x))
+    return with_field(bad, "near_m of a frustum", static_cast<double>(region.near_m), {0.0, far_m});
+  const float widest = std::max(half.y, half.z);
+  if (widest <= steepest_frustum * half.x) return std::nullopt;
+  return with_field(bad, half.y >= half.z ? "half_extent_m.y of a frustum" : "half_extent_m.z of a frustum",
+                    static_cast<double>(widest), {0.0, static_cast<double>(steepest_frustum * half.x)});
+}
+
+std::optional<BadInput> check_shape(const Region& region, std::uint32_t element) noexcept {
+  const glm::vec3& half = region.half_extent_m;
+  if (!(half.x >= 0.0f && half.y >= 0.0f && half.z >= 0.0f))
+    return with_field(refused(BadInputReason::bad_region, element, glm::vec4(half, 0.0f)), half_extent_fields,
+                      glm::dvec3(half), {.lowest = 0.0});
+  if (region.shape == RegionShape::frustum) {
+    if (const auto bad = check_frustum(region, element)) return bad;
+  }
+  const float q_length = glm::length(region.q);
+  if (q_length > 1e-6f && q_length < 1e6f) return std::nullopt;
+  return with_field(
+      refused(BadInputReason::bad_region, element, {region.q.w, region.q.x, region.q.y, region.q.z}),
+      "the length of q", static_cast<double>(q_length), {1e-6, 1e6});
+}
+
+}  // namespace
+
 std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSource& rows,
                                               TimeSpan& times) const noexcept {
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -55,17 +92,10 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
       return refused(BadInputReason::unknown_region_kind, i,
                      {static_cast<float>(region.shape), static_cast<float>(region.test), 0.0f, 0.0f});
     }
-    if (const auto bad = check_point(region.center_m, i)) return bad;
-    if (const auto bad = check_point(half, i)) return bad;
-    if (!(half.x >= 0.0f && half.y >= 0.0f && half.z >= 0.0f))
-      return refused(BadInputReason::bad_region, i, glm::vec4(half, 0.0f));
-    if (region.shape == RegionShape::frustum &&
-        !(half.x > 0.0f && region.near_m >= 0.0f && region.near_m <= half.x &&
-          std::max(half.y, half.z) <= steepest_frustum * half.x))
-      return refused(BadInputReason::bad_region, i, glm::vec4(half, region.near_m));
-    const float q_length = glm::length(region.q);
-    if (!(q_length > 1e-6f && q_length < 1e6f))
-      return refused(BadInputReason::bad_region, i, {region.q.w, region.q.x, region.q.y, region.q.z});
+    if (const auto bad = check_point(region.center_m, i, {"center_m.x", "center_m.y", "center_m.z"}))
+      return bad;
+    if (const auto bad = check_point(half, i, half_extent_fields)) return bad;
+    if (const auto bad = check_shape(region, i)) return bad;
     if (const auto bad = check_time(region.t, i, rows, times)) return bad;
     if (const auto bad = check_carrier(region.carrier, i, rows)) return bad;
   }

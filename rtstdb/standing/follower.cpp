@@ -69,7 +69,8 @@ Follower::Follower(transaction::Engine& engine, const FollowerOptions& options)
       feed_(options.max_geometries, bell_) {}
 
 Follower::~Follower() {
-  RTSTDB_ASSERT(counts().queries == 0);
+  RTSTDB_REQUIRE(counts().queries == 0, "Database's destructor",
+                 "a standing query outlives its database; destroy it first");
   if (!thread_.joinable()) return;
   ending_.store(true, std::memory_order_release);
   bell_.ring();

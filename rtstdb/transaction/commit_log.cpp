@@ -86,6 +86,7 @@ Result<void> CommitLog::start_writer() {
   log::WriterOptions options;
   options.segment_bytes = durability.segment_bytes;
   options.checkpoint_every_bytes = durability.checkpoint_every_bytes;
+  options.prune = durability.prune;
   // Whoever waits for the disk waits for no company.
   if (mode() == DurabilityMode::async) options.flush_interval = durability.flush_interval;
   const bool has_damaged_checkpoint = !recovered_->report.damaged_checkpoints.empty();
@@ -267,6 +268,7 @@ Durability CommitLog::state() const {
   state.groups = statistics.groups;
   state.bytes = statistics.bytes;
   state.segments = statistics.segments;
+  state.pruned_segments = statistics.pruned_segments;
   state.checkpoints = statistics.checkpoints;
   state.longest_write = statistics.longest_write;
   state.all_writes = statistics.all_writes;

@@ -1,5 +1,6 @@
 // Outcomes in words.
 
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <string>
@@ -38,6 +39,16 @@ std::string values_of(const BadInput& fault) {
   return sentence("(%g, %g, %g, %g)", fault.values[0], fault.values[1], fault.values[2], fault.values[3]);
 }
 
+/// "scale.x is -1; it must be 1e-06 to 100000"
+std::string about_field(const BadInput& fault) {
+  const std::string is = std::string(fault.field) + sentence(" is %.9g; it must be ", fault.value);
+  const bool has_lowest = std::isfinite(fault.lowest), has_highest = std::isfinite(fault.highest);
+  if (has_lowest && has_highest) return is + sentence("%.9g to %.9g", fault.lowest, fault.highest);
+  if (has_lowest && fault.lowest > 0.0 && fault.lowest < 1e-30) return is + "above 0";
+  if (has_lowest) return is + sentence("%.9g or above", fault.lowest);
+  return is + "finite";
+}
+
 std::string about_position(const BadInput& fault) {
   return sentence("position %.0f is (%.9g, %.9g, %.9g)", fault.values[3], fault.values[0], fault.values[1],
                   fault.values[2]);
@@ -53,6 +64,7 @@ std::string about_version(const BadInput& fault) {
 }
 
 std::string fault_itself(const BadInput& fault) {
+  if (!fault.field.empty()) return about_field(fault);
   switch (fault.reason) {
     case BadInputReason::none:
       return "no fault";
@@ -60,9 +72,11 @@ std::string fault_itself(const BadInput& fault) {
       if (fault.in_geometry_update) return about_position(fault) + ", which is not finite";
       return "a value is not finite: " + values_of(fault);
     case BadInputReason::zero_quaternion:
-      return "the orientation is a zero quaternion: " + values_of(fault);
+      return "motion.q_world (w, x, y, z) is " + values_of(fault) + "; one of them must not be zero";
     case BadInputReason::out_of_limits:
-      if (fault.in_geometry_update) return about_position(fault) + ", which is beyond its limit";
+      if (fault.in_geometry_update)
+        return about_position(fault) + ", which is beyond the limit of " +
+               sentence("%.9g m", max_coordinate_m);
       return "a value is beyond its limit: " + values_of(fault);
     case BadInputReason::unknown_entity:
       return name(fault.entity) + " does not exist";
@@ -81,7 +95,7 @@ std::string fault_itself(const BadInput& fault) {
           "world time %.9f s is not covered by the version that is read, which holds from %.9f s on",
           fault.values[0], fault.values[1]);
     case BadInputReason::window_too_long:
-      return sentence("the times asked at run from %.9f s to %.9f s, more than %g s", fault.values[0],
+      return sentence("the times of its batch run from %.9f s to %.9f s; they may span %g s", fault.values[0],
                       fault.values[1], fault.values[2]);
     case BadInputReason::beyond_history:
       return sentence("the world at %.9f s is not known: this history ends before %.9f s", fault.values[0],
@@ -90,24 +104,22 @@ std::string fault_itself(const BadInput& fault) {
     case BadInputReason::unknown_version:
       return about_version(fault);
     case BadInputReason::bad_ray:
-      return "a ray's direction has to have a largest component of 1e-15 to 1e15: " + values_of(fault);
+      return sentence("direction is (%g, %g, %g); its largest component must be 1e-15 to 1e15",
+                      fault.values[0], fault.values[1], fault.values[2]);
     case BadInputReason::bad_lambda_range:
       return sentence(
-          "a ray runs from lambda %g to %g; it has to begin at zero or above, and not to end before it "
-          "begins",
+          "lambda_min is %g and lambda_max %g; lambda_min must be finite and 0 or above, and lambda_max not "
+          "below it",
           fault.values[0], fault.values[1]);
     case BadInputReason::bad_region:
-      return "a region has a half extent below zero, is a frustum that ends before it begins or is more than "
-             "1e15 times as wide as long, or is turned by a quaternion whose length is not between 1e-6 and "
-             "1e6: " +
-             values_of(fault);
+      return "a region can not be: " + values_of(fault);
     case BadInputReason::unknown_region_kind:
-      return sentence("a region has shape %.0f and test %.0f, and there are no such", fault.values[0],
+      return sentence("shape is %.0f and test %.0f; they must be 0 to 2 and 0 to 1", fault.values[0],
                       fault.values[1]);
     case BadInputReason::no_geometry:
       return name(fault.entity) + " has no geometry";
     case BadInputReason::bad_nearest:
-      return sentence("the radius of a search for what is nearest is %g m", fault.values[0]);
+      return sentence("radius_m is %g; it must be 0 or above", fault.values[0]);
     case BadInputReason::geometry_does_not_deform:
       return sentence("geometry %.0f was not added as one that deforms", fault.values[0]);
     case BadInputReason::wrong_position_count:
@@ -128,7 +140,7 @@ std::string place_of(const Outcome& outcome) {
     case BadInputReason::unknown_version:
       return "";
     case BadInputReason::window_too_long:
-      return ", over all its queries";
+      return sentence(", in query %d", outcome.bad_query);
     default:
       break;
   }

@@ -96,7 +96,8 @@ std::unique_ptr<Transaction> Engine::make_transaction(const TransactionOptions& 
 
 void Engine::submit(Transaction& transaction) noexcept {
   auto& submitted = static_cast<TransactionImpl&>(transaction);
-  RTSTDB_ASSERT(&submitted.engine() == this);
+  RTSTDB_REQUIRE(&submitted.engine() == this, "Database::submit",
+                 "the transaction was made by another database");
   submitted.mark_pending();
   submitted.draft().submitted = clock_.now();
   Reservations::submitted(submitted);
@@ -110,7 +111,8 @@ void Engine::submit(Transaction& transaction) noexcept {
 
 void Engine::cancel(Transaction& transaction) noexcept {
   auto& submitted = static_cast<TransactionImpl&>(transaction);
-  RTSTDB_ASSERT(&submitted.engine() == this);
+  RTSTDB_REQUIRE(&submitted.engine() == this, "Database::cancel",
+                 "the transaction was made by another database");
   if (!submitted.ask_to_cancel()) return;
   cancels_asked_.fetch_add(1, std::memory_order_release);
   ring();
@@ -118,7 +120,8 @@ void Engine::cancel(Transaction& transaction) noexcept {
 
 const Outcome& Engine::wait(Transaction& transaction) noexcept {
   auto& submitted = static_cast<TransactionImpl&>(transaction);
-  RTSTDB_ASSERT(submitted.status() != Status::idle);
+  RTSTDB_REQUIRE(submitted.status() != Status::idle, "Database::wait",
+                 "the transaction was not submitted (Database::submit)");
   thread_local Spin spin;
   const auto has_outcome = [&] { return submitted.status() != Status::pending; };
   if (!has_outcome() && !spin.until(spin_, has_outcome)) submitted.wait();
@@ -164,8 +167,10 @@ void Engine::listen(CommitListener* listener) {
 
 Result<void> Engine::calibrate(Transaction& transaction) {
   auto& declared = static_cast<TransactionImpl&>(transaction);
-  RTSTDB_ASSERT(&declared.engine() == this);
-  RTSTDB_ASSERT(declared.status() == Status::idle);
+  RTSTDB_REQUIRE(&declared.engine() == this, "Database::calibrate",
+                 "the transaction was made by another database");
+  RTSTDB_REQUIRE(declared.status() == Status::idle, "Database::calibrate",
+                 "the transaction was submitted; call Transaction::begin and declare it first");
   if (is_past_ && !declared.write_set().empty())
     return Error{ErrorCode::bad_input, "it writes, and nothing is written to the past"};
   if (clock_.is_virtual()) return {};
@@ -187,7 +192,7 @@ SchedulerCounts Engine::scheduler_counts() const {
 
 void Engine::give_errand(Errand& errand) noexcept {
   const bool open = errands_given_.push(errand);
-  RTSTDB_ASSERT(open);
+  RTSTDB_REQUIRE(open, "Database", "a call of setup or of looking into versions came after Database::close");
   ring();
 }
 

@@ -123,6 +123,8 @@ class Engine final : private query::Meanwhile, private LogOwner {
   /// Lets the transaction that runs finish, cancels all that wait, ends the threads and the log, which says how that went
   /// (CommitLog::close). Again: does nothing. One thread at a time.
   void close() noexcept;
+  /// Whether close was called.
+  bool is_closing() const noexcept { return closing_.load(std::memory_order_acquire); }
 
  private:
   void run_thread() noexcept;

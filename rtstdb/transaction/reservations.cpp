@@ -85,7 +85,8 @@ std::string sentence(const Shortfall& shortfall, const std::vector<ReservationIm
 // ---- one
 
 ReservationImpl::~ReservationImpl() {
-  RTSTDB_ASSERT(pending_.load(std::memory_order_acquire) == 0);
+  RTSTDB_REQUIRE(pending_.load(std::memory_order_acquire) == 0, "Reservation's destructor",
+                 "a transaction that names the reservation is pending; wait for its outcome first");
   engine_.give_back(*this);
 }
 
@@ -158,7 +159,8 @@ Nanoseconds Reservations::still_to_come(ClockTime from, ClockTime to) const noex
 void Reservations::submitted(TransactionImpl& transaction) noexcept {
   ReservationImpl* const reservation = transaction.reservation();
   if (reservation == nullptr) return;
-  RTSTDB_ASSERT(&reservation->engine_ == &transaction.engine());
+  RTSTDB_REQUIRE(&reservation->engine_ == &transaction.engine(), "Database::submit",
+                 "Terms::reservation was made by another database");
   reservation->pending_.fetch_add(1, std::memory_order_relaxed);
   transaction.set_deadline_if_none(transaction.outcome().submitted + reservation->options_.deadline);
 }

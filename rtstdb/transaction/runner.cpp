@@ -216,14 +216,24 @@ Status Runner::stopped(TransactionImpl& transaction, const Running& running) noe
 std::optional<BadInput> Runner::check_queries(TransactionImpl& transaction, const query::RowSource& rows,
                                               query::TimeSpan& times) noexcept {
   std::int32_t ordinal = 0;
-  for (const query::Request& request : transaction.requests()) {
-    if (auto fault = request.query->check(request.count, rows, times)) {
+  for (query::Request& request : transaction.requests()) {
+    request.times = {};
+    auto fault = request.query->check(request.count, rows, request.times);
+    if (!fault) fault = check_window(request.times);
+    if (fault) {
       transaction.draft().bad_query = ordinal;
       return fault;
     }
+    times.first = std::min(times.first, request.times.first);
+    times.last = std::max(times.last, request.times.last);
     ++ordinal;
   }
   if (times.first > times.last) times = {rows.time(), rows.time()};  // no element asked
+  return std::nullopt;
+}
+
+std::optional<BadInput> Runner::check_window(const query::TimeSpan& times) noexcept {
+  if (times.first > times.last) return std::nullopt;
   // Unsigned: times that a query let through may be further apart than a signed difference can say.
   const auto window_ns = static_cast<std::uint64_t>(times.last.time_since_epoch().count()) -
                          static_cast<std::uint64_t>(times.first.time_since_epoch().count());

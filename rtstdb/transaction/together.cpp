@@ -99,6 +99,7 @@ Status Runner::begin_together(TransactionImpl& reader, const store::Snapshot& ve
   }
   const query::TimeSpan all{std::min(times.first, own.first), std::max(times.last, own.last)};
   const bool first = requests_together_ == 0;
+  if (first && own.last - own.first > Nanoseconds(max_query_window_ns)) return Status::pending;
   if (!first && all.last - all.first > std::max(widest_window, times.last - times.first))
     return Status::pending;
   times = all;

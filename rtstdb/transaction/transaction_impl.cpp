@@ -22,12 +22,15 @@ TransactionImpl::TransactionImpl(const TransactionOptions& options, const Engine
 }
 
 TransactionImpl::~TransactionImpl() {
-  RTSTDB_ASSERT(status() != Status::pending);
+  RTSTDB_REQUIRE(status() != Status::pending, "Transaction's destructor",
+                 "the transaction is pending; wait for its outcome first (Database::wait)");
 }
 
 void TransactionImpl::begin(const Terms& terms) noexcept {
-  RTSTDB_ASSERT(status() != Status::pending);
-  RTSTDB_ASSERT(terms.importance <= max_importance);
+  RTSTDB_REQUIRE(status() != Status::pending, "Transaction::begin",
+                 "the transaction is pending; wait for its outcome first (Database::wait)");
+  RTSTDB_REQUIRE(terms.importance <= max_importance, "Transaction::begin",
+                 "Terms::importance is above max_importance (7)");
   terms_ = terms;
   preconditions_.clear();
   write_set_.writes.clear();
@@ -42,39 +45,49 @@ void TransactionImpl::begin(const Terms& terms) noexcept {
   status_.set(static_cast<std::uint32_t>(Status::idle));
 }
 
-void TransactionImpl::assert_declaring() const noexcept {
-  RTSTDB_ASSERT(status() == Status::idle);
+void TransactionImpl::require_declaring(const char* call) const noexcept {
+  RTSTDB_REQUIRE(status() != Status::pending, call,
+                 "the transaction is pending; wait for its outcome, then call Transaction::begin");
+  RTSTDB_REQUIRE(status() == Status::idle, call,
+                 "the transaction has its outcome; call Transaction::begin before it is declared again");
+}
+
+void TransactionImpl::require_outcome(const char* call) const noexcept {
+  RTSTDB_REQUIRE(status() != Status::idle, call, "the transaction was not submitted (Database::submit)");
+  RTSTDB_REQUIRE(status() != Status::pending, call,
+                 "the transaction is pending; wait for its outcome first (Database::wait)");
 }
 
 void TransactionImpl::expect_exists(EntityId entity) noexcept {
-  declare({entity, true, 0});
+  declare("Transaction::expect_exists", {entity, true, 0});
 }
 
 void TransactionImpl::expect_written_by(EntityId entity, Version version) noexcept {
-  declare({entity, false, version});
+  declare("Transaction::expect_written_by", {entity, false, version});
 }
 
 std::uint32_t TransactionImpl::create(const EntityRow& row) noexcept {
-  declare(store::WriteKind::create, EntityId{}) = row;
+  declare("Transaction::create", store::WriteKind::create, EntityId{}) = row;
   creates_.push_back(static_cast<std::uint32_t>(write_set_.writes.size()) - 1);
   return static_cast<std::uint32_t>(creates_.size()) - 1;
 }
 
 void TransactionImpl::update(EntityId entity, const EntityRow& row) noexcept {
-  declare(store::WriteKind::update, entity) = row;
+  declare("Transaction::update", store::WriteKind::update, entity) = row;
 }
 
 void TransactionImpl::update_motion(EntityId entity, const Motion& motion) noexcept {
-  declare(store::WriteKind::update_motion, entity).motion = motion;
+  declare("Transaction::update_motion", store::WriteKind::update_motion, entity).motion = motion;
 }
 
 void TransactionImpl::remove(EntityId entity) noexcept {
-  declare(store::WriteKind::remove, entity);
+  declare("Transaction::remove", store::WriteKind::remove, entity);
 }
 
 void TransactionImpl::update_geometry(GeometryId geometry, std::span<const glm::vec3> positions_m) noexcept {
-  assert_declaring();
-  RTSTDB_ASSERT(write_set_.shapes.size() < options_.max_geometry_updates);
+  require_declaring("Transaction::update_geometry");
+  RTSTDB_REQUIRE(write_set_.shapes.size() < options_.max_geometry_updates, "Transaction::update_geometry",
+                 "more geometry updates than TransactionOptions::max_geometry_updates");
   const std::size_t first = positions_m_.size();
   const std::size_t room = options_.max_positions - first;
   store::ShapeWrite write{.geometry = geometry, .given = positions_m.size(), .room = room, .positions_m = {}};
@@ -86,8 +99,9 @@ void TransactionImpl::update_geometry(GeometryId geometry, std::span<const glm::
 }
 
 std::uint32_t TransactionImpl::read(EntityId entity) noexcept {
-  assert_declaring();
-  RTSTDB_ASSERT(reads_.size() < options_.max_reads);
+  require_declaring("Transaction::read");
+  RTSTDB_REQUIRE(reads_.size() < options_.max_reads, "Transaction::read",
+                 "more reads than TransactionOptions::max_reads");
   reads_.push_back({entity, {}, 0});
   return static_cast<std::uint32_t>(reads_.size()) - 1;
 }
@@ -108,15 +122,17 @@ void TransactionImpl::ask(OverlapQuery& query, std::uint32_t count) noexcept {
   declare(dynamic_cast<query::PreparedQuery*>(&query), count);
 }
 
-void TransactionImpl::declare(const Precondition& precondition) noexcept {
-  assert_declaring();
-  RTSTDB_ASSERT(preconditions_.size() < options_.max_preconditions);
+void TransactionImpl::declare(const char* call, const Precondition& precondition) noexcept {
+  require_declaring(call);
+  RTSTDB_REQUIRE(preconditions_.size() < options_.max_preconditions, call,
+                 "more preconditions than TransactionOptions::max_preconditions");
   preconditions_.push_back(precondition);
 }
 
-EntityRow& TransactionImpl::declare(store::WriteKind kind, EntityId entity) noexcept {
-  assert_declaring();
-  RTSTDB_ASSERT(write_set_.writes.size() < options_.max_writes);
+EntityRow& TransactionImpl::declare(const char* call, store::WriteKind kind, EntityId entity) noexcept {
+  require_declaring(call);
+  RTSTDB_REQUIRE(write_set_.writes.size() < options_.max_writes, call,
+                 "more writes than TransactionOptions::max_writes");
   store::Write& write = write_set_.writes.emplace_back();
   write.kind = kind;
   write.state.id = entity;
@@ -124,12 +140,15 @@ EntityRow& TransactionImpl::declare(store::WriteKind kind, EntityId entity) noex
 }
 
 void TransactionImpl::declare(query::PreparedQuery* query, std::uint32_t count) noexcept {
-  assert_declaring();
-  RTSTDB_ASSERT(query != nullptr);  // not made by a database's prepare
-  RTSTDB_ASSERT(count <= query->capacity());
-  RTSTDB_ASSERT(requests_.size() < options_.max_queries);
+  constexpr const char* call = "Transaction::ask";
+  require_declaring(call);
+  RTSTDB_REQUIRE(query != nullptr, call, "the query was not made by Database::prepare");
+  RTSTDB_REQUIRE(count <= query->capacity(), call, "more elements than the query's capacity");
+  RTSTDB_REQUIRE(requests_.size() < options_.max_queries, call,
+                 "more queries than TransactionOptions::max_queries");
   for (const query::Request& request : requests_)
-    RTSTDB_ASSERT(request.query != query);  // its answers have one place
+    RTSTDB_REQUIRE(request.query != query, call,
+                   "the query is in the transaction already, and its answers have one place");
   requests_.push_back({query, count});
   asked_.push_back(count);
 }
@@ -140,14 +159,16 @@ void TransactionImpl::ask_parts(std::uint32_t share, std::uint32_t of) noexcept 
 }
 
 EntityId TransactionImpl::created(std::uint32_t ordinal) const noexcept {
-  RTSTDB_ASSERT(ordinal < creates_.size());
-  RTSTDB_ASSERT(status() != Status::idle && status() != Status::pending);
+  require_outcome("Transaction::created");
+  RTSTDB_REQUIRE(ordinal < creates_.size(), "Transaction::created",
+                 "the ordinal is none that Transaction::create returned since begin");
   return outcome_.done() ? write_set_.writes[creates_[ordinal]].state.id : EntityId{};
 }
 
 const EntityState* TransactionImpl::state(std::uint32_t ordinal) const noexcept {
-  RTSTDB_ASSERT(ordinal < reads_.size());
-  RTSTDB_ASSERT(status() != Status::idle && status() != Status::pending);
+  require_outcome("Transaction::state");
+  RTSTDB_REQUIRE(ordinal < reads_.size(), "Transaction::state",
+                 "the ordinal is none that Transaction::read returned since begin");
   return outcome_.done() && reads_[ordinal].id.valid() ? &reads_[ordinal] : nullptr;
 }
 
@@ -167,7 +188,7 @@ void TransactionImpl::note_late(ClockTime now) noexcept {
 }
 
 void TransactionImpl::mark_pending() noexcept {
-  assert_declaring();
+  require_declaring("Database::submit");
   outcome_.status = Status::pending;
   reserved = false;
   for (const query::Request& request : requests_)

@@ -94,11 +94,13 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   ClockTime due{};               ///< by then
 
  private:
-  void declare(const Precondition& precondition) noexcept;
+  // `call`: the public function, which messages about misuse name.
+  void declare(const char* call, const Precondition& precondition) noexcept;
   /// The write's row, to be filled.
-  EntityRow& declare(store::WriteKind kind, EntityId entity) noexcept;
+  EntityRow& declare(const char* call, store::WriteKind kind, EntityId entity) noexcept;
   void declare(query::PreparedQuery* query, std::uint32_t count) noexcept;
-  void assert_declaring() const noexcept;
+  void require_declaring(const char* call) const noexcept;
+  void require_outcome(const char* call) const noexcept;
 
   const TransactionOptions options_;
   const Engine& engine_;

@@ -10,10 +10,9 @@
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/cli/text_table.hpp"
 #include "runtime/cli/told.hpp"
-#include "runtime/history/run_history.hpp"
+#include "runtime/history/run_log.hpp"
 #include "runtime/report/json_layout.hpp"
 #include "runtime/report/quantities.hpp"
-#include "runtime/report/report_files.hpp"
 #include "runtime/report/text_safety.hpp"
 #include "runtime/run/session.hpp"
 
@@ -92,7 +91,9 @@ void print_facts(const std::string& directory, const rtstdb::LogContents& conten
     std::printf(
         "  %s behind that, up to the next checkpoint: recorded, but there is no world to add them to\n",
         report::to_ascii(report::counted(contents.untold_commits, "commit", "commits")).c_str());
-  if (contents.extent.closed) std::puts("  ended on purpose");
+  if (contents.extent.closed) std::puts("  closed: nothing came behind it");
+  if (const std::string open = history::not_closed(contents.extent); !open.empty())
+    std::printf("  %s\n", open.c_str());
   if (!contents.torn.empty())
     std::printf("  cut off while it was being written: %s\n", contents.torn.c_str());
 }
@@ -120,23 +121,9 @@ void print_damage(const rtstdb::LogContents& contents) {
 
 enum class Depth { info, verify };
 
-/// What the run's own report says was on disk, and is not there; empty: nothing, or there is no report.
-std::string missing_versions(const std::filesystem::path& run_folder, const rtstdb::LogContents& contents) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(run_folder / "report.json", error)) return {};
-  try {
-    const auto durable = report::load_report(run_folder).database_log.durable_version;
-    if (durable <= contents.extent.last.version) return {};
-    return "it ends with version " + std::to_string(contents.extent.last.version) +
-           ", and by the run's report version " + std::to_string(durable) + " was on disk";
-  } catch (const report::ReportError& fault) {
-    std::fprintf(stderr, "hil db: %s\n", fault.what());
-    return {};
-  }
-}
-
 int look(const std::string& directory, Depth depth, bool json) {
-  const std::string log = history::find_log(directory).string();
+  const history::RunLog run = history::find_run_log(directory);
+  const std::string log = run.log.string();
   auto inspected = rtstdb::inspect_log(log);
   const char* const command = depth == Depth::info ? "db info" : "db verify";
   if (!inspected) {
@@ -144,10 +131,8 @@ int look(const std::string& directory, Depth depth, bool json) {
     return run::exit_io_failed;
   }
   rtstdb::LogContents& contents = inspected.value();
-  if (log != directory) {
-    if (const std::string missing = missing_versions(directory, contents); !missing.empty())
-      contents.damage.push_back(missing);
-  }
+  if (const std::string missing = history::missing_versions(run, contents.extent); !missing.empty())
+    contents.damage.push_back(missing);
   if (json) {
     std::fputs(json_of(log, contents).c_str(), stdout);
   } else {

@@ -10,7 +10,7 @@
 #include <rtstdb/log.hpp>
 
 #include "runtime/cli/told.hpp"
-#include "runtime/history/run_history.hpp"
+#include "runtime/history/run_log.hpp"
 #include "runtime/report/text_safety.hpp"
 #include "runtime/run/session.hpp"
 
@@ -130,10 +130,18 @@ struct Close {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
+/// What a reader of the export has to know, on stderr: what is missing, or where a log ends that was not closed.
+void note(const std::string& sentence) {
+  if (!sentence.empty()) std::fprintf(stderr, "hil db export: %s\n", sentence.c_str());
+}
+
 }  // namespace
 
 int export_log(const std::string& directory, const ExportOptions& options) {
-  const std::filesystem::path log = history::find_log(directory);
+  const history::RunLog run = history::find_run_log(directory);
+  // Before anything is written, so that what is damaged leaves no half of an export.
+  const rtstdb::HistoryExtent extent = history::read_extent(run, options.salvage);
+  const std::string missing = history::missing_of(run, extent, options.salvage);
   std::unique_ptr<std::FILE, Close> own;
   if (!options.file.empty()) {
     own.reset(std::fopen(options.file.c_str(), "wb"));
@@ -144,14 +152,16 @@ int export_log(const std::string& directory, const ExportOptions& options) {
     }
   }
   Lines lines(own ? own.get() : stdout, options.without_meshes);
-  const auto read = rtstdb::read_log(log, lines, options.salvage);
+  const auto read = rtstdb::read_log(run.log, lines, options.salvage);
   int exit_code = run::exit_passed;
   if (!read) {
-    std::fprintf(stderr, "hil db export: %s\n", read.error().message.c_str());
+    note(read.error().message);
     exit_code = run::exit_io_failed;
   } else if (!read.value().empty()) {
-    std::fprintf(stderr, "hil db export: damaged, and told up to there: %s\n", read.value().c_str());
+    note("damaged, and exported up to " + history::in_words(extent.last) + ": " + read.value());
   }
+  note(missing);
+  note(history::not_closed(extent));
   if (!own) return told("db export", exit_code);
   const bool ended = std::fclose(own.release()) == 0;
   const int failure = lines.failure() != 0 || ended ? lines.failure() : errno;

@@ -11,7 +11,8 @@ struct ExportOptions {
   bool salvage = false;
 };
 
-/// The exit code; what is wrong goes to stderr. Throws history::HistoryError for a directory without a log.
+/// The exit code; what is wrong goes to stderr. Throws history::HistoryError for a directory without a log and, without `salvage`, before
+/// it writes anything, for a damaged log and one that lacks versions which the run's report has as written.
 int export_log(const std::string& directory, const ExportOptions& options);
 
 }  // namespace hil::cli

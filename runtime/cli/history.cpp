@@ -115,12 +115,18 @@ std::vector<Instant> instants(const Arguments& arguments, const RunHistory& hist
 class Answers {
  public:
   Answers(const Arguments& arguments, const char* query, const rtstdb::DeviceInfo& device,
-          const std::string& doubt, const std::string& damage)
+          const RunHistory& history, std::int64_t last_ns)
       : as_json_(arguments.json) {
-    for (const std::string* sentence : {&doubt, &damage})
+    const std::string doubt = history.doubt_about(last_ns);
+    const std::string damage = history.damage();
+    for (const std::string* sentence : {&history.not_closed(), &doubt, &damage})
       if (!sentence->empty()) std::fprintf(stderr, "hil history: %s\n", sentence->c_str());
     if (!as_json_) return;
-    Json head{{"query", query}, {"device", device.name}, {"doubt", doubt}, {"damage", damage}};
+    Json head{{"query", query},
+              {"device", device.name},
+              {"not_closed", history.not_closed()},
+              {"doubt", doubt},
+              {"damage", damage}};
     std::string text = head.dump();
     text.back() = ',';
     std::printf("%s\"answers\":[", text.c_str());
@@ -153,8 +159,7 @@ int each(const Arguments& arguments, const char* query,
   Past past(history, all.front().known_ns(), all.back().known_ns(), arguments.gpu);
   // The first one may be refused: then nothing is told.
   const Told first = ask(history, past, all.front());
-  Answers answers(arguments, query, past.device(), history.doubt_about(all.back().time_ns),
-                  history.extent().damage);
+  Answers answers(arguments, query, past.device(), history, all.back().time_ns);
   answers.add(first);
   for (std::size_t k = 1; k < all.size(); ++k)
     answers.add(ask(history, past, all[k]));
@@ -256,7 +261,7 @@ int scan(const Arguments& arguments) {
   Past past(history, begin_ns, std::min(end_ns, history.end_ns().value_or(end_ns)), arguments.gpu);
   const history::Sweep sweep = past.scan(scanner, at_ns);
   if (!arguments.points.empty()) write_points(arguments.points, points_csv(history, sweep));
-  Answers answers(arguments, "scan", past.device(), history.doubt_about(end_ns), history.extent().damage);
+  Answers answers(arguments, "scan", past.device(), history, end_ns);
   answers.add(tell_sweep(history, arguments.scanner, sweep));
   return answers.end();
 }

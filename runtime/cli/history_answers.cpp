@@ -73,7 +73,8 @@ Told tell_extent(const RunHistory& history, const std::string& directory) {
                {"last", point_json(extent.last)},
                {"commits", extent.commits},
                {"closed", extent.closed},
-               {"damage", extent.damage},
+               {"not_closed", history.not_closed()},
+               {"damage", history.damage()},
                {"shortfall", history.shortfall()},
                {"gaps", Json::array()},
                {"layers", world.layers},
@@ -96,7 +97,9 @@ Told tell_extent(const RunHistory& history, const std::string& directory) {
     text += "  versions " + std::to_string(gap.first) + " to " + std::to_string(gap.last) +
             " were not recorded: the disk was too slow\n";
   }
-  if (!extent.damage.empty()) text += "  damaged, and read up to there: " + extent.damage + '\n';
+  if (!history.not_closed().empty()) text += "  " + history.not_closed() + '\n';
+  if (const std::string damage = history.damage(); !damage.empty())
+    text += "  damaged, and read without what is missing: " + damage + '\n';
   std::string names;
   for (const report::NamedEntity& entity : world.entities) {
     told.json["entities"].push_back(entity_json(history, {entity.index, entity.generation}));

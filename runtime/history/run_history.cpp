@@ -34,17 +34,6 @@ std::optional<rtstdb::EntityId> parse_number(const std::string& text) {
   return entity;
 }
 
-bool is_log(const fs::path& directory) {
-  std::error_code error;
-  if (!fs::is_directory(directory, error)) return false;
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("segment.") || name.starts_with("checkpoint.")) return true;
-  }
-  if (error) throw HistoryError(Kind::file, directory.string() + " can not be read: " + error.message());
-  return false;
-}
-
 /// When the run of a report was over.
 std::int64_t end_of(const report::RunRecord& record) {
   constexpr std::int64_t longest_ns = rtstdb::max_world_time_ns / 2;
@@ -109,50 +98,46 @@ std::vector<std::string> names_in(const Items& items, const NameOf& name_of) {
 
 }  // namespace
 
-fs::path find_log(const fs::path& directory) {
-  std::error_code error;
-  if (!fs::is_directory(directory, error))
-    throw HistoryError(Kind::file, "'" + directory.string() + "' is no directory");
-  if (is_log(directory)) return directory;
-  if (is_log(directory / "database")) return directory / "database";
-  const auto why = [&] {
-    if (fs::exists(directory / "database", error))
-      return ": there is no segment of one in its folder 'database'";
-    if (fs::exists(directory / "world.json", error))
-      return ": the run kept none (world.durability: volatile)";
-    return ", and no run that kept one";
-  };
-  throw HistoryError(Kind::file, directory.string() + " holds no database's log" + why());
-}
-
-RunHistory::RunHistory(const fs::path& directory, bool salvage)
-    : log_(find_log(directory)), salvage_(salvage) {
+RunHistory::RunHistory(const fs::path& directory, bool salvage) : salvage_(salvage) {
+  const RunLog run = find_run_log(directory);
+  log_ = run.log;
   const bool is_run = log_ != directory;
-  if (is_run) world_ = load_names(directory);
-  auto extent = rtstdb::history_extent(log_, salvage);
-  if (!extent) throw HistoryError(Kind::file, extent.error().message);
-  extent_ = std::move(extent).value();
-  if (is_run && world_.database_id != report::id_text(extent_.database_id))
+  if (is_run) load_world(directory);
+  extent_ = read_extent(run, salvage);
+  if (is_run && !world_.database_id.empty() && world_.database_id != report::id_text(extent_.database_id))
     throw HistoryError(Kind::file, directory.string() + ": world.json has the names of database " +
                                        world_.database_id + ", and the log is of " +
                                        report::id_text(extent_.database_id));
-  std::error_code error;
-  if (!is_run || !fs::exists(directory / "report.json", error)) return;
+  if (const std::string missing = missing_of(run, extent_, salvage); !missing.empty())
+    damage_.push_back(missing);
+  if (!extent_.damage.empty()) damage_.push_back(extent_.damage);
+  not_closed_ = history::not_closed(extent_);
+  if (!run.report || !belongs_to(run, extent_.database_id)) return;
+  latest_of_run_ = run.report->database_log.latest_version;
+  if (is_run) end_ns_ = end_of(*run.report);
+}
+
+void RunHistory::load_world(const fs::path& directory) {
   try {
-    const report::RunRecord record = report::load_report(directory);
-    end_ns_ = end_of(record);
-    latest_of_run_ = record.database_log.latest_version;
-  } catch (const report::ReportError& fault) {
-    throw HistoryError(Kind::file, fault.what());
+    world_ = load_names(directory);
+  } catch (const HistoryError& fault) {
+    if (!salvage_)
+      throw HistoryError(fault.kind(), fault.what() + std::string("; --salvage reads without it"));
+    damage_.push_back(fault.what() + std::string("; without it entities, layers and scanners have no names"));
   }
+}
+
+std::string RunHistory::damage() const {
+  std::string text;
+  for (const std::string& sentence : damage_)
+    text += (text.empty() ? "" : "; ") + sentence;
+  return text;
 }
 
 std::string RunHistory::shortfall() const {
   if (latest_of_run_ <= extent_.last.version) return {};
-  return "the log ends with version " + std::to_string(extent_.last.version) +
-         (extent_.last.version == 0 ? std::string(", the empty world")
-                                    : " of " + seconds(extent_.last.time.time_since_epoch().count())) +
-         ", and the run went on to version " + std::to_string(latest_of_run_);
+  return "the log ends with " + in_words(extent_.last) + ", and the run went on to version " +
+         std::to_string(latest_of_run_);
 }
 
 void RunHistory::check_time(std::int64_t time_ns) const {

@@ -7,35 +7,23 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <rtstdb/history.hpp>
 
+#include "runtime/history/history_error.hpp"
+#include "runtime/history/run_log.hpp"
 #include "runtime/report/world_record.hpp"
 
 namespace hil::history {
 
-/// A sentence for the user.
-class HistoryError : public std::runtime_error {
- public:
-  enum class Kind : std::uint8_t { question, file, gpu };
-  HistoryError(Kind kind, const std::string& sentence) : std::runtime_error(sentence), kind_(kind) {}
-  Kind kind() const noexcept { return kind_; }
-
- private:
-  Kind kind_;
-};
-
-/// Where the log is: `directory` itself when it is a database's, or below a run's folder. Throws HistoryError (file) when it
-/// is neither.
-std::filesystem::path find_log(const std::filesystem::path& directory);
-
 class RunHistory {
  public:
-  /// A run's folder, or a database's directory by itself, where nothing has a name. `salvage`: of a damaged log what comes before the
-  /// damage. Throws HistoryError (file), also for names that belong to another log or are none that a run writes.
+  /// A run's folder, or a database's directory by itself, where nothing has a name. Throws HistoryError (file) for what is damaged, with
+  /// the place: the log, also one that lacks versions which the run's report has as written; world.json; report.json. With `salvage` it
+  /// reads without that, and `damage` says what is missing. Throws too for names that belong to another log or are none that a
+  /// run writes.
   RunHistory(const std::filesystem::path& directory, bool salvage);
 
   const std::filesystem::path& log() const noexcept { return log_; }
@@ -44,6 +32,10 @@ class RunHistory {
   const rtstdb::HistoryExtent& extent() const noexcept { return extent_; }
   /// Run time at which the run was over; empty: it left no report, or is still running.
   const std::optional<std::int64_t>& end_ns() const noexcept { return end_ns_; }
+  /// What salvage left out, in words; empty: nothing.
+  std::string damage() const;
+  /// Empty, or a sentence: the log does not end with the mark of a closed one, and where it ends.
+  const std::string& not_closed() const noexcept { return not_closed_; }
   /// Empty, or a sentence: the run went on to versions that the log has not.
   std::string shortfall() const;
 
@@ -66,12 +58,16 @@ class RunHistory {
   const report::Scanner& scanner(const std::string& name) const;
 
  private:
+  void load_world(const std::filesystem::path& directory);
+
   std::filesystem::path log_;
   bool salvage_;
   report::WorldRecord world_;
   rtstdb::HistoryExtent extent_;
   std::optional<std::int64_t> end_ns_;
   rtstdb::Version latest_of_run_ = 0;  // by its report; 0: it left none
+  std::vector<std::string> damage_;
+  std::string not_closed_;
 };
 
 }  // namespace hil::history

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "runtime/report/file_checksum.hpp"
 #include "runtime/report/json_layout.hpp"
 #include "runtime/report/record_fields.hpp"
 #include "runtime/report/text_safety.hpp"
@@ -222,7 +223,7 @@ std::string file_of(const Record& record, int version) {
   Json json = Json::object();
   json["schema_version"] = version;
   json.update(written(record));
-  return readable_json(json);
+  return with_checksum(readable_json(json));
 }
 
 template <class Record>
@@ -231,7 +232,8 @@ Record parsed(const std::string& file, std::string_view text, int wanted) {
   try {
     json = Json::parse(text);
   } catch (const Json::parse_error& error) {
-    throw ReportError(file + ": not JSON at byte " + std::to_string(error.byte));
+    throw ReportError(file + ": not JSON at byte " + std::to_string(error.byte) +
+                      ": it was cut off or damaged; take an unchanged copy, or run the scenario again");
   } catch (const Json::out_of_range& error) {
     throw ReportError(file + ": a number is out of range: " + error.what());
   }
@@ -242,6 +244,7 @@ Record parsed(const std::string& file, std::string_view text, int wanted) {
     throw ReportError(file + ": schema_version is " + std::to_string(version) + "; this program reads " +
                       std::to_string(wanted));
   }
+  if (const std::string fault = checksum_fault(text); !fault.empty()) throw ReportError(file + ": " + fault);
   Record record;
   read(whole, record);
   return record;

@@ -3,6 +3,8 @@
 // larger file: what the page shows is in here, histograms and pictures included. world.json beside it has the names
 // that a history is asked with.
 //
+// Both end with a checksum, which their readers verify (file_checksum.hpp).
+//
 // Keys keep the order of record_fields.hpp. Numbers are finite; what is not known is null. Text is
 // UTF-8, bytes that are not become U+FFFD. Bins, points and
 // track points are rows: bin [first_ns, last_ns, count]; point [x, y]; track point [time_ns, x, y]; scan
@@ -27,7 +29,7 @@ class ReportError : public std::runtime_error {
 std::string report_json(const RunRecord& record);
 
 /// Keys it does not know are passed over. Throws ReportError: not JSON (with the byte), another
-/// schema_version, a key missing or of the wrong type (with its path, as in "tasks[3].wall_ns.p50").
+/// schema_version, a checksum that is missing or another, a key missing or of the wrong type (with its path, as in "tasks[3].wall_ns.p50").
 RunRecord parse_report(std::string_view json);
 
 /// The same for world.json.

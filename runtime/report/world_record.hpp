@@ -12,7 +12,7 @@
 namespace hil::report {
 
 /// In world.json. A file with another number is refused.
-inline constexpr int world_schema_version = 1;
+inline constexpr int world_schema_version = 2;
 
 /// Named as in the scenario: "house_1", "traffic.ego".
 struct NamedEntity {

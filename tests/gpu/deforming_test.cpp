@@ -191,7 +191,7 @@ TEST_F(Deforming, RefusesWhatCanNotBeAShape) {
   refused(BadInputReason::not_finite, geometry, with(count - 1, {-INFINITY, 0.0f, 0.0f}),
           {-INFINITY, 0.0, 0.0, static_cast<double>(count - 1)}, "not finite");
   refused(BadInputReason::out_of_limits, geometry, with(0, {0.0f, 0.0f, 2e5f}), {0.0, 0.0, 2e5, 0.0},
-          "beyond its limit");
+          "beyond the limit of 100000 m");
 
   // More than there is room for.
   const auto small = database().make_transaction(

@@ -8,6 +8,7 @@
 #include <map>
 #include <sstream>
 
+#include "runtime/report/file_checksum.hpp"
 #include "tests/scenario/hil.hpp"
 #include "tests/scenario/run_files.hpp"
 
@@ -165,7 +166,9 @@ TEST_F(TwoBlocks, ADirectionIsOfAnyLength) {
 
 TEST_F(TwoBlocks, WhatTheLogLacksIsNotMadeUp) {
   Json report = read_report(out());
-  const auto write_report = [&] { write_text(out() + "/report.json", report.dump()); };
+  report.erase("checksum");
+  const Json durable = report["database_log"]["durable_version"];
+  const auto write_report = [&] { write_text(out() + "/report.json", report::with_checksum(report.dump())); };
   report["database_log"]["latest_version"] = 7;
   write_report();
   EXPECT_NE(refusal({"near", "post", "--at", "1s"}).find("the run went on to version 7"), std::string::npos);
@@ -176,6 +179,8 @@ TEST_F(TwoBlocks, WhatTheLogLacksIsNotMadeUp) {
   EXPECT_EQ(verified.code, 4);
   EXPECT_NE(verified.output.find("by the run's report version 7 was on disk"), std::string::npos)
       << verified.output;
+  EXPECT_NE(refusal({"near", "post", "--at", "0s"}, 4).find(" to 7 are missing"), std::string::npos);
+  report["database_log"]["durable_version"] = durable;
   report["ticks"] = 0xFFFF'FFFF'FFFF'FFFFull;
   write_report();
   EXPECT_NE(refusal({"near", "post", "--at", "1s"}, 4).find("report.json"), std::string::npos);
@@ -185,7 +190,8 @@ TEST_F(TwoBlocks, WhatTheLogLacksIsNotMadeUp) {
 }
 
 TEST_F(TwoBlocks, NamesThatNoRunWroteAreRefused) {
-  const Json whole = Json::parse(read_text(out() + "/world.json"));
+  Json whole = Json::parse(read_text(out() + "/world.json"));
+  whole.erase("checksum");
   const Json scanner = {{"name", "lidar"},        {"carrier_index", 0},  {"carrier_generation", 1},
                         {"mount_m", {0, 0, 0}},   {"columns", 8},        {"rows", 2},
                         {"horizontal_rad", 1},    {"vertical_rad", 1},   {"elevation_rad", 0},
@@ -196,7 +202,7 @@ TEST_F(TwoBlocks, NamesThatNoRunWroteAreRefused) {
     Json world = whole;
     world["scanners"] = Json::array({scanner});
     if (!key.empty()) world["scanners"][0][key] = value;
-    write_text(out() + "/world.json", world.dump());
+    write_text(out() + "/world.json", report::with_checksum(world.dump()));
   };
   with("", {});
   EXPECT_EQ(run_hil({"history", out(), "scan", "lidar", "--at", "1s"}).code, 0);
@@ -219,7 +225,7 @@ TEST_F(TwoBlocks, NamesThatNoRunWroteAreRefused) {
   }
   Json world = whole;
   world["database_id"] = "0000000000000001";
-  write_text(out() + "/world.json", world.dump());
+  write_text(out() + "/world.json", report::with_checksum(world.dump()));
   EXPECT_NE(refusal({"entities", "--at", "1s"}, 4).find("the names of database 0000000000000001"),
             std::string::npos);
   std::filesystem::remove(out() + "/world.json");
@@ -269,6 +275,79 @@ TEST_F(TwoBlocks, ADamagedLogIsNamedAndRefusedUnlessItIsToBeSalvaged) {
   const Ended salvaged = run_hil({"history", out(), "--salvage", "info"});
   EXPECT_EQ(salvaged.code, 0) << salvaged.errors;
   EXPECT_NE(salvaged.output.find("damaged"), std::string::npos) << salvaged.output;
+}
+
+/// Cut at its end, and in the middle of a group, with zeros or without.
+TEST_F(TwoBlocks, ALogThatLacksItsEndIsRefusedByEveryReader) {
+  const std::string segment = out() + "/database/segment.0000000001";
+  const std::string whole = read_text(segment);
+  const Json info = answer({"db", "info", out(), "--json"});
+  ASSERT_TRUE(info["closed"].get<bool>());
+  EXPECT_EQ(run_hil({"db", "export", out()}).errors, "") << "a closed log has nothing to say";
+  std::string zeros = whole;
+  std::fill(zeros.begin() + 1024, zeros.end(), '\0');
+  for (const auto& [name, bytes] : std::map<std::string, std::string>{
+           {"shorter", whole.substr(0, 1024)}, {"within a group", whole.substr(0, 700)}, {"zeros", zeros}}) {
+    write_text(segment, bytes);
+    for (const std::string& directory : {out(), out() + "/database", out() + "/database/"}) {
+      const std::string copy = folder_ / "copy.jsonl";
+      const Ended exported = run_hil({"db", "export", directory, "--out", copy});
+      EXPECT_EQ(exported.code, 4) << name;
+      EXPECT_FALSE(std::filesystem::exists(copy)) << "no half of an export";
+      EXPECT_NE(exported.errors.find("--salvage"), std::string::npos) << name << ": " << exported.errors;
+      EXPECT_EQ(run_hil({"history", directory, "info"}).code, 4) << name;
+      EXPECT_EQ(run_hil({"db", "verify", directory}).code, 4) << name;
+      EXPECT_EQ(run_hil({"db", "info", directory}).code, 4) << name;
+      const Ended salvaged = run_hil({"db", "export", directory, "--salvage"});
+      EXPECT_EQ(salvaged.code, 0) << name;
+      EXPECT_NE(salvaged.errors.find(" missing"), std::string::npos) << name << ": " << salvaged.errors;
+      EXPECT_EQ(run_hil({"history", directory, "--salvage", "info"}).code, 0) << name;
+    }
+  }
+  // Of a run that left no report the file's length alone tells.
+  std::filesystem::remove(out() + "/report.json");
+  write_text(segment, whole.substr(0, 1024));
+  const Ended exported = run_hil({"db", "export", out()});
+  EXPECT_EQ(exported.code, 4);
+  EXPECT_NE(exported.errors.find("segment.0000000001, offset 1024"), std::string::npos) << exported.errors;
+  EXPECT_NE(exported.errors.find("its end was cut off"), std::string::npos) << exported.errors;
+  write_text(segment, zeros);
+  const Ended killed = run_hil({"db", "export", out()});
+  EXPECT_EQ(killed.code, 0) << killed.errors;
+  EXPECT_NE(killed.errors.find("the log was not closed"), std::string::npos) << killed.errors;
+}
+
+TEST_F(TwoBlocks, AReportOrNamesThatWereChangedAreRefused) {
+  const std::string report = read_text(out() + "/report.json");
+  const std::string world = read_text(out() + "/world.json");
+  const auto with = [](std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  for (const std::string& changed :
+       {with(report, "\"passed\"", "\"failed\""), report.substr(0, report.size() / 2), report.substr(0, 0)}) {
+    write_text(out() + "/report.json", changed);
+    for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+             {"report", out()}, {"history", out(), "info"}, {"db", "export", out()}}) {
+      const Ended ended = run_hil(words);
+      EXPECT_EQ(ended.code, 4) << words[0];
+      EXPECT_NE(ended.errors.find("/report.json: "), std::string::npos) << ended.errors;
+      EXPECT_NE(ended.errors.find("take an unchanged copy"), std::string::npos) << ended.errors;
+    }
+    const Ended verified = run_hil({"db", "verify", out()});
+    EXPECT_EQ(verified.code, 4);
+    EXPECT_NE(verified.output.find("/report.json: "), std::string::npos) << verified.output;
+    const Ended salvaged = run_hil({"history", out(), "--salvage", "near", "post", "--at", "1s"});
+    EXPECT_EQ(salvaged.code, 0) << salvaged.errors;
+    EXPECT_NE(salvaged.errors.find("/report.json: "), std::string::npos) << salvaged.errors;
+  }
+  write_text(out() + "/report.json", report);
+  EXPECT_EQ(run_hil({"report", out()}).code, 0);
+  write_text(out() + "/world.json", with(world, "\"post\"", "\"past\""));
+  EXPECT_NE(refusal({"near", "post", "--at", "1s"}, 4).find("/world.json: its checksum is"),
+            std::string::npos);
+  const Ended salvaged = run_hil({"history", out(), "--salvage", "entities", "--at", "1s"});
+  EXPECT_EQ(salvaged.code, 0) << salvaged.errors;
+  EXPECT_NE(salvaged.errors.find("have no names"), std::string::npos) << salvaged.errors;
 }
 
 TEST(RunHistory, AScanIsTheOneThatTheRunSaw) {
@@ -357,6 +436,9 @@ TEST(RunHistory, OfARunThatIsUnderWayAndOfOneThatWasKilled) {
   const Ended info = run_hil({"history", out, "info"});
   EXPECT_NE(info.output.find("left no report"), std::string::npos) << info.output;
   EXPECT_EQ(run_hil({"db", "verify", out}).code, 0) << "a log that ends anywhere is whole";
+  const Ended exported = run_hil({"db", "export", out});
+  EXPECT_EQ(exported.code, 0);
+  EXPECT_NE(exported.errors.find("the log was not closed"), std::string::npos) << exported.errors;
 }
 
 TEST(RunHistory, AVolatileRunKeepsNone) {

@@ -61,8 +61,8 @@ class Segment:
         self.ok = False
         if len(self.data) < 64:
             return
-        (magic, self.format, _, self.database, told, self.first_group, self.link, _, checksum) = struct.unpack_from(
-            "<8sIIQQQQQQ", self.data)
+        (magic, self.format, self.sectors, self.database, told, self.first_group, self.link, _, checksum) = (
+            struct.unpack_from("<8sIIQQQQQQ", self.data))
         if magic != b"RTSTLOG1" or checksum != xxh3_64(self.data[:56], self.database):
             return
         check(self.format in FORMATS, f"segment {number}: format {self.format}")
@@ -348,7 +348,8 @@ def groups(segments, position, time):
             whole = whole and len(payload) == header[2] and xxh3_64(payload, segment.database) == header[5]
             if not whole or header[0] == 1:
                 later = segment.later_group(at + SECTOR, expected)
-                check(end is None and not later, f"{place}: damaged")
+                cut = not whole and len(segment.data) < segment.sectors * SECTOR
+                check(end is None and not later and not cut, f"{place}: damaged")
                 return
             records = list(read_records(payload, time))
             check(len(records) == header[3] > 0, f"{place}: another number of records")

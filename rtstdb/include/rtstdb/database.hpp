@@ -34,6 +34,7 @@ enum class Validation : std::uint8_t {
   on,             ///< the Khronos validation layer; a message counts as a fault, see Health
   off,
 };
+const char* to_string(Validation validation) noexcept;
 
 struct DatabaseOptions {
   /// A device's index ("0"), a part of its name ("llvmpipe"), or "auto": discrete, then integrated, then
@@ -76,9 +77,9 @@ struct DatabaseOptions {
 };
 
 struct DeviceInfo {
-  std::string name;    ///< "llvmpipe (LLVM 15.0.6, 256 bits)"
-  std::string driver;  ///< "llvmpipe Mesa 22.3.6"
-  std::string api;     ///< "1.3.230"
+  std::string name{};    ///< "llvmpipe (LLVM 15.0.6, 256 bits)"
+  std::string driver{};  ///< "llvmpipe Mesa 22.3.6"
+  std::string api{};     ///< "1.3.230"
   bool software = false;
 };
 
@@ -104,19 +105,19 @@ struct TransactionCounts {
 
 /// Predicted over actual cost of the transactions that asked queries of one kind and were done.
 struct CostPredictions {
-  std::string_view kind;
+  std::string_view kind{};
   std::uint64_t count = 0;
   double p01 = 0.0, median = 0.0, p99 = 0.0;  ///< to 4 %, within 1/256 to 256
 };
 
 /// How well the scheduler foresaw.
 struct SchedulerCounts {
-  std::vector<CostPredictions> predictions;
+  std::vector<CostPredictions> predictions{};
   /// Firm transactions that were admitted by their predicted costs and carried out; those that were in time; and those
   /// that were not, since more important ones came.
   std::uint64_t promised = 0, kept = 0, outranked = 0;
   /// Those that stand, in the order in which they were made.
-  std::vector<ReservationCounts> reservations;
+  std::vector<ReservationCounts> reservations{};
   std::uint64_t restarts = 0;  ///< see Outcome::restarts
 };
 
@@ -127,11 +128,11 @@ struct ShapeCounts {
 };
 
 struct Health {
-  std::vector<std::string> degraded;             ///< what the machine did not permit, in words
-  std::vector<std::string> validation_messages;  ///< of the validation layer, when it is on
+  std::vector<std::string> degraded{};             ///< what the machine did not permit, in words
+  std::vector<std::string> validation_messages{};  ///< of the validation layer, when it is on
   bool device_lost = false;         ///< there is none at present: what asks is answered device_lost
   std::uint64_t device_losses = 0;  ///< so far
-  std::string device_loss;          ///< what became of the last one, in words; empty: there was none
+  std::string device_loss{};        ///< what became of the last one, in words; empty: there was none
 };
 
 class Database {

@@ -20,7 +20,18 @@
 //                 with the next checkpoint); group and sync refuse writes (RefusedBy::log_full).
 //   it refuses    Tried again, in a new file, until it is done; async goes on meanwhile. Group gives back what waits, as done and not
 //                 durable, and refuses writes (RefusedBy::log_fault) until the disk takes them again; sync refuses.
-// Database::durability() says which of it has happened.
+// Database::durability() says which of it has happened. Segments are allocated ahead; where the disk has no room for that, a segment
+// grows with what is written, so that a log opens on a disk that is nearly full.
+//
+// What lies in the directory, and what may be deleted while no process has the log open:
+//
+//   lock                     empty; may be deleted
+//   segment.N, checkpoint.N  the log; not to be deleted one by one: DurabilityOptions::prune removes what no recovery needs
+//   geometry.N               the meshes, which the log names; not to be deleted
+//   *.new                    files whose writing was not finished; may be deleted, and the next open does so
+//   checkpoint.N.abandoned   what a salvage went on before; nobody reads it, and it may be deleted
+//
+// The whole directory may be deleted, and its files may be copied elsewhere together. log.hpp tells whether all of it is whole.
 
 #include <cstddef>
 #include <cstdint>
@@ -50,6 +61,10 @@ struct DurabilityOptions {
   /// A checkpoint follows so many bytes of log: what an open has to read at most. It takes a copy of the world. 0: only where one is
   /// needed.
   std::uint64_t checkpoint_every_bytes = std::uint64_t{256} << 20;
+  /// Each checkpoint that gets to the disk removes the checkpoints before the one before it, and the segments that only these need:
+  /// the directory stops growing, and a history begins with the older of the two checkpoints that stay (HistoryExtent::first). Geometry
+  /// files stay. Off: a history begins with the empty world.
+  bool prune = false;
   /// A damaged log is opened up to the version before the damage; else it is refused. Checkpoints that are newer and not whole stay as
   /// checkpoint.N.abandoned: from here on nobody reads them. What the disk does not read is refused all the same.
   bool salvage = false;
@@ -70,7 +85,7 @@ struct Recovery {
   bool torn = false;          ///< what was being written last was cut off
   bool salvaged = false;      ///< something behind `version` was damaged, and is lost
   Nanoseconds duration{0};
-  std::string in_words;  ///< a sentence: what was found, what was cut and why
+  std::string in_words{};  ///< a sentence: what was found, what was cut and why
 };
 
 /// How the log is, now.
@@ -84,12 +99,13 @@ struct Durability {
   /// `durable` stays until there is a checkpoint, which is being made.
   bool waits_for_checkpoint = false;
   std::uint64_t faults = 0;  ///< calls that the disk refused
-  std::string last_fault;    ///< in words; empty: none
+  std::string last_fault{};  ///< in words; empty: none
   std::uint64_t gaps = 0;    ///< told of in the log
   std::uint64_t commits_in_gaps = 0;
   std::size_t ring_bytes = 0, ring_high_water = 0;
   std::uint64_t groups = 0, bytes = 0;  ///< written and on disk
   std::uint64_t segments = 0, checkpoints = 0;
+  std::uint64_t pruned_segments = 0;            ///< removed, see DurabilityOptions::prune
   Nanoseconds longest_write{0}, all_writes{0};  ///< of a group, until it was on disk
 };
 

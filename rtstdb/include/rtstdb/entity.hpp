@@ -50,11 +50,11 @@ struct Motion {
 inline constexpr std::uint32_t mask_all = 0xFFFFFFFFu;
 
 struct EntityRow {
-  GeometryId geometry;    ///< invalid: nothing to be seen or touched, but the entity may carry queries
+  GeometryId geometry{};  ///< invalid: nothing to be seen or touched, but the entity may carry queries
   glm::dvec3 scale{1.0};  ///< per axis of the entity frame, positive
   std::uint32_t mask = mask_all;
   std::uint32_t material = 0;  ///< the caller's number, handed back with hits
-  Motion motion;
+  Motion motion{};
 };
 
 /// Where an entity is at one instant.

@@ -16,8 +16,8 @@ namespace rtstdb {
 
 /// Entity frame, metres. A triangle's front is the side from which its corners run counter-clockwise.
 struct TriangleMesh {
-  std::vector<glm::vec3> positions_m;
-  std::vector<glm::uvec3> triangles;
+  std::vector<glm::vec3> positions_m{};
+  std::vector<glm::uvec3> triangles{};
 };
 
 struct Bounds {
@@ -52,7 +52,9 @@ Bounds bounds_of(const TriangleMesh& mesh);
 /// max_polygon_corners triangulated, points, lines, materials and textures left out, corners neither welded
 /// nor sorted, axes as the file has them.
 /// `scale` multiplies coordinates (files in millimetres: 0.001) and must be positive. Errors: ErrorCode::file
-/// with the path and the reader's words; then what validate says, with the path.
+/// with the path, the place and the fault: also for a face of fewer than three corners, an index beyond the positions, an STL file
+/// whose count contradicts its size, a glTF file that requires an extension which changes geometry, positions in glTF that are
+/// not floats, and sparse accessors; then what validate says, with the path.
 Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0);
 
 /// Closed surfaces with outward fronts, centred on the origin. Sizes are full extents in metres, finite and

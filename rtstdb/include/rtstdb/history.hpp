@@ -24,11 +24,11 @@ namespace rtstdb {
 
 struct HistoryOptions {
   /// Where the log is.
-  std::filesystem::path directory;
+  std::filesystem::path directory{};
   /// The stretch: the version that was the latest at a time, or a numbered one; ReadAt::latest is the log's last for `to`, and for
   /// `from` the same as `to`. Each row change in it takes about 200 bytes of memory, each shape its positions.
-  ReadAt from;
-  ReadAt to;
+  ReadAt from{};
+  ReadAt to{};
   /// A damaged log is read up to the version before the damage; of its time and later ones nothing can be asked AS OF, for what comes
   /// behind may be of the same time. Else a stretch that comes to the damage is refused.
   bool salvage = false;
@@ -41,16 +41,16 @@ struct HistoryOptions {
 struct HistoryExtent {
   std::uint64_t database_id = 0;  ///< see Durability
   /// The first version that can be had: 0, the empty world, or that of the oldest checkpoint where older segments were taken away.
-  VersionInfo first;
-  VersionInfo last;
+  VersionInfo first{};
+  VersionInfo last{};
   std::uint64_t commits = 0;  ///< each with a version of its own
   struct Gap {
     Version first = 0, last = 0;
   };
   /// Versions that were not recorded, since the disk was slower than they came. No stretch leads over them.
-  std::vector<Gap> gaps;
-  bool closed = false;  ///< the log was ended on purpose: nothing came behind `last`
-  std::string damage;   ///< salvage: what is wrong, in words; empty: nothing
+  std::vector<Gap> gaps{};
+  bool closed = false;   ///< the log was ended on purpose: nothing came behind `last`
+  std::string damage{};  ///< salvage: what is wrong, in words; empty: nothing
 };
 
 /// Reads the whole log and its meshes, but not its worlds. Errors: file for a directory without a database, and for what a recovery refuses (damage,

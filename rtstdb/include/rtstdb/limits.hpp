@@ -32,7 +32,7 @@ inline constexpr double max_speed_mps = 1e5;
 inline constexpr double max_angular_rate_radps = 1e4;
 inline constexpr double max_scale = 1e5;
 inline constexpr double min_scale = 1e-6;
-/// The times of one batch may span this much: beyond it motion bounds grow useless.
+/// The times of one batch, the elements of one query in one transaction, may span this much: beyond it motion bounds grow useless.
 inline constexpr std::int64_t max_query_window_ns = 1'000'000'000;
 /// World times lie within +- this (146 years), so that no difference of two of them overflows. The empty
 /// database holds from its negative on.

@@ -24,23 +24,23 @@ enum class LogFileKind : std::uint8_t { segment, checkpoint, geometry, unfinishe
 const char* to_string(LogFileKind kind) noexcept;
 
 struct LogFile {
-  std::string name;
+  std::string name{};
   LogFileKind kind = LogFileKind::segment;
   std::uint64_t bytes = 0;
   /// Segment: of the commits that stand in it and could be read; checkpoint: its own. 0: none.
   Version first = 0, last = 0;
   /// What is worth knowing and no fault: of a geometry its name, of an unfinished file why it is there.
-  std::string note;
+  std::string note{};
   /// What is wrong with it, with the place; empty: nothing.
-  std::string damage;
+  std::string damage{};
 };
 
 struct LogContents {
   std::uint64_t database_id = 0;
   std::uint32_t format = 0;
-  std::vector<LogFile> files;  ///< by kind, then by number
+  std::vector<LogFile> files{};  ///< by kind, then by number
   /// `damage` is that of the groups of commits alone.
-  HistoryExtent extent;
+  HistoryExtent extent{};
   std::uint64_t groups = 0;  ///< that were read
   std::uint64_t bytes = 0;   ///< of them
   /// Recorded behind a gap, where no world is known to add them to; not among extent.commits.
@@ -50,14 +50,14 @@ struct LogContents {
   std::uint64_t entities = 0;              ///< that live in the last version
   std::uint64_t compared_checkpoints = 0;  ///< with the world that the commits before them lead to
   /// What was being written when the log ended, and is cut off by the next open; empty: nothing.
-  std::string torn;
+  std::string torn{};
   /// Everything that is wrong, each with its file; empty: the log is whole.
-  std::vector<std::string> damage;
+  std::vector<std::string> damage{};
   /// Whether a database would open here without salvage, and the version that it would go on from; else why not, and whether it
   /// would by salvage.
   bool opens = false;
   Version opens_at = 0;
-  std::string refusal;
+  std::string refusal{};
   bool opens_by_salvage = false;
 };
 
@@ -71,14 +71,14 @@ Result<LogContents> inspect_log(const std::filesystem::path& directory);
 struct LogWrite {
   enum class Kind : std::uint8_t { create, update, update_motion, remove };
   Kind kind = Kind::create;
-  EntityState state;
+  EntityState state{};
 };
 const char* to_string(LogWrite::Kind kind) noexcept;
 
 /// The corners of a geometry that deforms, from this version on.
 struct LogShape {
-  GeometryId geometry;
-  std::span<const glm::vec3> positions_m;
+  GeometryId geometry{};
+  std::span<const glm::vec3> positions_m{};
 };
 
 /// Told in the order of versions; what is passed belongs to the caller.

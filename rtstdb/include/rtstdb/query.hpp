@@ -5,9 +5,11 @@
 //
 // Common rules
 //   frame      world, right-handed, metres, unless the query is carried by an entity
-//   time       every element asks at its own WorldTime; none may be before the version's own time, and those
-//              of one batch span at most max_query_window_ns; else the transaction is refused (BadInput:
-//              time_not_covered, window_too_long)
+//   time       every element asks at its own WorldTime; none may be before the version's own time, and those of one batch, the
+//              elements of one query in one transaction, span at most max_query_window_ns; else the transaction is refused
+//              (BadInput: time_not_covered, window_too_long). A query that ignores motion asks at the version's time. Queries of
+//              one transaction whose times together span more are answered one group behind the other, each with structures
+//              of its own, which costs more
 //   ties       lowest entity index first, then lowest triangle index
 //   order      answers do not depend on the order of the batch nor on how it was split. Boxes fit the span of a batch's times:
 //              of regions and nearest, close to the device's limits, that may decide whether a search is cut short, and what an
@@ -88,7 +90,7 @@ struct alignas(16) Ray {
   float lambda_max = 1e30f;
   WorldTime t{};
   std::uint32_t mask = mask_all;
-  EntityId carrier;  ///< default: none, the ray is in the world frame
+  EntityId carrier{};  ///< default: none, the ray is in the world frame
 };
 
 /// Which sides of triangles are hit.
@@ -104,7 +106,7 @@ struct RayHit {
   HitStatus status = HitStatus::miss;
   float lambda = 0.0f;
   float u = 0.0f, v = 0.0f;    ///< barycentric weights of the second and third corner
-  EntityId entity;             ///< invalid on a miss
+  EntityId entity{};           ///< invalid on a miss
   std::uint32_t mask = 0;      ///< the entity's
   std::uint32_t material = 0;  ///< the entity's
   std::uint32_t triangle = 0;
@@ -115,7 +117,7 @@ struct RayHit {
 };
 
 struct RayQueryOptions {
-  std::string name;  ///< shown in reports
+  std::string name{};  ///< shown in reports
   std::uint32_t capacity = 0;
   RayMode mode = RayMode::closest;
   std::uint32_t hits_per_ray = 1;  ///< RayMode::first: 1 to max_hits_per_ray; else 1
@@ -183,12 +185,12 @@ struct Region {
   glm::quat q{1.0f, 0.0f, 0.0f, 0.0f};
   WorldTime t{};
   std::uint32_t mask = mask_all;
-  EntityId carrier;
+  EntityId carrier{};
 };
 
 /// A triangle of an entity: its place in the triangles of the entity's mesh.
 struct EntityTriangle {
-  EntityId entity;
+  EntityId entity{};
   std::uint32_t triangle = 0;
   friend bool operator==(const EntityTriangle&, const EntityTriangle&) = default;
 };
@@ -201,8 +203,8 @@ struct EntityTriangle {
 /// distances at play (from the world's origin, of the region's and the entity's size, of the way that they
 /// have moved) may be found or not.
 struct RegionAnswer {
-  std::span<const EntityId> entities;
-  std::span<const EntityTriangle> triangles;
+  std::span<const EntityId> entities{};
+  std::span<const EntityTriangle> triangles{};
   std::uint32_t found = 0;  ///< entities, or triangles
   bool overflow = false;
   /// Cut short by the device's limits: all that is listed was found, but more may have been, or lower ones.
@@ -210,7 +212,7 @@ struct RegionAnswer {
 };
 
 struct RegionQueryOptions {
-  std::string name;
+  std::string name{};
   std::uint32_t capacity = 0;  ///< regions in a batch
   RegionLevel level = RegionLevel::bounds;
   /// Entities, or triangles, that an answer lists at most. 0: the query only counts, which is faster.
@@ -243,14 +245,14 @@ struct Nearest {
   float radius_m = std::numeric_limits<float>::infinity();  ///< not negative; what lies on it is found
   WorldTime t{};
   std::uint32_t mask = mask_all;
-  EntityId carrier;  ///< default: none, the point is in the world frame
+  EntityId carrier{};  ///< default: none, the point is in the world frame
   EntityId
-      excluded;  ///< never found: most often the carrier itself; default: none. Alive, or the batch is refused
+      excluded{};  ///< never found: most often the carrier itself; default: none. Alive, or the batch is refused
 };
 
 /// By eight bytes, as the device writes it.
 struct alignas(8) Neighbor {
-  EntityId entity;
+  EntityId entity{};
   std::uint32_t mask = 0;      ///< the entity's
   std::uint32_t material = 0;  ///< the entity's
   std::uint32_t triangle = 0;  ///< surface, triangle
@@ -266,7 +268,7 @@ struct alignas(8) Neighbor {
 /// lowest entity index, then the lowest triangle index. At most `k`, fewer where the radius holds no more;
 /// empty when it holds nothing.
 struct NearestAnswer {
-  std::span<const Neighbor> neighbors;
+  std::span<const Neighbor> neighbors{};
   /// Cut short by the device's limits: no answer may be drawn from it, and `neighbors` is empty.
   bool incomplete = false;
 };
@@ -276,7 +278,7 @@ struct NearestAnswer {
 /// or not their corners are shared by index. A point lies inside where the surface winds around it, whichever
 /// way its fronts face. Of an open geometry no sign is known: its distances are answered without one.
 struct NearestQueryOptions {
-  std::string name;
+  std::string name{};
   std::uint32_t capacity = 0;  ///< points in a batch
   NearestTarget target = NearestTarget::surface;
   std::uint32_t k = 1;     ///< answers to a point: 1 to max_neighbors
@@ -295,7 +297,7 @@ class NearestQuery : public Query {
 /// Which entities' oriented bounds overlap (touching counts) the given entity's at time t: the broad phase of
 /// the paper's Intersection Query. The entity itself is never in its answer; it has to have a geometry (no_geometry).
 struct Overlap {
-  EntityId entity;
+  EntityId entity{};
   WorldTime t{};
   std::uint32_t mask = mask_all;  ///< which others are looked at
 };
@@ -304,7 +306,7 @@ struct Overlap {
 using OverlapAnswer = RegionAnswer;
 
 struct OverlapQueryOptions {
-  std::string name;
+  std::string name{};
   std::uint32_t capacity = 0;
   std::uint32_t ids_per_entity = 64;  ///< 0: the query only counts, which is faster
   LatePolicy late = LatePolicy::discard;
@@ -315,5 +317,14 @@ class OverlapQuery : public Query {
   virtual std::span<Overlap> overlaps() noexcept = 0;
   virtual std::span<const OverlapAnswer> answers() const noexcept = 0;
 };
+
+const char* to_string(LatePolicy policy) noexcept;
+const char* to_string(RayMode mode) noexcept;
+const char* to_string(Faces faces) noexcept;
+const char* to_string(HitStatus status) noexcept;
+const char* to_string(RegionLevel level) noexcept;
+const char* to_string(RegionShape shape) noexcept;
+const char* to_string(RegionTest test) noexcept;
+const char* to_string(NearestTarget target) noexcept;
 
 }  // namespace rtstdb

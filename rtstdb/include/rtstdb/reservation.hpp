@@ -26,7 +26,7 @@
 namespace rtstdb {
 
 struct ReservationOptions {
-  std::string name;         ///< shown in refusals and reports
+  std::string name{};       ///< shown in refusals and reports
   Nanoseconds period{0};    ///< above zero
   Nanoseconds deadline{0};  ///< from submitted to published; above zero, may be longer than the period
   Nanoseconds budget{0};    ///< of Outcome::actual_cost; above zero, at most the deadline
@@ -38,7 +38,7 @@ struct ReservationOptions {
 /// Each transaction that named the reservation and has its outcome is counted in `transactions`, and in one of the others
 /// unless it came to nothing for a reason of its own (conflict, bad input, cancelled, device lost).
 struct ReservationCounts {
-  ReservationOptions options;
+  ReservationOptions options{};
   std::uint64_t transactions = 0;
   std::uint64_t kept = 0;    ///< done by when they were due
   std::uint64_t broken = 0;  ///< kept to their reservation and were not done by when they were due

@@ -19,14 +19,21 @@ enum class ErrorCode : unsigned char {
   device_lost,    ///< the GPU stopped answering
   out_of_memory,  ///< host or device memory
 };
+const char* to_string(ErrorCode code) noexcept;
 
 /// A refusal in words: one sentence with the values, fit to be shown to the user as it is.
 struct Error {
   ErrorCode code = ErrorCode::bad_input;
-  std::string message;
+  std::string message{};
 };
 
-/// A value or an Error. Asking for the one that is not there is misuse.
+/// Print the public call that was misused and what was wrong, with the error's sentence where there is one, and abort.
+[[noreturn]] void misused(const char* call, const char* fault) noexcept;
+[[noreturn]] void value_of_error(const Error* error) noexcept;
+[[noreturn]] void error_of_value() noexcept;
+
+/// A value or an Error. Reading the one that is not there is misuse: `value()` of an error prints its sentence and aborts,
+/// `error()` of a success aborts.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -37,10 +44,19 @@ class [[nodiscard]] Result {
 
   bool ok() const noexcept { return state_.index() == 0; }
   explicit operator bool() const noexcept { return ok(); }
-  T& value() & { return std::get<0>(state_); }
-  const T& value() const& { return std::get<0>(state_); }
-  T&& value() && { return std::get<0>(std::move(state_)); }
-  const Error& error() const { return std::get<1>(state_); }
+  T& value() & {
+    if (T* value = std::get_if<0>(&state_)) return *value;
+    value_of_error(std::get_if<1>(&state_));
+  }
+  const T& value() const& {
+    if (const T* value = std::get_if<0>(&state_)) return *value;
+    value_of_error(std::get_if<1>(&state_));
+  }
+  T&& value() && { return std::move(value()); }
+  const Error& error() const {
+    if (const Error* error = std::get_if<1>(&state_)) return *error;
+    error_of_value();
+  }
 
  private:
   std::variant<T, Error> state_;
@@ -53,7 +69,13 @@ class [[nodiscard]] Result<void> {
   Result(Error error) : error_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
   bool ok() const noexcept { return !error_; }
   explicit operator bool() const noexcept { return ok(); }
-  const Error& error() const { return *error_; }
+  void value() const {
+    if (error_) value_of_error(&*error_);
+  }
+  const Error& error() const {
+    if (error_) return *error_;
+    error_of_value();
+  }
 
  private:
   std::optional<Error> error_;
@@ -64,5 +86,7 @@ class [[nodiscard]] Result<void> {
 
 }  // namespace rtstdb
 
+/// A rule of the public call `call`, with what the caller has to do where it is broken.
+#define RTSTDB_REQUIRE(rule, call, fault) ((rule) ? static_cast<void>(0) : ::rtstdb::misused(call, fault))
 #define RTSTDB_ASSERT(rule) \
   ((rule) ? static_cast<void>(0) : ::rtstdb::assertion_failed(#rule, __FILE__, __LINE__))

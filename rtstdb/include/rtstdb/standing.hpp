@@ -31,28 +31,28 @@ enum class StandingTarget : std::uint8_t {
 
 /// Who is in the region. `region.t` is not looked at. By centre, touching and inside are the same.
 struct StandingRegion {
-  Region region;
+  Region region{};
   StandingTarget target = StandingTarget::bounds;
-  EntityId excluded;  ///< never found; default: none
+  EntityId excluded{};  ///< never found; default: none
 };
 
 /// Whose bounds the ray meets within its range, also from inside: a light barrier that bodies do not shadow. `ray.t` is not looked
 /// at. A one-shot ray finds triangles, and so may miss who is told here.
 struct StandingRay {
-  Ray ray;
-  EntityId excluded;
+  Ray ray{};
+  EntityId excluded{};
 };
 
 /// Who is among the k nearest within the radius. `point.t` is not looked at. At the same distance the lowest entity index; of
 /// distances that differ by less than 1 nm that of who was nearer before.
 struct StandingNearest {
-  Nearest point;
+  Nearest point{};
   StandingTarget target = StandingTarget::bounds;
   std::uint32_t k = 1;  ///< 1 to max_neighbors
 };
 
 struct StandingOptions {
-  std::string name;                    ///< shown in errors
+  std::string name{};                  ///< shown in errors
   std::uint32_t ring_capacity = 1024;  ///< events that wait to be fetched: 2 to max_standing_events
 };
 
@@ -75,7 +75,7 @@ enum class EventCause : std::uint8_t {
 struct StandingEvent {
   EventKind kind = EventKind::reset;
   EventCause cause = EventCause::list;
-  EntityId entity;  ///< present, enter, exit
+  EntityId entity{};  ///< present, enter, exit
   WorldTime time{};
   Version version = 0;     ///< in which it was known: its time is not before the event's
   std::uint64_t seq = 0;   ///< 1, 2, ... of this query; numbers that are missing were lost
@@ -123,6 +123,7 @@ struct StandingCounts {
   std::uint64_t skipped_versions = 0;  ///< that were not followed one by one
 };
 
+const char* to_string(StandingTarget target) noexcept;
 const char* to_string(EventKind kind) noexcept;
 const char* to_string(EventCause cause) noexcept;
 const char* to_string(StandingStatus status) noexcept;

@@ -13,6 +13,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include <rtstdb/entity.hpp>
 #include <rtstdb/query.hpp>
@@ -22,8 +23,8 @@ namespace rtstdb {
 
 /// One row as it stands in a version.
 struct EntityState {
-  EntityId id;
-  EntityRow row;
+  EntityId id{};
+  EntityRow row{};
   Version written_by = 0;
 };
 
@@ -52,7 +53,7 @@ struct Terms {
   /// The instant the writes belong to: the new version covers world time from here on. Not before the latest
   /// version's.
   WorldTime world_time{};
-  ReadAt read_at;  ///< ignored when there are writes
+  ReadAt read_at{};  ///< ignored when there are writes
   /// Time that is kept free for it; the deadline is the reservation's, from submitted on, where none is given. Null: none.
   Reservation* reservation = nullptr;
 };
@@ -106,10 +107,16 @@ struct BadInput {
   static constexpr std::uint32_t no_element = 0xFFFFFFFFu;  ///< the terms are at fault
   BadInputReason reason = BadInputReason::none;
   std::uint32_t element = 0;
-  EntityId entity;
+  EntityId entity{};
   double values[4] = {};
   bool in_geometry_update = false;
   Version version = 0;  ///< snapshot_too_old, unknown_version: that was asked for; 0 where it was by time
+  /// not_finite, out_of_limits, bad_region, bad_nearest: the member at fault, as "scale.x", its value, and between which values it may
+  /// lie (infinite: no limit there). Else empty. The text lives as long as the program.
+  std::string_view field{};
+  double value = 0.0;
+  double lowest = -std::numeric_limits<double>::infinity();
+  double highest = std::numeric_limits<double>::infinity();
 };
 
 /// Why a transaction was cancelled.
@@ -127,16 +134,16 @@ enum class RefusedBy : std::uint8_t {
 /// Which precondition did not hold.
 struct Conflict {
   std::uint32_t precondition = 0;  ///< ordinal among the transaction's expect calls
-  EntityId entity;
+  EntityId entity{};
   bool entity_exists = false;
   Version written_by = 0;  ///< of the entity, when it exists
 };
 
 struct Outcome {
   Status status = Status::idle;
-  BadInput bad_input;
+  BadInput bad_input{};
   std::int32_t bad_query = -1;  ///< bad_input: ordinal of the ask at fault; -1: a write or the terms
-  Conflict conflict;
+  Conflict conflict{};
   CancelledBy cancelled_by = CancelledBy::nobody;
   RefusedBy refused_by = RefusedBy::nobody;
   bool truncated = false;    ///< at least one answer is incomplete or overflowed, also when late
@@ -174,6 +181,8 @@ const char* to_string(Status status) noexcept;
 const char* to_string(DeadlineClass deadline_class) noexcept;
 const char* to_string(BadInputReason reason) noexcept;
 const char* to_string(RefusedBy refused_by) noexcept;
+const char* to_string(CancelledBy by) noexcept;
+const char* to_string(ReadAt::Kind kind) noexcept;
 /// One sentence for the user, with the values. Allocates: not in the tick.
 std::string describe(const BadInput& bad_input);
 std::string describe(const Outcome& outcome);

@@ -147,6 +147,131 @@ TEST(RefusedMesh, AnObjLineThatSaysNothing) {
   refused("f -1 -2 -3\n" + rest, "line 1: 'f -1 -2 -3' has a corner '-1'");
 }
 
+/// A face of no, one or two corners was left out in silence.
+TEST(RefusedMesh, AFaceWithoutThreeCorners) {
+  const Folder folder;
+  const std::string rest = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  for (const char* face : {"f", "f 1", "f 1/1 2/2"})
+    expect_refused(folder.write("body.obj", rest + face + "\n"), ErrorCode::file,
+                   "line 5: '" + std::string(face) + "' has ");
+  expect_refused(folder.write("body.obj", rest + "f\n"), ErrorCode::file,
+                 "has 0 corners; a face has three or more");
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 2\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  expect_refused(folder.write("body.ply", ply + "2 0 1\n"), ErrorCode::file,
+                 "PLY data: face 1 has 2 corners; a face has three or more");
+  expect_refused(folder.write("body.ply", ply + "3 0 1 3\n"), ErrorCode::file,
+                 "PLY data: face 1 has corner index 3, and there are 3 positions");
+}
+
+TEST(RefusedMesh, AnStlWhoseCountContradictsItsSize) {
+  const Folder folder;
+  const std::string whole = mesh_files::binary_stl(make_box({1.0, 1.0, 1.0}));
+  ASSERT_EQ(whole.size(), 84u + 12 * 50);
+  const auto with_count = [&](std::uint32_t count) {
+    std::string stl = whole;
+    stl.replace(80, 4, reinterpret_cast<const char*>(&count), 4);
+    return folder.write("body.stl", stl);
+  };
+  ASSERT_TRUE(load_mesh(with_count(12)).ok());
+  expect_refused(with_count(0), ErrorCode::file,
+                 "it has 0 triangles, which take 84 bytes, and the file has 684");
+  expect_refused(with_count(13), ErrorCode::file,
+                 "it has 13 triangles, which take 734 bytes, and the file has 684");
+  expect_refused(with_count(0x7FFFFFFF), ErrorCode::file,
+                 "it has 2147483647 triangles, which take 107374182434 bytes, and the file has 684");
+  // A binary file may begin as a text does.
+  std::string solid = whole;
+  solid.replace(0, 5, "solid");
+  ASSERT_TRUE(load_mesh(folder.write("solid.stl", solid)).ok());
+  expect_refused(folder.write("solid.stl", solid + "x"), ErrorCode::file, "and the file has 685");
+}
+
+TEST(RefusedMesh, ATextStlWithADamagedFacet) {
+  const Folder folder;
+  const std::string begin =
+      "solid a b\n facet normal nan 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n";
+  const std::string end = "  endloop\n endfacet\nendsolid a b\n";
+  const auto whole =
+      load_mesh(folder.write("body.stl", begin + "   VERTEX +0 1e0 0\n" + end + "solid\nendsolid\n"));
+  ASSERT_TRUE(whole.ok()) << whole.error().message;
+  EXPECT_EQ(whole.value().triangles.size(), 1u);
+  expect_refused(folder.write("body.stl", begin + end), ErrorCode::file,
+                 "line 6: 'endloop' stands where 'vertex' is due");
+  expect_refused(folder.write("body.stl", begin + "vertex 0 1 zero\n" + end), ErrorCode::file,
+                 "line 6: 'zero' stands where a number is due");
+  expect_refused(folder.write("body.stl", begin + "vertex 0 1 0\nvertex 0 0 1\n" + end), ErrorCode::file,
+                 "line 7: 'vertex' stands where 'endloop' is due");
+  expect_refused(folder.write("body.stl", begin), ErrorCode::file, "the file ends where 'vertex' is due");
+}
+
+/// Three corners, which the accessors below describe.
+std::string gltf_of(const std::string& accessors, const std::string& primitive, const std::string& more = "",
+                    const std::string& length = "42") {
+  return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[)" +
+         primitive +
+         R"(]}],"buffers":[{"byteLength":42,"uri":"data:application/octet-stream;base64,)"
+         // (0,0,0) (1,0,0) (0,1,0) as floats, then the indices 0, 1, 2 of two bytes each
+         "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIA\"}],"
+         R"("bufferViews":[{"buffer":0,"byteLength":)" +
+         length + R"(}],"accessors":[)" + accessors + "]" + more + "}";
+}
+
+constexpr const char* three_positions = R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"})";
+constexpr const char* two_positions = R"({"bufferView":0,"componentType":5126,"count":2,"type":"VEC3"})";
+constexpr const char* three_indices =
+    R"({"bufferView":0,"byteOffset":36,"componentType":5123,"count":3,"type":"SCALAR"})";
+constexpr const char* indexed = R"({"attributes":{"POSITION":0},"indices":1})";
+
+TEST(RefusedMesh, AGltfIndexBeyondThePositions) {
+  const Folder folder;
+  const auto load = [&](const std::string& text) { return folder.write("body.gltf", text); };
+  const std::string comma = ",";
+  const auto whole = load_mesh(load(gltf_of(three_positions + comma + three_indices, indexed)));
+  ASSERT_TRUE(whole.ok()) << whole.error().message;
+  EXPECT_EQ(whole.value().triangles.size(), 1u);
+  expect_refused(load(gltf_of(two_positions + comma + three_indices, indexed)), ErrorCode::file,
+                 "mesh 0, primitive 0: index 2 (accessor 1) is 2, and there are 2 positions (accessor 0)");
+  const std::string four_indices =
+      R"({"bufferView":0,"byteOffset":36,"componentType":5123,"count":4,"type":"SCALAR"})";
+  expect_refused(
+      load(gltf_of(three_positions + comma + four_indices, indexed)), ErrorCode::file,
+      "accessor 1: 4 elements of 2 bytes, one each 2 from byte 36 on, do not fit into bufferView 0 of 42");
+  expect_refused(load(gltf_of(three_positions + comma + three_indices, indexed, "", "43")), ErrorCode::file,
+                 "bufferView 0: 43 bytes from byte 0 on do not lie in buffer 0 of 42 bytes");
+  expect_refused(load(gltf_of(three_positions, indexed)), ErrorCode::file,
+                 "its indices names entry 1 of accessors, which has 1");
+  expect_refused(load(gltf_of(two_positions, R"({"attributes":{"POSITION":0}})")), ErrorCode::file,
+                 "2 corners make no whole number of triangles");
+  const std::string shorts =
+      R"({"bufferView":0,"componentType":5122,"normalized":true,"count":3,"type":"VEC3"})";
+  expect_refused(load(gltf_of(shorts, R"({"attributes":{"POSITION":0}})")), ErrorCode::file,
+                 "its positions (accessor 0) are VEC3 of component type 5122; VEC3 of 5126, floats, is read");
+}
+
+TEST(RefusedMesh, AGlbIndexBeyondThePositions) {
+  const Folder folder;
+  TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
+  ASSERT_TRUE(load_mesh(folder.write("whole.glb", mesh_files::glb(mesh, plain_node))).ok());
+  mesh.triangles[5].y = static_cast<std::uint32_t>(mesh.positions_m.size());
+  expect_refused(folder.write("body.glb", mesh_files::glb(mesh, plain_node)), ErrorCode::file,
+                 "mesh 0, primitive 0: index 16 ");
+}
+
+TEST(RefusedMesh, AGltfExtensionThatIsRequiredAndNotImplemented) {
+  const Folder folder;
+  const auto with = [&](const std::string& extension) {
+    return folder.write("body.gltf", gltf_of(three_positions, R"({"attributes":{"POSITION":0}})",
+                                             R"(,"extensionsUsed":[")" + extension +
+                                                 R"("],"extensionsRequired":[")" + extension + "\"]"));
+  };
+  for (const char* extension : {"KHR_mesh_quantization", "KHR_draco_mesh_compression", "VENDOR_not_there"})
+    expect_refused(with(extension), ErrorCode::file,
+                   "it requires the extension '" + std::string(extension) + "', which is not implemented");
+  EXPECT_TRUE(load_mesh(with("KHR_materials_unlit")).ok()) << "materials are left out anyway";
+}
+
 TEST(RefusedMesh, ObjLinesThatAreRead) {
   const Folder folder;
   const std::string text =

@@ -141,10 +141,10 @@ TEST(ShapesDeathTest, SizesThatAreNoneAreMisuse) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_DEATH(make_box({1.0, 0.0, 1.0}), "rtstdb was misused");
   EXPECT_DEATH(make_box({1.0, 1.0, nan}), "rtstdb was misused");
-  EXPECT_DEATH(make_cylinder(1.0, 1.0, 2), "segments >= 3");
+  EXPECT_DEATH(make_cylinder(1.0, 1.0, 2), "make_cylinder: segments have to be 3");
   EXPECT_DEATH(make_cylinder(-1.0, 1.0), "rtstdb was misused");
   EXPECT_DEATH(make_sphere(0.0), "rtstdb was misused");
-  EXPECT_DEATH(make_sphere(1.0, 11), "subdivisions");
+  EXPECT_DEATH(make_sphere(1.0, 11), "make_sphere: subdivisions have to be 0 to 10");
   EXPECT_DEATH(make_rectangle(1.0, std::numeric_limits<double>::infinity()), "rtstdb was misused");
 }
 

@@ -99,12 +99,13 @@ TEST(LogDamage, ALogCutAnywhereIsAPrefixOrRefused) {
         ASSERT_FALSE(HasFailure()) << name << " cut at " << length;
       }
     }
-    EXPECT_GT(tally.earlier, 0u) << (closed ? "closed" : "left open");
+    EXPECT_GT(tally.refused, 0u) << (closed ? "closed" : "left open");
+    EXPECT_EQ(tally.earlier, 0u) << "what was cut off is missed, " << (closed ? "closed" : "left open");
   }
 }
 
-/// The last segment alone is what a crash cuts: it never makes a log that is refused.
-TEST(LogDamage, TheLastSegmentCutBehindItsHeaderIsAPrefix) {
+/// A crash shortens no file: what is missing was there. By salvage it is a prefix.
+TEST(LogDamage, ALastSegmentThatIsShorterThanItWasMadeIsDamage) {
   const SampleLog sample = make_sample({.seed = 5, .commits = 20, .segment_bytes = 1 << 16, .closed = false});
   ASSERT_EQ(sample.contents.count("segment.0000000002"), 0u);
   Version before = 0;
@@ -114,15 +115,47 @@ TEST(LogDamage, TheLastSegmentCutBehindItsHeaderIsAPrefix) {
     contents["segment.0000000001"].resize(length);
     contents.erase("checkpoint.0000000001");
     contents.erase("checkpoint.0000000002");
+    const auto refused = recovered_from(contents);
+    ASSERT_FALSE(refused.ok()) << length;
+    const std::string cut = "the file has " + std::to_string(length) + " bytes and was made with 65536";
+    ASSERT_NE(refused.error().message.find(cut), std::string::npos) << refused.error().message;
+    const auto recovered = recovered_from(contents, {.salvage = true});
+    ASSERT_TRUE(recovered.ok()) << recovered.error().message << " at " << length;
+    expect_known(sample, recovered.value());
+    ASSERT_GE(recovered.value().world.latest.version, before);
+    before = recovered.value().world.latest.version;
+  }
+  EXPECT_EQ(before, sample.latest);
+}
+
+/// What a crash leaves of it: the same length, and zeros where nothing was written.
+TEST(LogDamage, ALastSegmentWithoutItsLastGroupsIsAPrefix) {
+  const SampleLog sample = make_sample({.seed = 5, .commits = 20, .segment_bytes = 1 << 16, .closed = false});
+  Version before = 0;
+  const std::size_t end = groups_of(sample.contents).back().offset + groups_of(sample.contents).back().bytes;
+  for (std::size_t length = sector_bytes; length <= end; length += 13) {
+    Contents contents = sample.contents;
+    auto& segment = contents["segment.0000000001"];
+    std::fill(segment.begin() + static_cast<std::ptrdiff_t>(length), segment.end(), std::byte{0});
+    contents.erase("checkpoint.0000000001");
+    contents.erase("checkpoint.0000000002");
     const auto recovered = recovered_from(contents);
     ASSERT_TRUE(recovered.ok()) << recovered.error().message << " at " << length;
     expect_known(sample, recovered.value());
     ASSERT_GE(recovered.value().world.latest.version, before);
     before = recovered.value().world.latest.version;
-    const ReadReport& log = recovered.value().report.log;
-    ASSERT_LE(log.end == LogEnd::torn ? log.cut_offset + log.cut_bytes : 0, length);
   }
-  EXPECT_EQ(before, sample.latest);
+}
+
+/// A closing group says that nothing is missing, however long the file is.
+TEST(LogDamage, AClosedLogNeedsNoBytesBehindItsEnd) {
+  const SampleLog sample = make_sample({.seed = 5, .commits = 20, .segment_bytes = 1 << 16});
+  Contents contents = sample.contents;
+  const std::size_t end = groups_of(sample.contents).back().offset + groups_of(sample.contents).back().bytes;
+  contents["segment.0000000001"].resize(end + sector_bytes);
+  const auto recovered = recovered_from(contents);
+  ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+  EXPECT_EQ(recovered.value().report.log.end, LogEnd::closed);
 }
 
 // ---- groups

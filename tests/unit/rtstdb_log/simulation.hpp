@@ -9,6 +9,7 @@
 
 #include "live_world.hpp"
 #include "manual_clock.hpp"
+#include "rtstdb/log/stretch.hpp"
 #include "rtstdb/log/writer.hpp"
 #include "tests/support/simulated_disk.hpp"
 
@@ -47,6 +48,8 @@ class Simulation {
     options.checkpoint_every_bytes = 2048u << below(5);
     options.rows_per_slice = 1 + below(16);
     if (below(2) == 0) options.flush_interval = Nanoseconds(3'000'000);
+    options.prune = seed_ % 3 == 0 && below(3) != 0;
+    pruned_ = pruned_ || options.prune;
     set_faults();
     const std::uint64_t next_file =
         recovered.value().listing.geometries.empty() ? 1 : recovered.value().listing.geometries.back() + 1;
@@ -130,6 +133,7 @@ class Simulation {
     must_be_.reset();
     ASSERT_TRUE(recovered.report.damaged_checkpoints.empty()) << recovered.report.damaged_checkpoints.front();
     check_without_checkpoints(recovered);
+    check_history(recovered);
     history_.forget_after(version);
     history_.standing.insert(version);
     told_ = std::min(told_, version);
@@ -137,6 +141,7 @@ class Simulation {
 
   /// The log alone tells the same, up to a gap: no checkpoint is ahead of it.
   void check_without_checkpoints(const Recovered& recovered) {
+    if (pruned_) return;
     auto contents = disk_.contents();
     std::erase_if(contents, [](const auto& file) { return file.first.starts_with("checkpoint."); });
     SimulatedDisk disk(1);
@@ -152,7 +157,19 @@ class Simulation {
         << replayed.value().report.in_words();
   }
 
+  /// Whatever was removed, and wherever a crash fell between: what is left can be read from its begin to its end.
+  void check_history(const Recovered& recovered) {
+    if (recovered.report.database_id == 0) return;
+    const auto extent = read_extent(disk_, false);
+    ASSERT_TRUE(extent.ok()) << extent.error().message;
+    if (extent.value().gaps.empty()) {
+      ASSERT_EQ(extent.value().last.version, recovered.world.latest.version) << recovered.report.in_words();
+    }
+    ASSERT_TRUE(pruned_ || extent.value().first.version == 0);
+  }
+
   std::uint64_t seed_;
+  bool pruned_ = false;  // in some life
   std::mt19937_64 random_;
   SimulatedDisk disk_;
   ManualClock clock_;

@@ -12,6 +12,8 @@
 
 #include "live_world.hpp"
 #include "manual_clock.hpp"
+#include "rtstdb/log/checkpoint_reader.hpp"
+#include "rtstdb/log/stretch.hpp"
 #include "tests/support/allocation_guard.hpp"
 #include "tests/support/simulated_disk.hpp"
 
@@ -91,6 +93,60 @@ TEST_F(WriterTest, ALogThatWasClosedGoesOn) {
   commit(2);
   settle();
   EXPECT_EQ(version_after_crash(), 7u);
+}
+
+/// There is room for what is written, and none for a segment that is allocated ahead.
+TEST_F(WriterTest, ADiskThatIsNearlyFullTakesALogThatGoesOn) {
+  start({.segment_bytes = 1 << 16, .checkpoint_every_bytes = 0});
+  commit(5);
+  ASSERT_TRUE(writer->close(0).ok());
+  std::uint64_t used = 0;
+  for (const auto& [name, bytes] : disk.contents())
+    used += bytes.size();
+  disk.set_capacity(used + 8192);
+  start({.segment_bytes = 1 << 16, .checkpoint_every_bytes = 0});
+  EXPECT_EQ(writer->durable(), 5u);
+  commit(2);
+  settle();
+  EXPECT_EQ(writer->durable(), 7u);
+  EXPECT_EQ(writer->statistics().faults, 0u);
+  EXPECT_EQ(version_after_crash(), 7u);
+  EXPECT_EQ(recover(disk).value().report.log.end, LogEnd::end_of_data)
+      << "a file that grows is as long as what was written";
+}
+
+TEST_F(WriterTest, WhatCheckpointsHaveLeftBehindIsPruned) {
+  const WriterOptions options{.segment_bytes = 2048, .checkpoint_every_bytes = 4096, .prune = true};
+  start(options);
+  for (int k = 0; k < 400; ++k) {
+    commit(1);
+    settle();
+  }
+  const auto listing = list_log(disk).value();
+  EXPECT_EQ(listing.checkpoints.size(), 2u);
+  EXPECT_GT(listing.segments.front(), 10u);
+  EXPECT_LT(listing.segments.size(), 20u);
+  EXPECT_EQ(writer->statistics().pruned_segments, listing.segments.front() - 1);
+  const Version oldest = read_checkpoint_header(disk, listing.checkpoints.front()).value().version;
+  EXPECT_EQ(read_extent(disk, false).value().first.version, oldest);
+  EXPECT_EQ(version_after_crash(), 400u);
+  // The older of the two goes on where the newer one is damaged.
+  auto contents = disk.contents();
+  contents[checkpoint_name(listing.checkpoints.back())][40] ^= std::byte{1};
+  disk.set_contents(contents);
+  EXPECT_EQ(recover(disk).value().world.latest.version, 400u);
+  start(options);
+  EXPECT_EQ(writer->durable(), 400u);
+}
+
+TEST_F(WriterTest, NothingIsPrunedUnlessThatIsAsked) {
+  start({.segment_bytes = 2048, .checkpoint_every_bytes = 4096});
+  for (int k = 0; k < 100; ++k) {
+    commit(1);
+    settle();
+  }
+  EXPECT_EQ(list_log(disk).value().segments.front(), 1u);
+  EXPECT_EQ(writer->statistics().pruned_segments, 0u);
 }
 
 TEST_F(WriterTest, SegmentsEndWhereTheyAreFull) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 #include "simulated.hpp"
@@ -53,6 +54,35 @@ TEST(Describe, BadInputNamesPlaceAndValues) {
   transaction->remove({5, 3});
   EXPECT_EQ(describe(world.execute(*transaction)),
             "bad_input: entity 5 (generation 3) does not exist, in write 1; nothing was done");
+
+  EntityRow row = row_of(1);
+  const auto refused_with = [&](const EntityRow& bad) {
+    transaction->begin({});
+    transaction->create(bad);
+    return describe(world.execute(*transaction));
+  };
+  row.scale.x = -1.0;
+  EXPECT_EQ(refused_with(row),
+            "bad_input: scale.x is -1; it must be 1e-06 to 100000, in write 0; nothing was done");
+  row = row_of(1);
+  row.scale.z = 2e5;
+  EXPECT_EQ(refused_with(row),
+            "bad_input: scale.z is 200000; it must be 1e-06 to 100000, in write 0; nothing was done");
+  row = row_of(1);
+  row.motion.p_world_m.y = -3e5;
+  EXPECT_EQ(
+      refused_with(row),
+      "bad_input: motion.p_world_m.y is -300000; it must be -100000 to 100000, in write 0; nothing was done");
+  row = row_of(1);
+  row.motion.q_world.z = HUGE_VAL;
+  EXPECT_EQ(refused_with(row),
+            "bad_input: motion.q_world.z is inf; it must be finite, in write 0; nothing was done");
+  row = row_of(1);
+  row.motion.v_world_mps = {3e5, 0.0, -4e5};
+  EXPECT_EQ(
+      refused_with(row),
+      "bad_input: the length of motion.v_world_mps is 500000; it must be 0 to 100000, in write 0; nothing "
+      "was done");
 
   Terms too_far;
   too_far.world_time = world_time_ns(max_world_time_ns + 1);

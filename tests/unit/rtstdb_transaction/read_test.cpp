@@ -130,10 +130,11 @@ TEST(ReadsDeathTest, MisuseAborts) {
   const auto transaction = world.engine.make_transaction(options);
   transaction->begin({});
   transaction->read({0, 1});
-  EXPECT_DEATH(transaction->read({0, 1}), "max_reads");
-  EXPECT_DEATH(static_cast<void>(transaction->state(0)), "status");
+  EXPECT_DEATH(transaction->read({0, 1}), "Transaction::read: .*max_reads");
+  EXPECT_DEATH(static_cast<void>(transaction->state(0)),
+               "Transaction::state: the transaction was not submitted");
   world.execute(*transaction);
-  EXPECT_DEATH(static_cast<void>(transaction->state(1)), "ordinal");
+  EXPECT_DEATH(static_cast<void>(transaction->state(1)), "Transaction::state: the ordinal is none");
 }
 
 }  // namespace

@@ -360,24 +360,28 @@ TEST(MisuseDeathTest, Aborts) {
   SimulatedQuery query(2);
   transaction->begin({});
   transaction->create(row_of(1));
-  EXPECT_DEATH(transaction->create(row_of(2)), "max_writes");
-  EXPECT_DEATH(transaction->ask(query, 3), "capacity");
+  EXPECT_DEATH(transaction->create(row_of(2)), "Transaction::create: more writes than .*max_writes");
+  EXPECT_DEATH(transaction->ask(query, 3), "Transaction::ask: more elements than the query's capacity");
   transaction->ask(query, 2);
-  EXPECT_DEATH(transaction->ask(query, 2), "max_queries");
+  EXPECT_DEATH(transaction->ask(query, 2), "Transaction::ask: more queries than .*max_queries");
   const auto twice = world.make(1, 2);
   twice->begin({});
   twice->ask(query, 1);
-  EXPECT_DEATH(twice->ask(query, 1), "request.query != query");
-  EXPECT_DEATH(world.engine.wait(*transaction), "idle");
-  EXPECT_DEATH(static_cast<void>(transaction->created(0)), "status");
+  EXPECT_DEATH(twice->ask(query, 1), "Transaction::ask: the query is in the transaction already");
+  EXPECT_DEATH(world.engine.wait(*transaction), "Database::wait: the transaction was not submitted");
+  EXPECT_DEATH(static_cast<void>(transaction->created(0)),
+               "Transaction::created: the transaction was not submitted");
   world.execute(*transaction);
-  EXPECT_DEATH(world.engine.submit(*transaction), "idle") << "begin is needed before each submit";
+  EXPECT_DEATH(world.engine.submit(*transaction), "Database::submit: .*call Transaction::begin");
+  EXPECT_DEATH(transaction->create(row_of(1)), "Transaction::create: .*call Transaction::begin");
+  EXPECT_DEATH(static_cast<void>(transaction->created(1)), "Transaction::created: the ordinal is none");
   Terms beyond;
   beyond.importance = max_importance + 1;
   EXPECT_DEATH(transaction->begin(beyond), "max_importance");
   World other;
   transaction->begin({});
-  EXPECT_DEATH(other.engine.submit(*transaction), "engine");
+  EXPECT_DEATH(other.engine.submit(*transaction),
+               "Database::submit: the transaction was made by another database");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "hostile_text.hpp"
+#include "runtime/report/file_checksum.hpp"
 #include "runtime/report/text_safety.hpp"
 #include "sample_record.hpp"
 
@@ -196,8 +197,10 @@ std::string refusal(const std::string& text) {
 TEST(ParseReport, RefusesWithThePlace) {
   const std::string good = report_json(test::full_record());
   Json json = Json::parse(good);
+  json.erase("checksum");
   const auto refused_with = [&](const Json& changed, const char* expected) {
-    EXPECT_NE(refusal(changed.dump()).find(expected), std::string::npos) << refusal(changed.dump());
+    const std::string said = refusal(with_checksum(changed.dump()));
+    EXPECT_NE(said.find(expected), std::string::npos) << said;
   };
   EXPECT_NE(refusal("{\"a\": ").find("not JSON at byte"), std::string::npos);
   EXPECT_NE(refusal("").find("not JSON"), std::string::npos);
@@ -231,14 +234,43 @@ TEST(ParseReport, RefusesWithThePlace) {
 TEST(ParseReport, PassesOverKeysItDoesNotKnow) {
   Json json = Json::parse(report_json(test::full_record()));
   json["of_the_future"] = {1, 2, 3};
-  EXPECT_EQ(refusal(json.dump()), "accepted");
+  json.erase("checksum");
+  EXPECT_EQ(refusal(with_checksum(json.dump())), "accepted");
 }
 
 TEST(ParseReport, RefusesEveryTruncation) {
   const std::string whole = report_json(RunRecord{});
-  for (std::size_t length = 0; length + 2 < whole.size(); ++length) {
+  for (std::size_t length = 0; length < whole.size(); ++length) {
     ASSERT_NE(refusal(whole.substr(0, length)), "accepted") << length;
   }
+}
+
+TEST(ParseReport, RefusesEveryChangedByte) {
+  const std::string whole = report_json(RunRecord{});
+  ASSERT_EQ(refusal(whole), "accepted");
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string changed = whole;
+    changed[at] = changed[at] == '1' ? '2' : '1';
+    ASSERT_NE(refusal(changed), "accepted") << at;
+  }
+  std::string passed = report_json(test::full_record());
+  passed.replace(passed.find("\"failed\""), 8, "\"passed\"");
+  EXPECT_NE(refusal(passed).find("report.json: its checksum is xxh3:"), std::string::npos) << refusal(passed);
+  EXPECT_NE(refusal(passed).find("it was damaged or changed after the run; take an unchanged copy"),
+            std::string::npos)
+      << refusal(passed);
+  Json without = Json::parse(report_json(RunRecord{}));
+  without.erase("checksum");
+  EXPECT_NE(refusal(without.dump()).find("it does not end with its checksum"), std::string::npos);
+}
+
+TEST(ParseWorld, RefusesAChangedByte) {
+  WorldRecord world;
+  world.scenario = "crossing";
+  std::string text = world_json(world);
+  EXPECT_EQ(parse_world(text).scenario, "crossing");
+  text.replace(text.find("crossing"), 8, "Crossing");
+  EXPECT_THROW(parse_world(text), ReportError);
 }
 
 }  // namespace

@@ -1,0 +1,270 @@
+#include "rtstdb/geometry/gltf_content.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace rtstdb {
+namespace gltf_content {
+namespace {
+
+/// What these do, materials, textures, lights and notes, is left out of a mesh anyway.
+constexpr std::array harmless_extensions{
+    "KHR_materials_", "KHR_texture_", "EXT_texture_",   "MSFT_texture_",    "KHR_lights_",  "EXT_lights_",
+    "KHR_xmp",        "MSFT_lod",     "KHR_animation_", "ADOBE_materials_", "MSFT_packing_"};
+
+constexpr std::uint64_t component_byte = 5121, component_short = 5123, component_int = 5125,
+                        component_float = 5126;
+
+[[noreturn]] void refuse(const std::string& fault) {
+  throw std::runtime_error(fault);
+}
+
+std::string number(std::uint64_t value) {
+  return std::to_string(value);
+}
+
+std::uint64_t whole_or(const JsonValue& object, std::string_view name, std::uint64_t otherwise,
+                       const std::string& place) {
+  const JsonValue* value = object.find(name);
+  if (value == nullptr) return otherwise;
+  const auto whole = value->whole();
+  if (!whole) refuse(place + ": its " + std::string(name) + " is no whole number");
+  return *whole;
+}
+
+std::uint64_t whole(const JsonValue& object, std::string_view name, const std::string& place) {
+  if (object.find(name) == nullptr) refuse(place + " has no " + std::string(name));
+  return whole_or(object, name, 0, place);
+}
+
+std::string decode_base64(std::string_view text) {
+  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::array<std::int8_t, 256> values{};
+  values.fill(-1);
+  for (std::size_t k = 0; k < digits.size(); ++k)
+    values[static_cast<unsigned char>(digits[k])] = static_cast<std::int8_t>(k);
+  std::string bytes;
+  bytes.reserve(text.size() / 4 * 3 + 3);
+  std::uint32_t bits = 0;
+  int count = 0;
+  for (const char c : text) {
+    const int value = values[static_cast<unsigned char>(c)];
+    if (value < 0) continue;  // padding
+    bits = bits << 6 | static_cast<std::uint32_t>(value);
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes += static_cast<char>(bits >> count & 0xFFu);
+  }
+  return bytes;
+}
+
+/// "a%20b.bin" is "a b.bin".
+std::string decode_percent(std::string_view text) {
+  std::string decoded;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    constexpr std::string_view digits = "0123456789abcdef";
+    const auto value = [&](std::size_t at) {
+      const char c = text[at];
+      return digits.find(c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c);
+    };
+    if (text[k] == '%' && k + 2 < text.size() && value(k + 1) != digits.npos && value(k + 2) != digits.npos) {
+      decoded += static_cast<char>(value(k + 1) * 16 + value(k + 2));
+      k += 2;
+    } else {
+      decoded += text[k];
+    }
+  }
+  return decoded;
+}
+
+std::optional<std::string> whole_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  return file.is_open() ? std::optional(std::move(bytes)) : std::nullopt;
+}
+
+struct Accessor {
+  std::string name;  ///< "accessor 3"
+  std::uint64_t count = 0;
+  std::uint64_t component = 0;
+  std::uint64_t stride = 0;
+  std::string type;
+  std::string_view bytes;  ///< from its first element on; empty: all zeros
+};
+
+std::uint64_t component_bytes(std::uint64_t component) {
+  switch (component) {
+    case component_byte:
+      return 1;
+    case component_short:
+      return 2;
+    case component_int:
+    case component_float:
+      return 4;
+    default:
+      return 0;
+  }
+}
+
+class Content {
+ public:
+  Content(const JsonValue& root, std::string_view binary, const std::filesystem::path& folder)
+      : root_(root), binary_(binary), folder_(folder), buffers_(count_of("buffers")) {}
+
+  void check() {
+    check_extensions();
+    const JsonValue* meshes = root_.find("meshes");
+    for (std::uint64_t mesh = 0; meshes != nullptr && mesh < meshes->items.size(); ++mesh) {
+      const JsonValue* primitives = meshes->items[mesh].find("primitives");
+      for (std::uint64_t k = 0; primitives != nullptr && k < primitives->items.size(); ++k)
+        check_primitive(primitives->items[k], "mesh " + number(mesh) + ", primitive " + number(k));
+    }
+  }
+
+ private:
+  std::size_t count_of(std::string_view list) const {
+    const JsonValue* found = root_.find(list);
+    return found != nullptr ? found->items.size() : 0;
+  }
+  const JsonValue& entry(std::string_view list, std::uint64_t index, const std::string& place) const {
+    const JsonValue* found = root_.find(list);
+    const JsonValue* item = found != nullptr ? found->item(index) : nullptr;
+    if (item == nullptr)
+      refuse(place + " names entry " + number(index) + " of " + std::string(list) + ", which has " +
+             number(count_of(list)));
+    return *item;
+  }
+
+  void check_extensions() const {
+    const JsonValue* required = root_.find("extensionsRequired");
+    if (required == nullptr) return;
+    for (const JsonValue& extension : required->items) {
+      const bool harmless = std::ranges::any_of(
+          harmless_extensions, [&](const char* prefix) { return extension.text.starts_with(prefix); });
+      if (!harmless)
+        refuse("it requires the extension '" + extension.text +
+               "', which is not implemented; export it without that");
+    }
+  }
+
+  void check_primitive(const JsonValue& primitive, const std::string& place) {
+    constexpr std::uint64_t triangles = 4, fan = 6;
+    const std::uint64_t mode = whole_or(primitive, "mode", triangles, place);
+    if (mode < triangles) return;  // points and lines
+    if (mode > fan) refuse(place + ": its mode is " + number(mode) + "; 0 to 6 are known");
+    const JsonValue* attributes = primitive.find("attributes");
+    if (attributes == nullptr || attributes->find("POSITION") == nullptr) return;
+    const Accessor positions = accessor(whole(*attributes, "POSITION", place), place + ": its POSITION");
+    if (positions.component != component_float || positions.type != "VEC3")
+      refuse(place + ": its positions (" + positions.name + ") are " + positions.type +
+             " of component type " + number(positions.component) + "; VEC3 of 5126, floats, is read");
+    std::uint64_t corners = positions.count;
+    if (primitive.find("indices") != nullptr) {
+      const Accessor indices = accessor(whole(primitive, "indices", place), place + ": its indices");
+      corners = indices.count;
+      check_indices(indices, positions, place);
+    }
+    if (mode == triangles && corners % 3 != 0)
+      refuse(place + ": " + number(corners) + " corners make no whole number of triangles");
+  }
+
+  static void check_indices(const Accessor& indices, const Accessor& positions, const std::string& place) {
+    if (indices.component == component_float || indices.type != "SCALAR")
+      refuse(place + ": its indices (" + indices.name + ") are " + indices.type + " of component type " +
+             number(indices.component) + "; SCALAR of 5121, 5123 or 5125 is possible");
+    const std::uint64_t bytes = component_bytes(indices.component);
+    for (std::uint64_t k = 0; k < indices.count; ++k) {
+      std::uint32_t index = 0;  // little-endian, as this machine is
+      if (!indices.bytes.empty()) std::memcpy(&index, indices.bytes.data() + k * indices.stride, bytes);
+      if (index >= positions.count)
+        refuse(place + ": index " + number(k) + " (" + indices.name + ") is " + number(index) +
+               ", and there are " + number(positions.count) + " positions (" + positions.name + ")");
+    }
+  }
+
+  Accessor accessor(std::uint64_t index, const std::string& place) {
+    const JsonValue& json = entry("accessors", index, place);
+    Accessor found;
+    found.name = "accessor " + number(index);
+    found.count = whole(json, "count", found.name);
+    found.component = whole(json, "componentType", found.name);
+    const JsonValue* type = json.find("type");
+    found.type = type != nullptr ? type->text : "of no type";
+    if (json.find("sparse") != nullptr) refuse(found.name + " is sparse, which is not read");
+    const std::uint64_t element = component_bytes(found.component) * (found.type == "VEC3" ? 3 : 1);
+    found.stride = element;
+    if (json.find("bufferView") == nullptr || element == 0 || found.count == 0) return found;
+    const std::uint64_t view = whole(json, "bufferView", found.name);
+    const std::string_view bytes = view_bytes(view, found.name + ": its bufferView");
+    found.stride = whole_or(entry("bufferViews", view, found.name), "byteStride", element, found.name);
+    const std::uint64_t offset = whole_or(json, "byteOffset", 0, found.name);
+    const bool fits = found.stride >= element && offset <= bytes.size() && bytes.size() - offset >= element &&
+                      found.count - 1 <= (bytes.size() - offset - element) / found.stride;
+    if (!fits)
+      refuse(found.name + ": " + number(found.count) + " elements of " + number(element) +
+             " bytes, one each " + number(found.stride) + " from byte " + number(offset) +
+             " on, do not fit into bufferView " + number(view) + " of " + number(bytes.size()) + " bytes");
+    found.bytes = bytes.substr(offset);
+    return found;
+  }
+
+  std::string_view view_bytes(std::uint64_t index, const std::string& place) {
+    const JsonValue& view = entry("bufferViews", index, place);
+    const std::string name = "bufferView " + number(index);
+    const std::uint64_t buffer = whole(view, "buffer", name);
+    const std::string_view bytes = buffer_bytes(buffer, name + ": its buffer");
+    const std::uint64_t offset = whole_or(view, "byteOffset", 0, name);
+    const std::uint64_t length = whole(view, "byteLength", name);
+    if (offset > bytes.size() || length > bytes.size() - offset)
+      refuse(name + ": " + number(length) + " bytes from byte " + number(offset) +
+             " on do not lie in buffer " + number(buffer) + " of " + number(bytes.size()) + " bytes");
+    return bytes.substr(offset, length);
+  }
+
+  std::string_view buffer_bytes(std::uint64_t index, const std::string& place) {
+    const JsonValue& json = entry("buffers", index, place);
+    const std::string name = "buffer " + number(index);
+    const JsonValue* uri = json.find("uri");
+    if (uri == nullptr) return binary_;
+    std::optional<std::string>& bytes = buffers_[index];
+    if (bytes) return *bytes;
+    constexpr std::string_view data = "data:", base64 = ";base64,";
+    const std::string_view text = uri->text;
+    if (text.starts_with(data)) {
+      const std::size_t at = text.find(base64);
+      if (at == std::string_view::npos) refuse(name + " is data that is not base64, which is not read");
+      bytes = decode_base64(text.substr(at + base64.size()));
+    } else {
+      bytes = whole_file(folder_ / text);
+      if (!bytes) bytes = whole_file(folder_ / decode_percent(text));
+      if (!bytes) refuse(name + ", the file '" + std::string(text) + "', can not be opened");
+    }
+    return *bytes;
+  }
+
+  const JsonValue& root_;
+  std::string_view binary_;
+  const std::filesystem::path& folder_;
+  std::vector<std::optional<std::string>> buffers_;  // that have a URI and were looked at
+};
+
+}  // namespace
+}  // namespace gltf_content
+
+void check_gltf_content(const JsonValue& root, std::string_view binary, const std::filesystem::path& folder) {
+  const JsonValue* asset = root.find("asset");
+  const JsonValue* version = asset != nullptr ? asset->find("version") : nullptr;
+  if (version == nullptr || !version->text.starts_with("2")) return;
+  gltf_content::Content(root, binary, folder).check();
+}
+
+}  // namespace rtstdb
