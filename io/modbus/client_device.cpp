@@ -361,8 +361,8 @@ void ClientDevice::note_refusal(WriteRequest& request) {
   const std::scoped_lock lock(health_mutex_);
   if (!send_fault_.empty()) return;
   send_fault_ = who_ + " has refused outputs for more than " + std::to_string(settings_.max_age.count()) +
-                " ms: writing " + place_of(request.plan.table, request.plan.address, request.plan.count) + ": " +
-                session_.fault();
+                " ms: writing " + place_of(request.plan.table, request.plan.address, request.plan.count) +
+                ": " + session_.fault();
 }
 
 bool ClientDevice::read_all(WallTime until) {

@@ -132,8 +132,8 @@ class ClientDevice final : public Device {
   };
   struct WriteRequest {
     PlannedRequest plan;
-    std::vector<std::uint16_t> image;    ///< what the unit should hold
-    std::vector<std::uint16_t> written;  ///< what it was last told; empty: nothing since the connect
+    std::vector<std::uint16_t> image;           ///< what the unit should hold
+    std::vector<std::uint16_t> written;         ///< what it was last told; empty: nothing since the connect
     std::optional<RunTimeNs> refused_since_ns;  ///< the unit has answered it with exceptions since
   };
   struct AtomicCounters {

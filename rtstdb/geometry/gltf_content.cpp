@@ -1,7 +1,10 @@
 #include "rtstdb/geometry/gltf_content.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -14,6 +17,8 @@
 namespace rtstdb {
 namespace gltf_content {
 namespace {
+
+using Json = nlohmann::json;
 
 /// What these do, materials, textures, lights and notes, is left out of a mesh anyway.
 constexpr std::array harmless_extensions{
@@ -31,17 +36,37 @@ std::string number(std::uint64_t value) {
   return std::to_string(value);
 }
 
-std::uint64_t whole_or(const JsonValue& object, std::string_view name, std::uint64_t otherwise,
-                       const std::string& place) {
-  const JsonValue* value = object.find(name);
-  if (value == nullptr) return otherwise;
-  const auto whole = value->whole();
-  if (!whole) refuse(place + ": its " + std::string(name) + " is no whole number");
-  return *whole;
+/// Null where `json` is no object or has no such member.
+const Json* member(const Json& json, std::string_view name) {
+  if (!json.is_object()) return nullptr;
+  const auto found = json.find(name);
+  return found != json.end() ? &*found : nullptr;
 }
 
-std::uint64_t whole(const JsonValue& object, std::string_view name, const std::string& place) {
-  if (object.find(name) == nullptr) refuse(place + " has no " + std::string(name));
+/// None where there is no list.
+const Json::array_t& items(const Json* list) {
+  static const Json::array_t none;
+  return list != nullptr && list->is_array() ? list->get_ref<const Json::array_t&>() : none;
+}
+
+std::string text_of(const Json* json) {
+  return json != nullptr && json->is_string() ? json->get<std::string>() : std::string();
+}
+
+std::uint64_t whole_or(const Json& object, std::string_view name, std::uint64_t otherwise,
+                       const std::string& place) {
+  const Json* value = member(object, name);
+  if (value == nullptr) return otherwise;
+  if (value->is_number_unsigned()) return value->get<std::uint64_t>();
+  constexpr double exact_to = 9007199254740992.0;  // 2^53; a file may write 3.0
+  const double real = value->is_number() ? value->get<double>() : -1.0;
+  if (real < 0.0 || real > exact_to || real != std::floor(real))
+    refuse(place + ": its " + std::string(name) + " is no whole number");
+  return static_cast<std::uint64_t>(real);
+}
+
+std::uint64_t whole(const Json& object, std::string_view name, const std::string& place) {
+  if (member(object, name) == nullptr) refuse(place + " has no " + std::string(name));
   return whole_or(object, name, 0, place);
 }
 
@@ -117,58 +142,52 @@ std::uint64_t component_bytes(std::uint64_t component) {
 
 class Content {
  public:
-  Content(const JsonValue& root, std::string_view binary, const std::filesystem::path& folder)
+  Content(const Json& root, std::string_view binary, const std::filesystem::path& folder)
       : root_(root), binary_(binary), folder_(folder), buffers_(count_of("buffers")) {}
 
   void check() {
     check_extensions();
-    const JsonValue* meshes = root_.find("meshes");
-    for (std::uint64_t mesh = 0; meshes != nullptr && mesh < meshes->items.size(); ++mesh) {
-      const JsonValue* primitives = meshes->items[mesh].find("primitives");
-      for (std::uint64_t k = 0; primitives != nullptr && k < primitives->items.size(); ++k)
-        check_primitive(primitives->items[k], "mesh " + number(mesh) + ", primitive " + number(k));
+    const Json::array_t& meshes = items(member(root_, "meshes"));
+    for (std::size_t mesh = 0; mesh < meshes.size(); ++mesh) {
+      const Json::array_t& primitives = items(member(meshes[mesh], "primitives"));
+      for (std::size_t k = 0; k < primitives.size(); ++k)
+        check_primitive(primitives[k], "mesh " + number(mesh) + ", primitive " + number(k));
     }
   }
 
  private:
-  std::size_t count_of(std::string_view list) const {
-    const JsonValue* found = root_.find(list);
-    return found != nullptr ? found->items.size() : 0;
-  }
-  const JsonValue& entry(std::string_view list, std::uint64_t index, const std::string& place) const {
-    const JsonValue* found = root_.find(list);
-    const JsonValue* item = found != nullptr ? found->item(index) : nullptr;
-    if (item == nullptr)
+  std::size_t count_of(std::string_view list) const { return items(member(root_, list)).size(); }
+  const Json& entry(std::string_view list, std::uint64_t index, const std::string& place) const {
+    const Json::array_t& entries = items(member(root_, list));
+    if (index >= entries.size())
       refuse(place + " names entry " + number(index) + " of " + std::string(list) + ", which has " +
              number(count_of(list)));
-    return *item;
+    return entries[index];
   }
 
   void check_extensions() const {
-    const JsonValue* required = root_.find("extensionsRequired");
-    if (required == nullptr) return;
-    for (const JsonValue& extension : required->items) {
-      const bool harmless = std::ranges::any_of(
-          harmless_extensions, [&](const char* prefix) { return extension.text.starts_with(prefix); });
+    for (const Json& extension : items(member(root_, "extensionsRequired"))) {
+      const std::string name = text_of(&extension);
+      const bool harmless = std::ranges::any_of(harmless_extensions,
+                                                [&](const char* prefix) { return name.starts_with(prefix); });
       if (!harmless)
-        refuse("it requires the extension '" + extension.text +
-               "', which is not implemented; export it without that");
+        refuse("it requires the extension '" + name + "', which is not implemented; export it without that");
     }
   }
 
-  void check_primitive(const JsonValue& primitive, const std::string& place) {
+  void check_primitive(const Json& primitive, const std::string& place) {
     constexpr std::uint64_t triangles = 4, fan = 6;
     const std::uint64_t mode = whole_or(primitive, "mode", triangles, place);
     if (mode < triangles) return;  // points and lines
     if (mode > fan) refuse(place + ": its mode is " + number(mode) + "; 0 to 6 are known");
-    const JsonValue* attributes = primitive.find("attributes");
-    if (attributes == nullptr || attributes->find("POSITION") == nullptr) return;
+    const Json* attributes = member(primitive, "attributes");
+    if (attributes == nullptr || member(*attributes, "POSITION") == nullptr) return;
     const Accessor positions = accessor(whole(*attributes, "POSITION", place), place + ": its POSITION");
     if (positions.component != component_float || positions.type != "VEC3")
       refuse(place + ": its positions (" + positions.name + ") are " + positions.type +
              " of component type " + number(positions.component) + "; VEC3 of 5126, floats, is read");
     std::uint64_t corners = positions.count;
-    if (primitive.find("indices") != nullptr) {
+    if (member(primitive, "indices") != nullptr) {
       const Accessor indices = accessor(whole(primitive, "indices", place), place + ": its indices");
       corners = indices.count;
       check_indices(indices, positions, place);
@@ -192,17 +211,17 @@ class Content {
   }
 
   Accessor accessor(std::uint64_t index, const std::string& place) {
-    const JsonValue& json = entry("accessors", index, place);
+    const Json& json = entry("accessors", index, place);
     Accessor found;
     found.name = "accessor " + number(index);
     found.count = whole(json, "count", found.name);
     found.component = whole(json, "componentType", found.name);
-    const JsonValue* type = json.find("type");
-    found.type = type != nullptr ? type->text : "of no type";
-    if (json.find("sparse") != nullptr) refuse(found.name + " is sparse, which is not read");
+    const Json* type = member(json, "type");
+    found.type = type != nullptr ? text_of(type) : "of no type";
+    if (member(json, "sparse") != nullptr) refuse(found.name + " is sparse, which is not read");
     const std::uint64_t element = component_bytes(found.component) * (found.type == "VEC3" ? 3 : 1);
     found.stride = element;
-    if (json.find("bufferView") == nullptr || element == 0 || found.count == 0) return found;
+    if (member(json, "bufferView") == nullptr || element == 0 || found.count == 0) return found;
     const std::uint64_t view = whole(json, "bufferView", found.name);
     const std::string_view bytes = view_bytes(view, found.name + ": its bufferView");
     found.stride = whole_or(entry("bufferViews", view, found.name), "byteStride", element, found.name);
@@ -218,7 +237,7 @@ class Content {
   }
 
   std::string_view view_bytes(std::uint64_t index, const std::string& place) {
-    const JsonValue& view = entry("bufferViews", index, place);
+    const Json& view = entry("bufferViews", index, place);
     const std::string name = "bufferView " + number(index);
     const std::uint64_t buffer = whole(view, "buffer", name);
     const std::string_view bytes = buffer_bytes(buffer, name + ": its buffer");
@@ -231,27 +250,27 @@ class Content {
   }
 
   std::string_view buffer_bytes(std::uint64_t index, const std::string& place) {
-    const JsonValue& json = entry("buffers", index, place);
+    const Json& json = entry("buffers", index, place);
     const std::string name = "buffer " + number(index);
-    const JsonValue* uri = json.find("uri");
+    const Json* uri = member(json, "uri");
     if (uri == nullptr) return binary_;
     std::optional<std::string>& bytes = buffers_[index];
     if (bytes) return *bytes;
     constexpr std::string_view data = "data:", base64 = ";base64,";
-    const std::string_view text = uri->text;
+    const std::string text = text_of(uri);
     if (text.starts_with(data)) {
       const std::size_t at = text.find(base64);
-      if (at == std::string_view::npos) refuse(name + " is data that is not base64, which is not read");
-      bytes = decode_base64(text.substr(at + base64.size()));
+      if (at == std::string::npos) refuse(name + " is data that is not base64, which is not read");
+      bytes = decode_base64(std::string_view(text).substr(at + base64.size()));
     } else {
       bytes = whole_file(folder_ / text);
       if (!bytes) bytes = whole_file(folder_ / decode_percent(text));
-      if (!bytes) refuse(name + ", the file '" + std::string(text) + "', can not be opened");
+      if (!bytes) refuse(name + ", the file '" + text + "', can not be opened");
     }
     return *bytes;
   }
 
-  const JsonValue& root_;
+  const Json& root_;
   std::string_view binary_;
   const std::filesystem::path& folder_;
   std::vector<std::optional<std::string>> buffers_;  // that have a URI and were looked at
@@ -260,10 +279,11 @@ class Content {
 }  // namespace
 }  // namespace gltf_content
 
-void check_gltf_content(const JsonValue& root, std::string_view binary, const std::filesystem::path& folder) {
-  const JsonValue* asset = root.find("asset");
-  const JsonValue* version = asset != nullptr ? asset->find("version") : nullptr;
-  if (version == nullptr || !version->text.starts_with("2")) return;
+void check_gltf_content(std::string_view json, std::string_view binary, const std::filesystem::path& folder) {
+  const nlohmann::json root = nlohmann::json::parse(json);
+  const nlohmann::json* asset = gltf_content::member(root, "asset");
+  if (asset == nullptr || !gltf_content::text_of(gltf_content::member(*asset, "version")).starts_with("2"))
+    return;
   gltf_content::Content(root, binary, folder).check();
 }
 

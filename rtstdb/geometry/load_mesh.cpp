@@ -23,7 +23,6 @@
 #include "rtstdb/geometry/bounded_reading.hpp"
 #include "rtstdb/geometry/gltf_check.hpp"
 #include "rtstdb/geometry/gltf_content.hpp"
-#include "rtstdb/geometry/json.hpp"
 #include "rtstdb/geometry/obj_file.hpp"
 #include "rtstdb/geometry/ply_file.hpp"
 #include "rtstdb/geometry/stl_file.hpp"
@@ -171,7 +170,7 @@ Result<void> check_gltf(const std::filesystem::path& path) {
   if (is_glb) {
     if (const auto fault = glb_fault(file)) return file_error(path, "can not be read: it " + *fault);
   }
-  check_gltf_content(read_json(is_glb ? glb_json(file) : std::string_view(file)),
+  check_gltf_content(is_glb ? glb_json(file) : std::string_view(file),
                      is_glb ? glb_binary(file) : std::string_view(), path.parent_path());
   return {};
 }

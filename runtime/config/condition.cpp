@@ -317,7 +317,8 @@ Truth BoundCondition::evaluate(std::size_t index, std::span<const double> values
     return first == Truth::unknown || second == Truth::unknown ? Truth::unknown : other;
   };
   const auto is_unknown = [&](const Condition::Operand& operand) {
-    return operand.kind == Condition::Operand::Kind::signal && !unknown.empty() && unknown[operand.index] != 0;
+    return operand.kind == Condition::Operand::Kind::signal && !unknown.empty() &&
+           unknown[operand.index] != 0;
   };
   const auto value_of = [&](const Condition::Operand& operand) {
     return operand.kind == Condition::Operand::Kind::signal ? values[operand.index] : operand.number;
