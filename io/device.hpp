@@ -60,8 +60,8 @@ struct InputGroup {
   std::string name;       ///< unique within its device: "BrakeCommand", "light_ego"
   std::size_t first = 0;  ///< index into inputs()
   std::size_t count = 0;  ///< at least 1
-  RunTimeNs timeout_ns =
-      0;  ///< an input of the group without a new value for longer is not fresh; 0: no limit
+  /// An input of the group that has had no new value for longer than this is not fresh; 0: no limit.
+  RunTimeNs timeout_ns = 0;
 };
 
 /// What is wrong with a device, in words for the user. Empty `fault`: nothing.
@@ -133,15 +133,17 @@ class Device {
   /// wait).
   virtual void stop() noexcept = 0;
 
-  /// Whether the other side can be reached: the interface of a CAN bus is up and its controller not bus-off; a
-  /// Modbus unit answered the last cycle whole; a Modbus server has a client. Any thread; never blocks.
+  /// Whether the other side can be reached: the interface of a CAN bus is up and its controller not bus-off;
+  /// a Modbus unit answered all requests of the last cycle; a Modbus server has a client. Any thread; never
+  /// blocks.
   virtual bool connected() const noexcept = 0;
   virtual DeviceHealth health() const = 0;
-  /// Why outputs that were due could not be sent, where a full queue that soon had room again was not the
-  /// cause: the first such cause, in a sentence. Empty: there was none. Any ordinary thread.
+  /// The first reason why outputs that were due could not be sent, in one sentence. A queue that was full for
+  /// a moment is no such reason. Empty: there was none. Any ordinary thread.
   virtual std::string send_fault() const = 0;
 
-  /// The events from number `first` on, in the order they were found. Any ordinary thread.
+  /// The events from number `first` on, in the order they were found; empty: there are none. Any ordinary
+  /// thread.
   virtual std::vector<DeviceEvent> events_since(std::size_t first) const {
     static_cast<void>(first);
     return {};

@@ -19,7 +19,7 @@ namespace hil::io::can {
 enum class SendResult : std::uint8_t {
   sent,       ///< the bus has taken the frame
   no_buffer,  ///< the queue towards the bus is full (ENOBUFS, EAGAIN); try again later, not at once
-  error,      ///< the frame can not be sent: bus lost, or FD on a classic bus; send_error() says which
+  error,      ///< the frame can not be sent; send_error() gives the reason
 };
 
 enum class ReceiveResult : std::uint8_t {
@@ -71,7 +71,7 @@ class Bus {
   virtual void open(const RunClock& clock, Pacing pacing) = 0;
   virtual void close() noexcept = 0;
 
-  /// Why the open bus can carry no FD frame, and what to do, as half a sentence; empty: it can.
+  /// Why the open bus can not carry FD frames, and what to do, as a clause. Empty: it can carry them.
   virtual std::string fd_problem() const { return {}; }
 
   /// Readable when receive() has something to do; -1 while there is none. It can change at every call of

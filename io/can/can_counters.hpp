@@ -21,8 +21,9 @@ struct CanCounters {
   std::uint64_t send_errors = 0;   ///< sends that failed otherwise (bus lost)
   std::uint64_t bad_checksum = 0;  ///< received frames refused for their checksum
   std::uint64_t bad_counter = 0;   ///< received frames refused for their counter
-  std::uint64_t wrong_kind =
-      0;  ///< received frames refused as remote requests, or as classic ones of an FD message or the other way round
+  /// Received frames refused as remote requests, or for their format: classic where the message is FD, or FD
+  /// where it is classic.
+  std::uint64_t wrong_kind = 0;
   std::uint64_t unknown_id = 0;        ///< frames with an identifier of no message to receive
   std::uint64_t saturated = 0;         ///< output values out of their signal's range
   std::uint64_t refused_values = 0;    ///< output values that were NaN
@@ -36,8 +37,8 @@ struct CanCounters {
   double bus_load_mean = std::numeric_limits<double>::quiet_NaN();  ///< in all of them; NaN: there was none
 };
 
-/// Accepted frames of one message that had another length than the message. Shorter ones update the signals that
-/// are whole; what longer ones carry behind the message is padding.
+/// Accepted frames of one message whose length differs from that of the message. A shorter frame updates the
+/// signals that it carries whole; the bytes of a longer frame behind the message are padding.
 struct LengthCounts {
   std::string message;
   std::uint64_t longer = 0;

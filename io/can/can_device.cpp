@@ -18,8 +18,8 @@ constexpr std::size_t ring_rows = 64;           // ticks whose outputs may wait 
 constexpr std::size_t kept_arrivals = 4096;     // samples of one input that may wait for the tick
 constexpr std::size_t frames_per_pass = 256;    // received before outputs get their turn
 constexpr std::size_t frames_at_end = 100'000;  // received at most while stopping
-constexpr RunTimeNs usual_loss_timeout_ns = 1'000'000'000;
-constexpr int poll_limit_ms = 20;  // a lost bus is looked after this often
+constexpr RunTimeNs default_loss_timeout_ns = 1'000'000'000;
+constexpr int poll_limit_ms = 20;  // the thread tries to reopen a lost bus this often
 
 std::string joined(const std::vector<std::string>& sentences) {
   std::string text;
@@ -43,7 +43,7 @@ CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<Bus> bus)
     if (group.timeout_ns > 0 && (loss_timeout_ns_ == 0 || group.timeout_ns < loss_timeout_ns_))
       loss_timeout_ns_ = group.timeout_ns;
   }
-  if (loss_timeout_ns_ == 0) loss_timeout_ns_ = usual_loss_timeout_ns;
+  if (loss_timeout_ns_ == 0) loss_timeout_ns_ = default_loss_timeout_ns;
   samples_.resize(inputs_.size());
   lose_inputs();
   published_ = std::make_unique<LatestValue<std::vector<Sample>>>(samples_);
@@ -92,7 +92,7 @@ void CanDevice::require_fd_where_needed() const {
 
 void CanDevice::stop() noexcept {
   if (!started_) return;
-  if (thread_.joinable()) {  // not where the system refused it
+  if (thread_.joinable()) {  // false where the system refused the thread
     stopping_.store(true, std::memory_order_release);
     wake();
     thread_.join();
@@ -249,7 +249,7 @@ void CanDevice::handle(const Frame& frame) {
   if (log_) log_->push(frame);
   load_.add(frame);
   if (frame.is_error()) counts_.errors.add();
-  follow_bus_state(frame);
+  update_bus_off(frame);
   if (frame.is_error()) return;
   if (frame.direction == Direction::tx) return;
   counts_.rx.add();
@@ -275,7 +275,7 @@ void CanDevice::handle(const Frame& frame) {
 }
 
 /// A controller that is bus-off neither sends nor receives until it is restarted.
-void CanDevice::follow_bus_state(const Frame& frame) {
+void CanDevice::update_bus_off(const Frame& frame) {
   if (frame.is_error() && (frame.raw.can_id & CAN_ERR_BUSOFF) != 0) {
     if (connected()) lose_inputs();
     bus_off_ = true;
@@ -362,7 +362,7 @@ void CanDevice::note_send_error(const Sent& sent) {
                  bus_->description() + "): " + std::strerror(error));
 }
 
-/// The first one stays.
+/// Keeps the first fault.
 void CanDevice::set_send_fault(const std::string& fault) {
   const std::lock_guard lock(health_mutex_);
   if (send_fault_.empty()) send_fault_ = fault;

@@ -93,11 +93,12 @@ class CanDevice final : public Device {
   void stop() noexcept override;
   bool connected() const noexcept override { return connected_.load(std::memory_order_relaxed); }
   DeviceHealth health() const override;
-  /// A queue towards the bus that stays full for longer than loss_timeout_ns() is a cause, too.
+  /// A queue towards the bus that stays full for longer than loss_timeout_ns() is a send fault, too.
   std::string send_fault() const override;
 
   CanCounters counters() const noexcept;
-  /// Of the received messages that had frames of another length, in the order of the configuration.
+  /// One entry for each received message that had frames of another length, in the order of the
+  /// configuration. Empty: there was no such frame.
   std::vector<LengthCounts> other_lengths() const;
   /// Why the log lacks frames though its queue had room (CandumpLogWriter::fault); whole after stop().
   std::string log_fault() const { return log_ ? log_->fault() : std::string(); }
@@ -145,7 +146,7 @@ class CanDevice final : public Device {
   void send_safe_values_if_asked();
   void publish_if_changed();
   void lose_inputs();
-  void follow_bus_state(const Frame& frame);
+  void update_bus_off(const Frame& frame);
   void set_health(bool connected, const std::string& fault);
   void wake() noexcept;
 
@@ -176,13 +177,13 @@ class CanDevice final : public Device {
   std::atomic<bool> stopping_{false};
   std::atomic<bool> safe_state_asked_{false};
   std::atomic<bool> connected_{false};
-  bool bus_off_ = false;                    ///< the controller has said so and not come back
-  std::optional<RunTimeNs> full_since_ns_;  ///< the queue towards the bus has had no room since
+  bool bus_off_ = false;                    ///< the controller reported it and has not restarted since
+  std::optional<RunTimeNs> full_since_ns_;  ///< since when the queue towards the bus is full
   std::optional<RunTimeNs> last_tick_ns_;   ///< lock-step: of the last exchange
 
   Counts counts_;
   BusLoadMeter load_;
-  mutable std::mutex health_mutex_;  ///< of the two faults
+  mutable std::mutex health_mutex_;  ///< protects fault_ and send_fault_
   std::string fault_;
   std::string send_fault_;
 };

@@ -56,8 +56,8 @@ bool parse_identifier(std::string_view text, canid_t& can_id) {
   return (can_id & CAN_RTR_FLAG) == 0;
 }
 
-/// Takes a `_C` away that gives the length code of a classic frame of 8 bytes, 9 to F, as the controller had it.
-/// False: there is one, and it is none of those.
+/// Removes the suffix `_C` of a classic frame of 8 bytes, where C is its data length code, 9 to F. False: the
+/// suffix has another form.
 bool take_length_code(std::string_view& text, Frame& frame) {
   const std::size_t mark = text.find('_');
   if (mark == std::string_view::npos) return true;

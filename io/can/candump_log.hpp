@@ -4,8 +4,8 @@
 //   (1436509052.249713) vcan0 12345678#R4         remote request
 //   (1436509052.249713) vcan0 123##1AABBCC        FD frame: one hexadecimal digit of flags, then the payload
 //   (1436509052.249713) vcan0 20000004#...        error frame
-//   (1436509052.249713) vcan0 123#R8_C            length code C of a classic frame of 8 bytes (candump -8); it is
-//                                                 read, and not written
+//   (1436509052.249713) vcan0 123#R8_C            data length code C of a classic frame of 8 bytes
+//                                                 (candump -8); read, never written
 // Times are Frame::wall_ns, cut to microseconds as candump does it; under the virtual clock that is run time.
 
 #include <condition_variable>
@@ -31,8 +31,8 @@ struct LoggedFrame {
   Frame frame;  ///< wall_ns is the logged time, time_ns the same; tx where the line ends in T (candump -x)
 };
 
-/// Empty when the line is not of this format. Other text than "T" behind the frame (candump -x writes "R" or "T")
-/// is passed over.
+/// Empty when the line is not of this format. Text behind the frame other than "T" is ignored (candump -x
+/// writes "R" or "T").
 std::optional<LoggedFrame> parse_candump_line(std::string_view line);
 
 struct CandumpLog {

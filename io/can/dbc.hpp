@@ -1,15 +1,15 @@
 #pragma once
 // Vector DBC files: which messages a bus carries and how signals lie in them.
 //
-// Read: VERSION, NS_, BS_, BU_, BO_, SG_ (Intel and Motorola, signed, factor, offset, range, unit, multiplexing),
-// SG_MUL_VAL_ (extended multiplexing), VAL_, VAL_TABLE_, SIG_VALTYPE_ (float, double), CM_, and the attributes
-// (BA_DEF_, BA_DEF_DEF_, BA_) GenMsgCycleTime, GenSigStartValue, VFrameFormat, CANFD_BRS, SystemSignalLongSymbol,
-// SystemMessageLongSymbol and SystemNodeLongSymbol. All other statements are passed over. White space, line ends
-// and `//` comments between words have no meaning. A string that is not UTF-8 is cp1252; `\"` and `\\` in it are
-// undone.
+// Read: VERSION, NS_, BS_, BU_, BO_, SG_ (Intel and Motorola, signed, factor, offset, range, unit,
+// multiplexing), SG_MUL_VAL_ (extended multiplexing), VAL_, VAL_TABLE_, SIG_VALTYPE_ (float, double), CM_,
+// and the attributes (BA_DEF_, BA_DEF_DEF_, BA_) GenMsgCycleTime, GenSigStartValue, VFrameFormat, CANFD_BRS,
+// SystemSignalLongSymbol, SystemMessageLongSymbol and SystemNodeLongSymbol. All other statements are skipped.
+// White space, line ends and `//` comments between words have no meaning. A string that is not UTF-8 is read
+// as cp1252; in a string `\"` stands for a quote and `\\` for a backslash.
 //
-// A statement that is not understood does not cost the file: it is reported with its place, and parsing goes on at
-// the next line that begins with a keyword. A message that no frame can carry is kept and marked as unusable.
+// The parser reports a statement that it does not understand with its place, and continues at the next line
+// that begins with a keyword. A message that no frame can carry is kept and marked as unusable.
 //
 // Threads: values; parse_dbc is a pure function.
 
@@ -26,7 +26,7 @@ namespace hil::io::can {
 enum class ByteOrder : std::uint8_t { intel, motorola };
 enum class ValueType : std::uint8_t { unsigned_integer, signed_integer, float32, float64 };
 
-/// The switch values for which a multiplexed signal is present, both ends included.
+/// The multiplexer values for which a multiplexed signal is present, both ends included.
 struct MultiplexRange {
   std::uint64_t first = 0;
   std::uint64_t last = 0;
@@ -34,7 +34,7 @@ struct MultiplexRange {
 
 struct DbcSignal {
   std::string name;        ///< SystemSignalLongSymbol where the file gives it
-  std::string short_name;  ///< as its SG_ statement has it
+  std::string short_name;  ///< the name in its SG_ statement
   /// As written: the least significant bit for Intel; the most significant bit, in the sawtooth count, for
   /// Motorola.
   std::uint16_t start_bit = 0;
@@ -54,7 +54,7 @@ struct DbcSignal {
   std::optional<double> start_raw;                  ///< GenSigStartValue, or its default
 
   bool has_range() const noexcept { return minimum < maximum; }
-  /// True for an integer whose values a double can not all hold: it needs more than 53 bits.
+  /// True for an integer of more than 53 bits (without its sign): a double can not hold all of its values.
   bool is_wide_integer() const noexcept {
     return (type == ValueType::unsigned_integer && length_bits > 53) ||
            (type == ValueType::signed_integer && length_bits > 54);
@@ -63,13 +63,13 @@ struct DbcSignal {
 
 struct DbcMessage {
   std::string name;        ///< SystemMessageLongSymbol where the file gives it
-  std::string short_name;  ///< as its BO_ statement has it
+  std::string short_name;  ///< the name in its BO_ statement
   std::uint32_t id = 0;    ///< 11 or 29 bits
   bool is_extended = false;
   std::uint16_t length_bytes = 0;  ///< of a usable message 0..64; above 8 only CAN FD
-  bool is_fd = false;              ///< goes out in an FD frame: VFrameFormat says so, or more than 8 bytes do
-  /// True where VFrameFormat or the length decides between FD and classic; then frames of the other kind are
-  /// not this message.
+  bool is_fd = false;              ///< sent as an FD frame: VFrameFormat says so, or it has more than 8 bytes
+  /// True where VFrameFormat or the length decides between FD and classic. Received frames of the other
+  /// format are then refused.
   bool format_is_stated = false;
   bool bit_rate_switch = false;  ///< CANFD_BRS, of an FD message
   std::string sender;
@@ -83,7 +83,7 @@ struct DbcMessage {
 };
 
 struct Dbc {
-  std::vector<DbcMessage> messages;  ///< in the order of the file, unusable ones among them
+  std::vector<DbcMessage> messages;  ///< in the order of the file, unusable ones included
   std::vector<std::string> nodes;
   std::map<std::string, std::map<std::int64_t, std::string>> value_tables;
 
@@ -116,13 +116,13 @@ struct DbcResult {
   bool is_usable() const noexcept { return fatal_count == 0; }
 };
 
-/// A text with words in it but without any message has a fatal problem.
+/// A text that is not blank and has no message gives a fatal problem.
 DbcResult parse_dbc(std::string_view text);
 
 /// The largest file that load_dbc reads.
 inline constexpr std::size_t max_dbc_bytes = std::size_t{64} << 20U;
 
-/// A file that can not be read gives one fatal problem at line 0 with the system's answer.
+/// A file that can not be read gives one fatal problem at line 0 with the system's error text.
 DbcResult load_dbc(const std::filesystem::path& file);
 
 /// "file:line:column: error: text", one problem a line, and how many more there are.

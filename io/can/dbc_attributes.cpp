@@ -84,7 +84,7 @@ std::optional<DbcParser::AttributeValue> DbcParser::parse_attribute_value() {
   return value;
 }
 
-/// The number, also one that is written as a text. Empty: it is none.
+/// The value as a number, also where it is written as a string. Empty: it is not a finite number.
 std::optional<double> DbcParser::number_of(const AttributeValue& value) const {
   if (value.number && std::isfinite(*value.number)) return value.number;
   if (value.number || value.text.empty()) return std::nullopt;
@@ -93,6 +93,13 @@ std::optional<double> DbcParser::number_of(const AttributeValue& value) const {
   const auto [stop, fault] = std::from_chars(value.text.data(), end, number);
   if (fault != std::errc{} || stop != end || !std::isfinite(number)) return std::nullopt;
   return number;
+}
+
+/// Empty: it is not a number of milliseconds below 1e9.
+std::optional<std::int64_t> DbcParser::cycle_time_of(const AttributeValue& value) const {
+  const auto cycle_time_ms = number_of(value);
+  if (!cycle_time_ms || !(*cycle_time_ms >= 0.0 && *cycle_time_ms < 1e9)) return std::nullopt;
+  return std::llround(*cycle_time_ms);
 }
 
 void DbcParser::take_message_attribute(std::string_view name, std::uint32_t file_id,
@@ -104,12 +111,13 @@ void DbcParser::take_message_attribute(std::string_view name, std::uint32_t file
   if (name == "CANFD_BRS") note.bit_rate_switch = value;
   if (name == "SystemMessageLongSymbol") note.long_name = value.text;
   if (name != "GenMsgCycleTime") return;
-  const auto cycle_time_ms = number_of(value);
-  if (!cycle_time_ms || !(*cycle_time_ms >= 0.0 && *cycle_time_ms < 1e9)) {
+  const auto cycle_time_ms = cycle_time_of(value);
+  if (!cycle_time_ms) {
     return report(Severity::error, statement_position_,
-                  "the cycle time of message '" + message->name + "' is no number of milliseconds");
+                  "the GenMsgCycleTime of message '" + message->name +
+                      "' is not a number of milliseconds from 0 to 1e9");
   }
-  message->cycle_time_ms = std::llround(*cycle_time_ms);
+  message->cycle_time_ms = *cycle_time_ms;
   note.has_cycle_time = true;
 }
 
@@ -128,7 +136,8 @@ void DbcParser::take_signal_attribute(std::string_view name, std::uint32_t file_
   }
 }
 
-/// Vector's numbering where the definition lists no words.
+/// The format that a value of VFrameFormat names. A number that the definition gives no word for has the
+/// meaning that Vector gives it.
 DbcParser::FrameFormat DbcParser::format_of(const AttributeValue& value) {
   const std::vector<std::string>& words = attributes_["VFrameFormat"].words;
   std::string word = value.text;
@@ -159,9 +168,8 @@ void DbcParser::apply_attributes(DbcMessage& message, const MessageNote& note) {
     return attributes_[attribute].initial;
   };
   if (!note.has_cycle_time && initial("GenMsgCycleTime")) {
-    const auto cycle_time_ms = number_of(*initial("GenMsgCycleTime"));
-    if (cycle_time_ms && *cycle_time_ms >= 0.0 && *cycle_time_ms < 1e9)
-      message.cycle_time_ms = std::llround(*cycle_time_ms);
+    const auto cycle_time_ms = cycle_time_of(*initial("GenMsgCycleTime"));
+    if (cycle_time_ms) message.cycle_time_ms = *cycle_time_ms;
   }
   if (initial("GenSigStartValue")) {
     const auto start_raw = number_of(*initial("GenSigStartValue"));
@@ -178,8 +186,8 @@ void DbcParser::apply_attributes(DbcMessage& message, const MessageNote& note) {
                   format == FrameFormat::classic
                       ? length + "a frame that is not CAN FD (VFrameFormat) has at most 8"
                       : length +
-                            "what is longer than 8 needs the transport protocol of J1939, which hil "
-                            "does not speak");
+                            "a J1939 message of more than 8 needs a transport protocol, which hil "
+                            "does not implement");
   }
   message.is_fd = is_long || format == FrameFormat::fd;
   message.format_is_stated = is_long || format != FrameFormat::unstated;
@@ -192,11 +200,11 @@ void DbcParser::apply_long_names() {
                           auto& names) {
     if (long_name.empty() || long_name == name) return;
     if (!is_identifier(long_name)) {
-      return report(Severity::warning, position, "the long name of '" + name + "' is no name");
+      return report(Severity::warning, position, "the long name of '" + name + "' is not an identifier");
     }
     if (!names.emplace(long_name, 0).second) {
       return report(Severity::warning, position,
-                    "the long name of '" + name + "' is also another's name: '" + long_name + "'");
+                    "the long name of '" + name + "' is already in use: '" + long_name + "'");
     }
     name = long_name;
   };

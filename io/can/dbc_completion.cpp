@@ -1,5 +1,5 @@
-// What is known of messages only at the end of the file: which multiplexer selects which signal, and which signals
-// share bits.
+// What is known of messages only at the end of the file: which multiplexer selects which signal, and which
+// signals share bits.
 
 #include <algorithm>
 
@@ -12,8 +12,6 @@ namespace hil::io::can {
 namespace {
 
 constexpr int max_multiplexer_depth = 16;
-/// Comparisons of switch values in one file. Databases of whole cars need some thousand of them.
-constexpr std::uint64_t max_overlap_steps = 20'000'000;
 
 }  // namespace
 
@@ -28,33 +26,34 @@ void DbcParser::complete_messages() {
 }
 
 void DbcParser::link_multiplexers(DbcMessage& message, const MessageNote& note) {
-  int only_switch = -1;
-  int switches = 0;
+  int only_multiplexer = -1;
+  int multiplexers = 0;
   for (std::size_t index = 0; index < message.signals.size(); ++index) {
     if (!message.signals[index].is_multiplexer) continue;
-    only_switch = static_cast<int>(index);
-    ++switches;
+    only_multiplexer = static_cast<int>(index);
+    ++multiplexers;
   }
   for (std::size_t index = 0; index < message.signals.size(); ++index) {
     DbcSignal& signal = message.signals[index];
     if (!note.signals[index].multiplexed || signal.multiplexer >= 0) continue;
     const bool has_value = !signal.multiplex_ranges.empty();
-    if (!has_value && signal.is_multiplexer) continue;  // a bare 'm' on the outermost switch
-    if (has_value && switches == 1 && only_switch != static_cast<int>(index)) {
-      signal.multiplexer = only_switch;
+    if (!has_value && signal.is_multiplexer) continue;  // a bare 'm' on the outermost multiplexer
+    if (has_value && multiplexers == 1 && only_multiplexer != static_cast<int>(index)) {
+      signal.multiplexer = only_multiplexer;
       continue;
     }
-    make_unusable(message, note.signals[index].position,
-                  "signal '" + signal.name + "' is multiplexed, but " +
-                      (!has_value      ? "its mark 'm' has no number, and there is no SG_MUL_VAL_ for it"
-                       : switches == 0 ? "the message has no multiplexer"
-                                       : "the message has several multiplexers and no SG_MUL_VAL_ for it"));
+    make_unusable(
+        message, note.signals[index].position,
+        "signal '" + signal.name + "' is multiplexed, but " +
+            (!has_value          ? "its mark 'm' has no number, and there is no SG_MUL_VAL_ for it"
+             : multiplexers == 0 ? "the message has no multiplexer"
+                                 : "the message has several multiplexers and no SG_MUL_VAL_ for it"));
     signal.multiplex_ranges.clear();
   }
   check_multiplexer_chains(message, note);
 }
 
-// A chain of switches that closes on itself would never be decided.
+// A cycle of multiplexers would never be resolved.
 void DbcParser::check_multiplexer_chains(DbcMessage& message, const MessageNote& note) {
   for (std::size_t index = 0; index < message.signals.size(); ++index) {
     int at = message.signals[index].multiplexer;
@@ -86,7 +85,8 @@ void DbcParser::find_overlaps(DbcMessage& message, const MessageNote& note) {
       if ((bits[earlier] & bits[index]).none()) continue;
       const DbcSignal& other = message.signals[earlier];
       if (overlap_steps_ > max_overlap_steps) {
-        make_unusable(message, note.signals[index].position, "its multiplexing is too large to be checked");
+        make_unusable(message, note.signals[index].position,
+                      "its multiplexing has too many ranges to be checked for overlaps");
         break;
       }
       if (!can_be_present_together(message, signal, other, overlap_steps_)) continue;

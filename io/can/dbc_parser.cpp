@@ -82,7 +82,8 @@ void DbcParser::parse_statement(std::string_view keyword) {
   pass_over();
 }
 
-// NS_ lists keywords. The list ends before a word that more of a statement follows: `BS_:`, `BU_:`, `BO_ 100`.
+// NS_ lists keywords. The list ends before the word that begins the next statement, which is the one that
+// ':', a quote or a number follows: `BS_:`, `BU_:`, `BO_ 100`.
 void DbcParser::parse_new_symbols() {
   if (!scanner_.accept(':')) return static_cast<void>(fail("':' after NS_"));
   while (true) {
@@ -209,7 +210,7 @@ void DbcParser::add_signal(DbcSignal signal, const SignalNote& note, const std::
   notes_.back().signals.push_back(note);
 }
 
-// Names, separated by commas, or by blanks in one line.
+// Receivers are names, separated by commas, or by blanks in one line.
 void DbcParser::skip_receivers() {
   while (true) {
     const std::string_view receiver = scanner_.peek_identifier();
@@ -302,7 +303,7 @@ void DbcParser::parse_comment() {
   expect_semicolon();
 }
 
-// Up to the ';'. A line that begins with a keyword is the next statement.
+// Skips the statement up to its ';'. A line that begins with a keyword is the next statement.
 void DbcParser::pass_over() {
   while (!scanner_.accept(';')) {
     if (scanner_.at_end() || scanner_.at_statement_line()) return static_cast<void>(fail_unfinished());
@@ -318,12 +319,12 @@ void DbcParser::expect_semicolon() {
   if (!scanner_.accept(';')) fail_unfinished();
 }
 
-/// An identifier; empty when there is none here, or when the next statement begins.
+/// The identifier here; empty when there is none, or when it begins the next statement.
 std::string_view DbcParser::word() {
   return scanner_.at_statement_line() ? std::string_view() : scanner_.identifier();
 }
 
-/// BU_, BO_, SG_ or EV_ before what a comment or an attribute belongs to; empty: none of them.
+/// The kind of object that a comment or an attribute belongs to: BU_, BO_, SG_ or EV_. Empty: none of them.
 std::string_view DbcParser::parse_object() {
   if (!is_dbc_object(scanner_.peek_identifier())) return {};
   object_may_be_statement_ = scanner_.at_statement_line();
@@ -352,7 +353,7 @@ DbcSignal* DbcParser::signal_of(std::uint32_t file_id, std::string_view name, st
   return &message->signals[found->second];
 }
 
-/// Reports that something else stands here, and moves on to the next statement.
+/// Reports that the text here is not what is expected, and moves to the next statement. Returns false.
 bool DbcParser::fail(std::string_view expected) {
   if (statement_has_semicolon_) {
     const std::size_t failed_at = scanner_.position();
@@ -376,7 +377,7 @@ bool DbcParser::fail(std::string_view expected) {
   return false;
 }
 
-/// Reports that the statement ends without its ';', and moves on to the next one.
+/// Reports that the statement ends without its ';', and moves to the next statement. Returns false.
 bool DbcParser::fail_unfinished() {
   report(Severity::error, statement_position_, "this statement has no ';' at its end");
   if (!scanner_.at_statement_line() || object_may_be_statement_)
@@ -395,14 +396,14 @@ void DbcParser::report(Severity severity, std::size_t position, std::string text
   if (severity == Severity::fatal) ++result_.fatal_count;
   if (severity != Severity::fatal && result_.problems.size() >= DbcResult::kept_problems) return;
   if (result_.problems.size() >= DbcResult::kept_problems) {
-    result_.problems.pop_back();  // a fatal problem is always told
+    result_.problems.pop_back();  // a fatal problem is always listed
     problem_positions_.pop_back();
   }
   result_.problems.push_back({severity, 0, 0, std::move(text)});
   problem_positions_.push_back(position);
 }
 
-/// Lines and columns of the problems, in one pass over the text.
+/// Sets the lines and columns of the problems, in one pass over the text.
 void DbcParser::find_places() {
   std::vector<std::size_t> order(problem_positions_.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

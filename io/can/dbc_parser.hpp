@@ -97,6 +97,7 @@ class DbcParser {
   DbcMessage* message_of_id(std::uint32_t file_id);
   DbcSignal* signal_of(std::uint32_t file_id, std::string_view name, std::size_t position);
   std::optional<double> number_of(const AttributeValue& value) const;
+  std::optional<std::int64_t> cycle_time_of(const AttributeValue& value) const;
 
   bool fail(std::string_view expected);
   bool fail_unfinished();

@@ -1,7 +1,7 @@
 #pragma once
-// Reads a DBC text token by token. White space, line ends (LF, CR LF, CR) and `//` comments separate tokens and have
-// no other meaning; where a line begins matters only for finding the next statement after a mistake. Positions are
-// byte offsets.
+// Reads a DBC text token by token. White space, line ends (LF, CR LF, CR) and `//` comments separate tokens
+// and have no other meaning; where a line begins matters only for finding the next statement after a mistake.
+// Positions are byte offsets.
 
 #include <algorithm>
 #include <charconv>
@@ -22,7 +22,7 @@ class DbcScanner {
   void move_to(std::size_t position) noexcept { position_ = position; }
   bool at_end() const noexcept { return position_ >= text_.size(); }
 
-  /// To the next token, or to the end.
+  /// Moves to the next token, or to the end.
   void skip_space() noexcept {
     while (position_ < text_.size()) {
       if (is_space(text_[position_])) {
@@ -45,7 +45,7 @@ class DbcScanner {
     ++position_;
     return true;
   }
-  /// Passes one byte of a token that is no word.
+  /// Moves behind one byte of a token that is not a word.
   void skip_byte() noexcept { ++position_; }
 
   /// A C identifier; empty when there is none here.
@@ -57,7 +57,7 @@ class DbcScanner {
       ++position_;
     return text_.substr(begin, position_ - begin);
   }
-  /// The identifier that comes next, which stays.
+  /// The next identifier, without moving behind it; empty when there is none here.
   std::string_view peek_identifier() noexcept {
     skip_space();
     const std::size_t begin = position_;
@@ -80,7 +80,7 @@ class DbcScanner {
   }
 
   /// A string in double quotes, which may span lines, as written: `\"` is a quote and `\\` a backslash in it.
-  /// Empty optional: none here, or never closed; the position then stays.
+  /// Empty optional: there is none here, or it is never closed; the position is then unchanged.
   std::optional<std::string_view> quoted() noexcept {
     if (!accept('"')) return std::nullopt;
     const std::size_t begin = position_;
@@ -132,8 +132,9 @@ class DbcScanner {
       ++position_;
   }
 
-  /// Strings are read again where a statement that contains them fails. After this many bytes of them the text is
-  /// taken for damaged and further strings fail at once, so that no input takes more than linear time.
+  /// The parser reads strings again where a statement that contains them fails. After this many bytes of
+  /// strings the text counts as damaged and further strings fail at once, so that no input takes more than
+  /// linear time.
   std::size_t string_limit() const noexcept { return 4 * text_.size(); }
 
   std::string_view text_;
@@ -151,7 +152,11 @@ class LineCounter {
     std::size_t column = 1;
   };
   Place place_of(std::size_t offset) noexcept {
-    if (offset < line_start_) line_ = 1, line_start_ = 0, next_ = 0;
+    if (offset < line_start_) {
+      line_ = 1;
+      line_start_ = 0;
+      next_ = 0;
+    }
     for (; next_ < std::min(offset, text_.size()); ++next_) {
       const bool is_first_of_pair =
           text_[next_] == '\r' && next_ + 1 < text_.size() && text_[next_ + 1] == '\n';
@@ -166,7 +171,7 @@ class LineCounter {
   std::string_view text_;
   std::size_t line_ = 1;
   std::size_t line_start_ = 0;
-  std::size_t next_ = 0;  ///< everything before it has been counted
+  std::size_t next_ = 0;  ///< the lines before this offset are counted
 };
 
 }  // namespace hil::io::can

@@ -6,7 +6,8 @@
 namespace hil::io::can {
 namespace {
 
-/// Bytes of the UTF-8 character that begins here; 0: it is none (RFC 3629).
+/// The length in bytes of the UTF-8 character that `text` begins with; 0: it begins with none (RFC 3629). Not
+/// for an empty text.
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t index) { return static_cast<unsigned char>(text[index]); };
   const unsigned char lead = byte(0);
@@ -33,7 +34,8 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
-/// The bytes 0x80 to 0x9F of cp1252. The five that it leaves open stand for themselves.
+/// The code points of the bytes 0x80 to 0x9F of cp1252. The five undefined bytes get the code point of their
+/// own value.
 constexpr std::array<std::uint16_t, 32> cp1252_high = {
     0x20AC, 0x0081, 0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021, 0x02C6, 0x2030, 0x0160,
     0x2039, 0x0152, 0x008D, 0x017D, 0x008F, 0x0090, 0x2018, 0x2019, 0x201C, 0x201D, 0x2022,

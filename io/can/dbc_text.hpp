@@ -6,7 +6,8 @@
 
 namespace hil::io::can {
 
-/// The content of a quoted string: `\"` and `\\` are undone; bytes that are not UTF-8 are read as cp1252.
+/// The content of a quoted string: `\"` becomes a quote and `\\` a backslash. A string that is not UTF-8 is
+/// read as cp1252.
 std::string dbc_text(std::string_view written);
 
 }  // namespace hil::io::can

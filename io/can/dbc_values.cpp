@@ -1,4 +1,5 @@
-// The statements of a DBC file on how the raw values of a signal are read: names, floating point, multiplexing.
+// The statements of a DBC file that decide how raw values are read: value names, floating point,
+// multiplexing.
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,7 @@ namespace hil::io::can {
 
 namespace {
 
-/// Ascending and disjoint.
+/// Sorts the ranges and joins those that overlap.
 void merge_ranges(std::vector<MultiplexRange>& ranges) {
   std::sort(ranges.begin(), ranges.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::size_t kept = 0;
@@ -52,13 +53,13 @@ void DbcParser::parse_values() {
 // value "name" ... ;
 bool DbcParser::parse_value_list(std::map<std::int64_t, std::string>& values) {
   while (!scanner_.accept(';')) {
-    if (scanner_.at_statement_line()) {  // the names so far are whole
+    if (scanner_.at_statement_line()) {  // the names read so far are complete
       fail_unfinished();
       return true;
     }
     const std::size_t position = scanner_.position();
-    const auto whole =
-        scanner_.number<std::uint64_t>();  // beyond the signed ones: all 64 bits of a raw value
+    // Unsigned first: a raw value may use all 64 bits.
+    const auto whole = scanner_.number<std::uint64_t>();
     std::int64_t raw = whole ? static_cast<std::int64_t>(*whole) : 0;
     if (!whole || scanner_.peek() != '"') {
       scanner_.move_to(position);
@@ -115,7 +116,7 @@ void DbcParser::parse_extended_multiplexing() {
     if (switch_name.empty()) return fail("the name of the multiplexer signal");
     do {
       const auto first = scanner_.number<std::uint64_t>();
-      if (!first || !scanner_.accept('-')) return fail("a range of switch values such as 3-5");
+      if (!first || !scanner_.accept('-')) return fail("a range of multiplexer values such as 3-5");
       const auto last = scanner_.number<std::uint64_t>();
       if (!last || *last < *first) return fail("the last value of the range, not below the first");
       ranges.push_back({*first, *last});

@@ -46,7 +46,7 @@ class MessageLayout {
   canid_t can_id() const noexcept { return can_id_; }  ///< with CAN_EFF_FLAG where it belongs
   bool is_fd() const noexcept { return is_fd_; }
   bool bit_rate_switch() const noexcept { return bit_rate_switch_; }
-  /// False for a message whose frames have to be FD, or have to be classic, and this one is not.
+  /// False for a remote request, and for a frame of another format (FD or classic) than the message states.
   bool is_of_right_kind(const Frame& frame) const noexcept {
     return !frame.is_remote() && (!format_is_stated_ || frame.is_fd == is_fd_);
   }
@@ -59,8 +59,8 @@ class MessageLayout {
   bool is_protection(std::size_t signal) const noexcept { return signal == counter_ || signal == checksum_; }
   std::uint8_t checksum_of(std::span<const std::uint8_t> payload) const noexcept;
 
-  /// True when the switches above the signal select it. `raw_of` gives the raw value of a signal, or nothing
-  /// where it is not known; what it decides is then not present.
+  /// True when the signal's multiplexers select it. `raw_of(signal)` gives the raw value of a multiplexer, or
+  /// an empty optional where it is not known: the signals that it selects are then not present.
   template <typename RawOf>
   bool is_present(std::size_t signal, const RawOf& raw_of) const noexcept {
     for (int at = static_cast<int>(signal); parts_[static_cast<std::size_t>(at)].multiplexer >= 0;) {
@@ -120,14 +120,14 @@ class MessageDecoder {
 
   enum class Verdict : std::uint8_t {
     accepted,
-    wrong_kind,    ///< a remote request; or classic where the message is FD, or the other way round
-    bad_checksum,  ///< or the frame is too short to carry it
-    bad_counter,   ///< likewise
+    wrong_kind,    ///< a remote request, or a frame of another format than the message states
+    bad_checksum,  ///< or the frame is too short to carry the checksum
+    bad_counter,   ///< or the frame is too short to carry the counter
   };
 
-  /// Checks a frame with this message's identifier. It may be longer than the message (padding) or shorter. The
-  /// first counter is taken as it comes; after a wrong one the next frame is measured against it, so that one lost
-  /// frame costs one more and not all that follow.
+  /// Checks a frame with this message's identifier. It may be longer than the message (padding) or shorter.
+  /// The first counter is accepted with any value. After a wrong counter the next one is compared with it: a
+  /// lost frame makes one further frame refused, and not all that follow.
   Verdict check(const Frame& frame) noexcept;
 
   /// Calls `take(signal index, physical value)` for each signal that is present and wholly in the frame. Only

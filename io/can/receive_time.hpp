@@ -1,13 +1,14 @@
 #pragma once
-// When a frame arrived, from the kernel's stamp, which is on CLOCK_REALTIME: a clock that may be set while the frame
-// waits in its socket.
+// When a frame arrived, computed from the kernel's timestamp, which is on CLOCK_REALTIME: a clock that may be
+// set while the frame waits in its socket.
 //
-// A frame arrived after the socket was last seen empty (or after the frame before it) and before now. The stamp is
-// read with the difference between the wall clock and the monotonic clock of now, and with that of when the socket
-// was last empty. The reading that lies in this window, or nearer to it, is right. Where both do (the clock was set
-// by less than the window is long), the older one counts, so that a frame never looks fresher than it is.
+// A frame arrived after the socket was last empty (or after the frame before it) and before now. age_ns()
+// computes its age twice: with the present offset between the wall clock and the monotonic clock, and with
+// the offset at the time when the socket was last empty. The age inside this window, or nearer to it, is
+// used. Where both lie inside (the clock was set by less than the length of the window), the greater age is
+// used, so that a frame never looks fresher than it is.
 //
-// Values; one thread.
+// Threads: one at a time.
 
 #include <algorithm>
 #include <cstdint>
@@ -28,12 +29,13 @@ class ReceiveTime {
     offset_ns_ = now.wall_ns - now.monotonic_ns;
   }
 
-  /// How long ago the frame with this stamp arrived, never below zero. Frames come in the order of the socket.
+  /// How long ago the frame with this timestamp arrived, never below zero. Frames come in the order of the
+  /// socket.
   std::int64_t age_ns(std::int64_t stamp_ns, Clocks now) noexcept {
     const std::int64_t window_ns = std::max<std::int64_t>(now.monotonic_ns - earliest_ns_, 0);
     const std::int64_t by_now_ns = now.wall_ns - stamp_ns;
     const std::int64_t by_then_ns = now.monotonic_ns + offset_ns_ - stamp_ns;
-    // Two clocks are read one after the other, and run at rates that differ by up to 0.05 %.
+    // The two clocks are read one after the other, and their rates differ by up to 0.05 %.
     const std::int64_t slack_ns = 1'000'000 + window_ns / 1000;
     const auto outside_ns = [&](std::int64_t age_ns) {
       const std::int64_t distance_ns = std::max({-age_ns, age_ns - window_ns, std::int64_t{0}});

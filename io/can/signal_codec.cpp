@@ -39,9 +39,9 @@ std::optional<double> raw_number(const DbcSignal& signal, double raw) noexcept {
   const bool is_signed = signal.type == ValueType::signed_integer;
   const double all = std::ldexp(1.0, signal.length_bits);
   const double lowest = is_signed ? -all / 2 : 0.0;
-  const double highest = is_signed ? all / 2 : all;  // itself not in range
+  const double highest = is_signed ? all / 2 : all;  // the first number above the range
   if (raw != std::trunc(raw)) return std::nullopt;
-  // Bits that are read as a number of the other sign.
+  // The number is written as the unsigned, or the signed, number with the same bits.
   if (is_signed && raw >= highest && raw < all) return raw - all;
   if (!is_signed && signal.length_bits == 64 && raw < 0.0 && raw >= -all / 2) return raw + all;
   return raw >= lowest && raw < highest ? std::optional(raw) : std::nullopt;

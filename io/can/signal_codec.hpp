@@ -20,8 +20,8 @@ using PayloadBits = std::bitset<512>;
 /// partial).
 bool bits_of(const DbcSignal& signal, PayloadBits& bits);
 
-/// The number that a raw value of the file (GenSigStartValue, VAL_) stands for; a negative one may be written as
-/// its bits. Empty: the signal's bits do not hold it.
+/// The number that a raw value of the file (GenSigStartValue, VAL_) stands for. A negative number may be
+/// written as the unsigned number with the same bits. Empty: the signal can not hold it.
 std::optional<double> raw_number(const DbcSignal& signal, double raw) noexcept;
 
 /// The physical value of a raw number.
@@ -98,7 +98,8 @@ class SignalCodec {
   double highest_;
   std::uint64_t lowest_raw_ = 0;
   std::uint64_t highest_raw_ = 0;
-  std::vector<double> named_numbers_;  ///< raw numbers out of the limits that may be sent even so; ascending
+  std::vector<double>
+      named_numbers_;  ///< raw numbers outside the limits that may be sent nevertheless; ascending
 };
 
 }  // namespace hil::io::can

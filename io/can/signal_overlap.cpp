@@ -6,7 +6,7 @@ namespace hil::io::can {
 
 namespace {
 
-/// Whether two ascending lists have a value in common.
+/// Whether two ascending lists of ranges have a value in common.
 bool have_common_value(const std::vector<MultiplexRange>& one, const std::vector<MultiplexRange>& other,
                        std::uint64_t& steps) {
   auto a = one.begin();
@@ -44,9 +44,8 @@ std::vector<std::pair<std::size_t, std::size_t>> overlapping_pairs(const DbcMess
                                                                    std::size_t max_pairs) {
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   std::vector<PayloadBits> bits(message.signals.size());
-  constexpr std::uint64_t max_steps = 20'000'000;
   std::uint64_t steps = 0;
-  for (std::size_t second = 0; second < bits.size() && steps < max_steps; ++second) {
+  for (std::size_t second = 0; second < bits.size() && steps < max_overlap_steps; ++second) {
     static_cast<void>(bits_of(message.signals[second], bits[second]));
     for (std::size_t first = 0; first < second && pairs.size() < max_pairs; ++first) {
       if ((bits[first] & bits[second]).none()) continue;

@@ -2,8 +2,9 @@
 // A CAN interface of the kernel (can0, vcan0) through a raw socket.
 //
 // Own frames are received too, so receive() gives the order of the bus. Error frames are received. Times are
-// the kernel's receive timestamps; setting the wall clock does not move them (receive_time.hpp). FD frames pass where the interface can carry them. A frame that our socket
-// had no room for is counted as dropped, by the kernel's own count.
+// the kernel's receive timestamps; setting the wall clock does not move them (receive_time.hpp). FD frames
+// pass where the interface can carry them. A frame that our socket had no room for is counted as dropped, by
+// the kernel's own count.
 //
 // An interface that goes down or is deleted makes receive() say lost; frames that arrived before are still
 // delivered. When an interface of that name is up again it is opened anew.

@@ -92,7 +92,7 @@ void OutputKeeper::keep(const char* bytes, std::size_t count) noexcept {
     while (!text.empty()) {
       const ssize_t written = ::write(file_.get(), text.data(), text.size());
       if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) {  // a full disk takes no more of it; the child is not to suffer from that
+      if (written <= 0) {  // on a full disk the rest is discarded, and the child goes on
         if (write_error_ == 0) write_error_ = written < 0 ? errno : EIO;
         return;
       }

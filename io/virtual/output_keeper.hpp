@@ -33,8 +33,8 @@ class OutputKeeper {
   bool begin();
   /// Takes in what has been printed so far, and ends. What is printed later has no reader.
   void finish() noexcept;
-  /// After finish: why the file lacks what was printed, in a sentence; empty: it lacks nothing, or only what is
-  /// beyond the limit.
+  /// After finish(): why the file lacks some of what was printed, in a sentence. Empty: it lacks nothing, or
+  /// only what is beyond the limit.
   std::string fault() const;
 
  private:

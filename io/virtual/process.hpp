@@ -72,7 +72,7 @@ class Child {
   const Exit& stop(std::int64_t limit_ns);
   /// Misuse (asserts): while it runs.
   const Exit& exit() const;
-  /// Once it has ended: why its output file lacks what it printed (OutputKeeper::fault).
+  /// After the end: why the output file lacks some of what the program printed (OutputKeeper::fault).
   std::string output_fault() const { return output_ ? output_->fault() : std::string(); }
 
  private:
