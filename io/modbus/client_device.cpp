@@ -64,7 +64,7 @@ ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
     : settings_(std::move(settings)),
       map_(std::move(map)),
       who_("Modbus unit " + settings_.name + " (" + settings_.endpoint.to_text() + ")"),
-      short_("unit " + settings_.name),
+      label_("unit " + settings_.name),
       run_time_entry_(own_entry(map_, settings_.run_time_ms_entry)),
       heartbeat_entry_(own_entry(map_, settings_.heartbeat_entry)),
       releases_(Release{}),
@@ -72,7 +72,7 @@ ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
       freshness_(map_.read_count(),
                  std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count()),
       session_(settings_.unit),
-      values_(map_, short_, events_),
+      values_(map_, label_, events_),
       reconnect_pause_(settings_.reconnect_pause_min) {
   require(mistakes_in(map_, Role::client).empty(),
           "ClientDevice: the register map has mistakes (see mistakes_in)");
@@ -168,7 +168,7 @@ void ClientDevice::stop() noexcept {
   const std::scoped_lock lock(lockstep_mutex_, health_mutex_);
   session_.disconnect();
   started_ = false;
-  answers_.store(false, relaxed);
+  connected_.store(false, relaxed);
 }
 
 // ---- the tick's side
@@ -195,7 +195,7 @@ void ClientDevice::latch_inputs(std::span<Sample> samples) noexcept {
       samples[i] = Sample{.value = reading.value, .time_ns = reading.time_ns, .fresh = true};
     }
   }
-  freshness_.look(samples, now_ns);
+  freshness_.observe(samples, now_ns);
 }
 
 void ClientDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
@@ -291,7 +291,7 @@ bool ClientDevice::cycle(WallTime until) {
   if (!write_all(until) || !read_all(until)) return false;
   due_ = false;
   reconnect_pause_ = settings_.reconnect_pause_min;
-  answers_.store(true, relaxed);
+  connected_.store(true, relaxed);
   set_fault(cycle_fault_);
   return true;
 }
@@ -353,7 +353,8 @@ bool ClientDevice::write_all(WallTime until) {
   return true;
 }
 
-/// A unit that is busy refuses for a moment; one that goes on refusing never gets its outputs.
+/// A busy unit refuses a write for a moment. A unit that refuses it for longer than max_age does not get its
+/// outputs.
 void ClientDevice::note_refusal(WriteRequest& request) {
   const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? wanted_tick_ns_ : clock_->now_ns();
   if (!request.refused_since_ns) request.refused_since_ns = now_ns;
@@ -400,11 +401,11 @@ bool ClientDevice::refused_for_its_gaps(Reply reply, const PlannedRequest& plan)
   return covered < plan.count;
 }
 
-/// In place: the cycle under way goes on with the first part.
+/// Replaces the request by its parts; the current cycle continues with the first part.
 void ClientDevice::split_at_gaps(std::size_t read_request) {
   const PlannedRequest whole = std::move(read_requests_[read_request]);
   std::vector<PlannedRequest> parts = plan_requests(map_, whole.entries, Access::read, 0);
-  events_.add(wanted_tick_ns_, short_ + ": it refused to read " +
+  events_.add(wanted_tick_ns_, label_ + ": it refused to read " +
                                    place_of(whole.table, whole.address, whole.count) +
                                    " (exception 2), which has gaps; from now on it is read in " +
                                    std::to_string(parts.size()) + " requests");
@@ -441,7 +442,7 @@ std::chrono::microseconds ClientDevice::request_limit(WallTime until) const {
 
 void ClientDevice::lose_connection(const std::string& fault) {
   session_.disconnect();
-  answers_.store(false, relaxed);
+  connected_.store(false, relaxed);
   next_connect_ = WallClock::now() + reconnect_pause_;
   reconnect_pause_ = std::min(2 * reconnect_pause_, settings_.reconnect_pause_max);
   set_fault(fault);
@@ -468,7 +469,7 @@ DeviceHealth ClientDevice::health() const {
 
 std::vector<DeviceEvent> ClientDevice::events_since(std::size_t first) const {
   if (clock_ == nullptr) return {};
-  freshness_.report(inputs_, short_, "was not read", events_);
+  freshness_.report(inputs_, label_, "was not read", events_);
   return events_.since(first, *clock_);
 }
 

@@ -54,9 +54,9 @@ struct ClientSettings {
   std::chrono::milliseconds max_age{1'000};         ///< of an input that counts as fresh
   std::chrono::milliseconds lockstep_limit{2'000};  ///< wall-clock time of one exchange()
   std::chrono::milliseconds stop_limit{500};        ///< wall-clock time stop() gives the last cycle
-  /// The addresses between two entries that belong to neither and are still read along, so that one request
-  /// carries both. A unit may refuse to read what it does not have: with exception 2, and then the request is
-  /// split at its gaps for the rest of the device's life.
+  /// The largest number of addresses between two entries, of no entry themselves, that are read along so that
+  /// one request carries both entries. A unit that does not have such addresses refuses the request with
+  /// exception 2; the request is then split at its gaps for the rest of the device's life.
   std::uint16_t max_gap = 0;
   bool write_unchanged = false;  ///< true: every cycle writes every output; false: requests whose registers
                                  ///< changed, and all after each connect
@@ -109,9 +109,9 @@ class ClientDevice final : public Device {
   /// is under way).
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
-  bool connected() const noexcept override { return answers_.load(std::memory_order_relaxed); }
+  bool connected() const noexcept override { return connected_.load(std::memory_order_relaxed); }
   DeviceHealth health() const override;
-  /// A write that the unit has refused with exceptions for longer than `max_age` is a cause.
+  /// A write that the unit refuses with exceptions for longer than `max_age` is a send fault.
   std::string send_fault() const override;
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
 
@@ -132,9 +132,9 @@ class ClientDevice final : public Device {
   };
   struct WriteRequest {
     PlannedRequest plan;
-    std::vector<std::uint16_t> image;           ///< what the unit should hold
-    std::vector<std::uint16_t> written;         ///< what it was last told; empty: nothing since the connect
-    std::optional<RunTimeNs> refused_since_ns;  ///< the unit has answered it with exceptions since
+    std::vector<std::uint16_t> image;    ///< what the unit should hold
+    std::vector<std::uint16_t> written;  ///< what was last written to it; empty: nothing since the connect
+    std::optional<RunTimeNs> refused_since_ns;  ///< since when the unit answers it with exceptions
   };
   struct AtomicCounters {
     std::atomic<std::uint64_t> requests{0}, replies{0}, timeouts{0}, errors{0}, connects{0}, superseded{0};
@@ -164,7 +164,7 @@ class ClientDevice final : public Device {
   const ClientSettings settings_;
   const RegisterMap map_;
   const std::string who_;    ///< "Modbus unit plc (127.0.0.1:1502)"
-  const std::string short_;  ///< "unit plc"
+  const std::string label_;  ///< "unit plc"
   mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
   std::vector<InputGroup> groups_;
@@ -203,8 +203,8 @@ class ClientDevice final : public Device {
   std::thread thread_;
 
   AtomicCounters counters_;
-  std::atomic<bool> answers_{false};  ///< the last cycle was answered whole
-  mutable std::mutex health_mutex_;   ///< never taken by the tick
+  std::atomic<bool> connected_{false};  ///< the unit answered all requests of the last cycle
+  mutable std::mutex health_mutex_;     ///< never taken by the tick
   std::string fault_, send_fault_;
 };
 

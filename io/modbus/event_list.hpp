@@ -1,6 +1,6 @@
 #pragma once
-// The events of a device, for its events_since. Bounded: further events are counted, and the last entry of the
-// full list says so.
+// The events of a device, for its events_since. Bounded: the last entry of a full list says that further
+// events are not listed.
 
 #include <mutex>
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace hil::io::modbus {
 
-/// Threads: any but those of the tick in real time; a call allocates and locks.
+/// Threads: any but the tick's in real time, since a call allocates and locks.
 class EventList {
  public:
   static constexpr std::size_t capacity = 1000;
@@ -21,7 +21,7 @@ class EventList {
     if (events_.size() + 1 == capacity) text = "further events of this unit are not listed (limit 1000)";
     events_.push_back({time_ns, std::move(text)});
   }
-  /// The times are settled by `clock`.
+  /// The events from number `first` on, with times settled by `clock` (RunClock::settled).
   std::vector<DeviceEvent> since(std::size_t first, const RunClock& clock) const {
     const std::scoped_lock lock(mutex_);
     std::vector<DeviceEvent> events;

@@ -1,7 +1,7 @@
 #pragma once
-// Sees from the tick when inputs grow older than their max_age, and makes an event of it outside the tick. An
-// episode of an input ends when it was fresh for longer than max_age, which means that two values in succession
-// came in time: a unit that is always too slow is one event, not one per cycle.
+// Detects in the tick that inputs grow older than their max_age, and adds the events outside the tick. An
+// episode of an input ends when the input has been fresh for longer than max_age, that is, when two
+// successive values came in time. A unit that is always too slow thus gives one event, not one per cycle.
 
 #include <algorithm>
 #include <atomic>
@@ -22,8 +22,9 @@ class FreshnessWatch {
   FreshnessWatch(std::size_t inputs, std::int64_t max_age_ns)
       : max_age_ns_(max_age_ns), states_(inputs), episodes_(capacity) {}
 
-  /// The tick's thread, after each latch: no allocation, no lock. `samples`: one per input.
-  void look(std::span<const Sample> samples, RunTimeNs now_ns) noexcept {
+  /// To be called by the tick's thread after each latch. Neither allocates nor locks. `samples`: one per
+  /// input.
+  void observe(std::span<const Sample> samples, RunTimeNs now_ns) noexcept {
     if (max_age_ns_ <= 0) return;
     Episode begun{now_ns, 0, 0};
     std::uint64_t went_stale = 0;
@@ -50,16 +51,16 @@ class FreshnessWatch {
   /// How often an input went from fresh to stale. Any thread.
   std::uint64_t stale() const noexcept { return stale_.load(std::memory_order_relaxed); }
 
-  /// Adds an event for each episode since the last call. Any ordinary thread. `device`: begins the sentence,
-  /// "unit plc"; `missed`: what did not happen to the input, "was not read".
+  /// Adds an event for each episode since the last call. Any ordinary thread. `device` begins the sentence,
+  /// "unit plc"; `missed` is what did not happen to the input, "was not read".
   void report(std::span<const ChannelInfo> inputs, const std::string& device, const std::string& missed,
               EventList& events) const {
     const std::scoped_lock lock(mutex_);
     for (const std::size_t end = begun_.load(std::memory_order_acquire); reported_ < end; ++reported_) {
       const Episode& episode = episodes_[reported_];
-      const std::string others =
+      const std::string more =
           episode.inputs == 1 ? "" : " (and " + std::to_string(episode.inputs - 1) + " more)";
-      events.add(episode.time_ns, device + ": register " + inputs[episode.first_input].name + others + ' ' +
+      events.add(episode.time_ns, device + ": register " + inputs[episode.first_input].name + more + ' ' +
                                       missed + " for longer than its max_age of " +
                                       std::to_string(max_age_ns_ / 1'000'000) +
                                       " ms; it is stale and reads its safe value");

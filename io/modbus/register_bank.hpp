@@ -35,7 +35,8 @@ class RegisterBank {
     std::size_t entry = 0;  ///< index into the map
     double value = 0.0;
   };
-  /// The first such among the entries that clients may write and that touch these addresses.
+  /// The first such entry among those that clients may write and that touch these addresses. Empty: there is
+  /// none.
   std::optional<OutOfRange> out_of_range(Table table, std::uint32_t address,
                                          std::uint32_t count) const noexcept;
 
@@ -66,7 +67,7 @@ class RegisterBank {
     std::size_t index = 0;
     RegisterEntry entry;
   };
-  std::vector<ClientEntry> client_entries_;  ///< those that clients may write
+  std::vector<ClientEntry> client_entries_;  ///< the entries that clients may write
   std::unique_ptr<modbus_mapping_t, FreeMapping> mapping_;
 };
 

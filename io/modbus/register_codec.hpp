@@ -30,10 +30,10 @@ Conversion encode(const RegisterEntry& entry, double value, std::span<std::uint1
 struct Decoded {
   Conversion conversion = Conversion::refused;
   double value = 0.0;  ///< meaningless when refused
-  double held = 0.0;   ///< before it was clamped; may be NaN or infinite
+  double held = 0.0;   ///< the value in the registers, before it is clamped; may be NaN or infinite
 };
 
-/// The values that an entry takes without saturating, by its range and its type.
+/// The values that an entry takes without saturation, by its range and its type.
 struct ValueRange {
   double lowest = 0.0;
   double highest = 0.0;

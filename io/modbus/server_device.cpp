@@ -36,7 +36,7 @@ bool touches(const RegisterEntry& entry, const WrittenRange& range) {
 ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
     : settings_(std::move(settings)),
       map_(std::move(map)),
-      who_("unit " + settings_.name),
+      label_("unit " + settings_.name),
       releases_(std::vector<double>{}),
       readings_(std::vector<Reading>{}),
       freshness_(map_.read_count(),
@@ -46,7 +46,7 @@ ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
           bank_, settings_.limits,
           {[this] { bring_outputs_up_to_date(); }, [this](const WrittenRange& range) { take_inputs(range); },
            [this](const RegisterBank::OutOfRange& refused) { note_refused_write(refused); }}),
-      values_(map_, who_, events_) {
+      values_(map_, label_, events_) {
   require(settings_.max_age.count() >= 0 && settings_.lockstep_limit.count() > 0,
           "ServerDevice: a time limit is not positive");
   build_channels();
@@ -131,7 +131,7 @@ void ServerDevice::latch_inputs(std::span<Sample> samples) noexcept {
       samples[i] = Sample{.value = reading.value, .time_ns = time_ns, .fresh = true};
     }
   }
-  freshness_.look(samples, now_ns);
+  freshness_.observe(samples, now_ns);
 }
 
 void ServerDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
@@ -223,7 +223,7 @@ RunTimeNs ServerDevice::stamp_ns() const noexcept {
 
 std::vector<DeviceEvent> ServerDevice::events_since(std::size_t first) const {
   if (clock_ == nullptr) return {};
-  freshness_.report(inputs_, who_, "was not written by a client", events_);
+  freshness_.report(inputs_, label_, "was not written by a client", events_);
   return events_.since(first, *clock_);
 }
 

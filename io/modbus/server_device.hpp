@@ -4,8 +4,8 @@
 // inputs() are the registers that clients write: the entries of the map that are not `writable`, which have
 // to be coils or holding registers. outputs() are those that clients read: the `writable` ones, of any table;
 // a client that writes one is refused. Both in the order of the map. A value of several registers is always
-// answered whole, from one release. A client's write that leaves a register outside its range is answered with
-// exception 3 and changes nothing.
+// answered whole, from one release. A client's write that leaves a register outside its range is answered
+// with exception 3 and changes nothing.
 //
 // Real time: a thread of the device's own serves the clients; tick and thread exchange states without ever
 // waiting for each other. A bad client costs a connection (tcp_server.hpp), never the tick. Lockstep: no
@@ -93,12 +93,12 @@ class ServerDevice final : public Device {
   void bring_outputs_up_to_date() noexcept;
   void take_inputs(const WrittenRange& written) noexcept;
   void note_refused_write(const RegisterBank::OutOfRange& refused) noexcept;
-  /// What events and values of the server's side are stamped with.
+  /// The run time that events and values of the server's side get.
   RunTimeNs stamp_ns() const noexcept;
 
   const ServerSettings settings_;
   const RegisterMap map_;
-  const std::string who_;  ///< "unit panel"
+  const std::string label_;  ///< "unit panel"
   mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
   std::vector<InputGroup> groups_;

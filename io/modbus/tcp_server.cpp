@@ -87,8 +87,8 @@ int TcpServer::poll_timeout(std::chrono::milliseconds limit, Time now) const {
 
 void TcpServer::accept_all(Time now) {
   // While there are places, no more are taken out of the kernel's queue than there are: those already closed
-  // by their clients give their places back in the next round. Without a place, each that waits takes that of
-  // an idle client, or is refused.
+  // by their clients give their places back in the next round. Without a place, a new connection takes the
+  // place of an idle one, or is refused.
   const std::size_t places = limits_.max_connections - connections_.size();
   const std::size_t most = places > 0 ? places : SOMAXCONN;
   for (std::size_t i = 0; i < most; ++i) {
@@ -100,7 +100,7 @@ void TcpServer::accept_all(Time now) {
       }
       return;
     }
-    if (places == 0 && !make_room(now)) {
+    if (places == 0 && !replace_idle(now)) {
       counters_.refused.fetch_add(1, relaxed);
       continue;
     }
@@ -113,8 +113,8 @@ void TcpServer::accept_all(Time now) {
   }
 }
 
-/// Closes the connection that has been idle for the longest time, if any has been for long enough.
-bool TcpServer::make_room(Time now) {
+/// Closes the connection that has been idle the longest. False: none has been idle for `replaceable_after`.
+bool TcpServer::replace_idle(Time now) {
   const auto idle = std::min_element(
       connections_.begin(), connections_.end(),
       [](const Connection& a, const Connection& b) { return a.last_request < b.last_request; });
@@ -205,8 +205,8 @@ std::uint8_t TcpServer::write(std::span<const std::uint8_t> frame) {
   return 0;
 }
 
-/// Not by libmodbus: 3.1.6 adds 0x80 to the function, which makes a good reply to another function of a request
-/// that has the bit already, and it sleeps before some exceptions.
+/// libmodbus 3.1.6 does not do this: it adds 0x80 to the function, so that its refusal of function 0x83 would
+/// be a good reply to function 3, and it sleeps before some exceptions.
 bool TcpServer::send_exception(const Connection& connection, std::span<const std::uint8_t> frame,
                                std::uint8_t code) {
   const auto function = static_cast<std::uint8_t>(frame[header_size] | 0x80U);

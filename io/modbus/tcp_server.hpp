@@ -3,12 +3,12 @@
 // Frames are gathered here, without ever waiting for a client, and checked (request_check.hpp) before
 // modbus_reply of libmodbus answers them.
 //
-// Against bad clients: at most `max_connections`. One more takes the place of the client that has sent nothing
-// for the longest time, if that is at least `replaceable_after`, and is refused (closed at once) otherwise. A
-// client that sends no whole request for `idle_limit` is dropped; so is one whose request is not whole
-// `frame_limit` after its first byte, one that sends bytes that are no Modbus TCP, and one that does not take
-// its replies. A write that would leave a register outside its range is answered with exception 3 and changes
-// nothing. Every unit identifier is answered, with the request's own.
+// Against bad clients: at most `max_connections`. One more takes the place of the client that has sent
+// nothing for the longest time, if that is at least `replaceable_after`, and is refused (closed at once)
+// otherwise. A client that sends no whole request for `idle_limit` is dropped; so is one whose request is not
+// whole `frame_limit` after its first byte, one that sends bytes that are no Modbus TCP, and one that does
+// not take its replies. A write that would leave a register outside its range is answered with exception 3
+// and changes nothing. The server answers every unit identifier and repeats it in the reply.
 //
 // Threads: one at a time; counters() and clients() from any thread.
 
@@ -49,7 +49,7 @@ struct ServerCounters {
   std::uint64_t accepted = 0;    ///< connections
   /// Connections beyond max_connections, or that the system had no descriptor for.
   std::uint64_t refused = 0;
-  std::uint64_t replaced = 0;        ///< idle connections closed to make room for a new one
+  std::uint64_t replaced = 0;        ///< idle connections closed in favour of a new one
   std::uint64_t dropped_silent = 0;  ///< connections closed by idle_limit or frame_limit
   std::uint64_t dropped_deaf = 0;    ///< connections closed because a reply could not be sent
 };
@@ -106,11 +106,12 @@ class TcpServer {
   int poll_timeout(std::chrono::milliseconds limit, Time now) const;
   Time deadline_of(const Connection& connection) const noexcept;
   void accept_all(Time now);
-  bool make_room(Time now);
+  bool replace_idle(Time now);
   void receive(Connection& connection, Time now);
   void answer_whole_frames(Connection& connection, Time now);
   void answer(Connection& connection, std::span<const std::uint8_t> frame);
-  /// The exception to answer a sound request with, 0: none. Carries out its writes.
+  /// Carries out the writes of a sound request. The exception to answer it with, or 0: none; after an
+  /// exception the bank is as before.
   std::uint8_t write(std::span<const std::uint8_t> frame);
   bool send_exception(const Connection& connection, std::span<const std::uint8_t> frame, std::uint8_t code);
   void drop_expired(Time now);

@@ -36,29 +36,30 @@ void ValueWatch::note(std::size_t entry, Conversion conversion, double value, Ru
       if (episodes_[entry] == Episode::saturated) break;
       const ValueRange range = range_of(what);
       const std::string limit = shown(value < range.lowest ? range.lowest : range.highest);
-      begin(entry, Episode::saturated, time_ns,
-            shown(value) + " is outside " + range_text(what) + "; " + limit +
-                (what.writable ? " is written" : " is read"));
+      begin_episode(entry, Episode::saturated, time_ns,
+                    shown(value) + " is outside " + range_text(what) + "; " + limit +
+                        (what.writable ? " is written" : " is read"));
       break;
     }
     case Conversion::refused:
       (what.writable ? not_a_number_outputs_ : not_a_number_inputs_).fetch_add(1, std::memory_order_relaxed);
       if (episodes_[entry] == Episode::not_a_number) break;
-      begin(entry, Episode::not_a_number, time_ns,
-            what.writable ? "the value to write is not a number; the register keeps its value"
-                          : "the register holds no finite number; the signal keeps its last value");
+      begin_episode(entry, Episode::not_a_number, time_ns,
+                    what.writable ? "the value to write is not a number; the register keeps its value"
+                                  : "the register holds no finite number; the signal keeps its last value");
       break;
   }
 }
 
 void ValueWatch::note_refused_write(std::size_t entry, double value, RunTimeNs time_ns) {
   if (episodes_[entry] == Episode::refused_write) return;
-  begin(entry, Episode::refused_write, time_ns,
-        "a client wrote " + shown(value) + ", outside " + range_text(map_.entries[entry]) +
-            "; it was answered with exception 3 and changed nothing");
+  begin_episode(entry, Episode::refused_write, time_ns,
+                "a client wrote " + shown(value) + ", outside " + range_text(map_.entries[entry]) +
+                    "; it was answered with exception 3 and changed nothing");
 }
 
-void ValueWatch::begin(std::size_t entry, Episode episode, RunTimeNs time_ns, const std::string& what) {
+void ValueWatch::begin_episode(std::size_t entry, Episode episode, RunTimeNs time_ns,
+                               const std::string& what) {
   episodes_[entry] = episode;
   events_.add(time_ns, device_ + ": register " + map_.entries[entry].name + ": " + what);
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Counts the values that do not fit their register, and makes an event of the first of each episode: an episode
-// of a register lasts from such a value to the next one that fits.
+// Counts the values that do not fit their register, and adds an event for the first one of each episode. An
+// episode of a register lasts from such a value to the next one that fits.
 
 #include <atomic>
 #include <cstdint>
@@ -37,7 +37,7 @@ class ValueWatch {
  private:
   enum class Episode : std::uint8_t { none, saturated, not_a_number, refused_write };
 
-  void begin(std::size_t entry, Episode episode, RunTimeNs time_ns, const std::string& what);
+  void begin_episode(std::size_t entry, Episode episode, RunTimeNs time_ns, const std::string& what);
 
   const RegisterMap& map_;
   const std::string device_;
