@@ -1,4 +1,5 @@
-// The names of the public enumerators that no other file has; "unknown" for a value that is none of them.
+// The names of those public enumerators that no other file names; "unknown" for a value that is no
+// enumerator.
 
 #include <rtstdb/database.hpp>
 

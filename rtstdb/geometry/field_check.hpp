@@ -1,5 +1,6 @@
 #pragma once
-// Names the member of a row or of a query's element that is at fault, with its value and what is allowed. Fit for the tick.
+// Adds to a BadInput the member of a row or of a query's element that is at fault, with its value and its
+// limits. Neither allocates nor blocks.
 
 #include <glm/ext/quaternion_double.hpp>
 #include <glm/ext/vector_double3.hpp>
@@ -13,9 +14,9 @@
 
 namespace rtstdb {
 
-/// The components of a vector, as "scale.x".
+/// The names of a vector's components, as "scale.x".
 using VectorFields = std::array<std::string_view, 3>;
-/// w first.
+/// The names of a quaternion's components, w first.
 using QuaternionFields = std::array<std::string_view, 4>;
 
 struct FieldLimits {
@@ -32,7 +33,7 @@ inline BadInput with_field(BadInput bad, std::string_view field, double value,
   return bad;
 }
 
-/// With the first component that is not a finite number between the limits. There is one (else the first).
+/// Names the first component that is not a finite number between the limits; z where all of them are.
 inline BadInput with_field(const BadInput& bad, const VectorFields& fields, const glm::dvec3& v,
                            const FieldLimits& limits = {}) noexcept {
   std::size_t k = 0;

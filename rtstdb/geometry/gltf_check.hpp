@@ -15,7 +15,7 @@ std::size_t json_depth(std::string_view text) noexcept;
 /// The JSON chunk of a GLB file; what is there of it when the file is cut off, empty when it has none.
 std::string_view glb_json(std::string_view file) noexcept;
 
-/// The binary chunk of a GLB file whose chunks lie in it; empty when it has none.
+/// The binary chunk of a GLB file for which glb_fault is empty; empty when the file has none.
 std::string_view glb_binary(std::string_view file) noexcept;
 
 /// What is wrong with the lengths that a GLB file (version 2) gives of itself and its chunks: assimp's reader takes memory for what a

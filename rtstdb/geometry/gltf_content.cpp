@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// What these do, materials, textures, lights and notes, is left out of a mesh anyway.
+/// Prefixes of extensions that do not change geometry: materials, textures, lights, metadata.
 constexpr std::array harmless_extensions{
     "KHR_materials_", "KHR_texture_", "EXT_texture_",   "MSFT_texture_",    "KHR_lights_",  "EXT_lights_",
     "KHR_xmp",        "MSFT_lod",     "KHR_animation_", "ADOBE_materials_", "MSFT_packing_"};
@@ -36,14 +36,14 @@ std::string number(std::uint64_t value) {
   return std::to_string(value);
 }
 
-/// Null where `json` is no object or has no such member.
+/// Null where `json` is not an object or has no such member.
 const Json* member(const Json& json, std::string_view name) {
   if (!json.is_object()) return nullptr;
   const auto found = json.find(name);
   return found != json.end() ? &*found : nullptr;
 }
 
-/// None where there is no list.
+/// The items of `list`; empty where it is null or not an array.
 const Json::array_t& items(const Json* list) {
   static const Json::array_t none;
   return list != nullptr && list->is_array() ? list->get_ref<const Json::array_t&>() : none;
@@ -58,10 +58,10 @@ std::uint64_t whole_or(const Json& object, std::string_view name, std::uint64_t 
   const Json* value = member(object, name);
   if (value == nullptr) return otherwise;
   if (value->is_number_unsigned()) return value->get<std::uint64_t>();
-  constexpr double exact_to = 9007199254740992.0;  // 2^53; a file may write 3.0
+  constexpr double exact_to = 9007199254740992.0;  // 2^53; some files write 3.0 for 3
   const double real = value->is_number() ? value->get<double>() : -1.0;
   if (real < 0.0 || real > exact_to || real != std::floor(real))
-    refuse(place + ": its " + std::string(name) + " is no whole number");
+    refuse(place + ": its " + std::string(name) + " is not a whole number");
   return static_cast<std::uint64_t>(real);
 }
 
@@ -171,7 +171,8 @@ class Content {
       const bool harmless = std::ranges::any_of(harmless_extensions,
                                                 [&](const char* prefix) { return name.starts_with(prefix); });
       if (!harmless)
-        refuse("it requires the extension '" + name + "', which is not implemented; export it without that");
+        refuse("it requires the extension '" + name +
+               "', which is not implemented; export it without that extension");
     }
   }
 
@@ -179,13 +180,14 @@ class Content {
     constexpr std::uint64_t triangles = 4, fan = 6;
     const std::uint64_t mode = whole_or(primitive, "mode", triangles, place);
     if (mode < triangles) return;  // points and lines
-    if (mode > fan) refuse(place + ": its mode is " + number(mode) + "; 0 to 6 are known");
+    if (mode > fan) refuse(place + ": its mode is " + number(mode) + "; 0 to 6 are allowed");
     const Json* attributes = member(primitive, "attributes");
     if (attributes == nullptr || member(*attributes, "POSITION") == nullptr) return;
     const Accessor positions = accessor(whole(*attributes, "POSITION", place), place + ": its POSITION");
     if (positions.component != component_float || positions.type != "VEC3")
       refuse(place + ": its positions (" + positions.name + ") are " + positions.type +
-             " of component type " + number(positions.component) + "; VEC3 of 5126, floats, is read");
+             " of component type " + number(positions.component) +
+             "; VEC3 of component type 5126 (float) is allowed");
     std::uint64_t corners = positions.count;
     if (member(primitive, "indices") != nullptr) {
       const Accessor indices = accessor(whole(primitive, "indices", place), place + ": its indices");
@@ -193,13 +195,13 @@ class Content {
       check_indices(indices, positions, place);
     }
     if (mode == triangles && corners % 3 != 0)
-      refuse(place + ": " + number(corners) + " corners make no whole number of triangles");
+      refuse(place + ": " + number(corners) + " corners are not a multiple of 3");
   }
 
   static void check_indices(const Accessor& indices, const Accessor& positions, const std::string& place) {
     if (indices.component == component_float || indices.type != "SCALAR")
       refuse(place + ": its indices (" + indices.name + ") are " + indices.type + " of component type " +
-             number(indices.component) + "; SCALAR of 5121, 5123 or 5125 is possible");
+             number(indices.component) + "; SCALAR of component type 5121, 5123 or 5125 is allowed");
     const std::uint64_t bytes = component_bytes(indices.component);
     for (std::uint64_t k = 0; k < indices.count; ++k) {
       std::uint32_t index = 0;  // little-endian, as this machine is
@@ -218,7 +220,7 @@ class Content {
     found.component = whole(json, "componentType", found.name);
     const Json* type = member(json, "type");
     found.type = type != nullptr ? text_of(type) : "of no type";
-    if (member(json, "sparse") != nullptr) refuse(found.name + " is sparse, which is not read");
+    if (member(json, "sparse") != nullptr) refuse(found.name + " is sparse, which is not supported");
     const std::uint64_t element = component_bytes(found.component) * (found.type == "VEC3" ? 3 : 1);
     found.stride = element;
     if (member(json, "bufferView") == nullptr || element == 0 || found.count == 0) return found;
@@ -229,9 +231,9 @@ class Content {
     const bool fits = found.stride >= element && offset <= bytes.size() && bytes.size() - offset >= element &&
                       found.count - 1 <= (bytes.size() - offset - element) / found.stride;
     if (!fits)
-      refuse(found.name + ": " + number(found.count) + " elements of " + number(element) +
-             " bytes, one each " + number(found.stride) + " from byte " + number(offset) +
-             " on, do not fit into bufferView " + number(view) + " of " + number(bytes.size()) + " bytes");
+      refuse(found.name + ": " + number(found.count) + " elements of " + number(element) + " bytes, " +
+             number(found.stride) + " bytes apart, from byte " + number(offset) +
+             " on do not fit into bufferView " + number(view) + " of " + number(bytes.size()) + " bytes");
     found.bytes = bytes.substr(offset);
     return found;
   }
@@ -245,7 +247,7 @@ class Content {
     const std::uint64_t length = whole(view, "byteLength", name);
     if (offset > bytes.size() || length > bytes.size() - offset)
       refuse(name + ": " + number(length) + " bytes from byte " + number(offset) +
-             " on do not lie in buffer " + number(buffer) + " of " + number(bytes.size()) + " bytes");
+             " on do not fit into buffer " + number(buffer) + " of " + number(bytes.size()) + " bytes");
     return bytes.substr(offset, length);
   }
 
@@ -260,7 +262,7 @@ class Content {
     const std::string text = text_of(uri);
     if (text.starts_with(data)) {
       const std::size_t at = text.find(base64);
-      if (at == std::string::npos) refuse(name + " is data that is not base64, which is not read");
+      if (at == std::string::npos) refuse(name + " is data that is not base64, which is not supported");
       bytes = decode_base64(std::string_view(text).substr(at + base64.size()));
     } else {
       bytes = whole_file(folder_ / text);
@@ -273,7 +275,7 @@ class Content {
   const Json& root_;
   std::string_view binary_;
   const std::filesystem::path& folder_;
-  std::vector<std::optional<std::string>> buffers_;  // that have a URI and were looked at
+  std::vector<std::optional<std::string>> buffers_;  ///< those that have a URI, once read
 };
 
 }  // namespace

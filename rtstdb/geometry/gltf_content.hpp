@@ -1,17 +1,18 @@
 #pragma once
-// Checks what a glTF file (version 2) says of its meshes before assimp reads it: assimp drops triangles whose index is damaged, and
-// ignores extensions that a file requires, without a word.
+// Checks the meshes of a glTF file (version 2) before assimp reads it: assimp silently drops triangles whose
+// index is damaged, and silently ignores extensions that a file requires.
 
 #include <filesystem>
 #include <string_view>
 
 namespace rtstdb {
 
-/// Refuses: an extension that the file requires and that changes geometry; of a mesh, positions that are not three floats, accessors
-/// and views that lead out of their buffers, indices beyond the positions or of a count that makes no triangles. `binary`: the
-/// binary chunk of a GLB file. `folder`: where buffers in files of their own lie. Throws std::exception with the place and
-/// the values; of text that is no JSON, with the byte. Files of other versions are not looked at. The caller has bounded how
-/// deep `json` nests (json_depth).
+/// Refuses a required extension that changes geometry, positions that are not three floats, sparse accessors,
+/// accessors and views that reach beyond their buffers, indices beyond the positions, and a number of corners
+/// that is not a multiple of 3. `binary`: the binary chunk of a GLB file, else empty. `folder`: the folder of
+/// the file, for buffers in other files. Throws std::exception with the place and the values; for text that
+/// is not JSON, with the byte. Files of other versions are not checked. The caller limits the depth of `json`
+/// (json_depth).
 void check_gltf_content(std::string_view json, std::string_view binary, const std::filesystem::path& folder);
 
 }  // namespace rtstdb

@@ -108,7 +108,7 @@ Error too_large() {
   return {ErrorCode::capacity, "holds more than " + most + " triangles"};
 }
 
-/// Appends one mesh of the file; points and lines are left out, and glTF has no polygons.
+/// Appends one mesh of the file without its points and lines; glTF has no polygons.
 Result<void> append(TriangleMesh& all, const aiMesh& part, const Affine& to_root, double scale) {
   if (part.mNumVertices > std::size_t{3} * max_triangles_total - all.positions_m.size()) return too_large();
   const auto base = static_cast<std::uint32_t>(all.positions_m.size());

@@ -41,12 +41,12 @@ void append_facet(TriangleMesh& mesh, const std::array<glm::dvec3, 3>& corners, 
 TriangleMesh read_binary(std::string_view file, double scale) {
   if (file.size() < header_bytes + count_bytes)
     throw std::runtime_error("it has " + std::to_string(file.size()) +
-                             " bytes, and a binary STL file has 84 and more");
+                             " bytes, and a binary STL file has at least 84");
   std::uint32_t count = 0;
   std::memcpy(&count, file.data() + header_bytes, sizeof count);
   const std::uint64_t wanted = header_bytes + count_bytes + std::uint64_t{count} * facet_bytes;
   if (wanted != file.size())
-    throw std::runtime_error("it says that it has " + std::to_string(count) + " triangles, which take " +
+    throw std::runtime_error("its header gives " + std::to_string(count) + " triangles, which take " +
                              std::to_string(wanted) + " bytes, and the file has " +
                              std::to_string(file.size()));
   TriangleMesh mesh;
@@ -86,7 +86,7 @@ class TextReader {
         " where " + wanted + " is due");
   }
 
-  /// Empty: there is none.
+  /// The next word; empty at the end of the file.
   std::string_view take_word() {
     std::size_t begin = 0;
     for (; begin < rest_.size() && (rest_[begin] == '\n' || blanks.find(rest_[begin]) != blanks.npos);
@@ -122,7 +122,7 @@ class TextReader {
   void read_facet() {
     expect("normal");
     for (int k = 0; k < 3; ++k)
-      if (take_word().empty()) refuse("", "a number");  // often not a number, and not used
+      if (take_word().empty()) refuse("", "a number");  // not used, and often not a number
     expect("outer");
     expect("loop");
     std::array<glm::dvec3, 3> corners{};

@@ -50,7 +50,8 @@ inline constexpr std::uint32_t chunk_magic = 0x43545352;  // "RSTC"
 struct SegmentHeader {
   Magic magic = segment_magic;
   std::uint32_t format = format_version;
-  /// The file is at least that long, in sectors, whatever was written of it: a shorter one was cut. 0: nothing was allocated ahead.
+  /// The length in sectors that was allocated when the file was created: a shorter file was cut off. 0:
+  /// nothing was allocated ahead.
   std::uint32_t allocated_sectors = 0;
   std::uint64_t database_id = 0;
   std::uint64_t number = 0;

@@ -16,14 +16,15 @@ DiskResult<std::uint64_t> prune_log(Disk& disk) {
 
   for (auto number = checkpoints.begin(); number != oldest_kept; ++number)
     if (auto fault = disk.remove(checkpoint_name(*number))) return *fault;
-  // A checkpoint whose segment is gone would be damage: first it is gone for good itself.
+  // A checkpoint without its segment is damage: the removal of the checkpoints is durable before segments go.
   if (oldest_kept != checkpoints.begin())
     if (auto fault = disk.sync_directory()) return *fault;
   std::uint64_t removed = 0;
   for (const std::uint64_t number : listing.value().segments) {
     if (number >= header.value().segment) break;
     if (auto fault = disk.remove(segment_name(number))) return *fault;
-    // Without its first segment a log begins with a checkpoint, whichever of the others is gone after a crash.
+    // Once the removal of the first segment is durable, a log begins with a checkpoint, whichever of the
+    // other segments a crash leaves.
     if (++removed > 1) continue;
     if (auto fault = disk.sync_directory()) return *fault;
   }

@@ -1,5 +1,6 @@
 #pragma once
-// Removes what a recovery does not need any more. Two checkpoints stay, so that the log opens also where the newer one is damaged.
+// Removes the files of a log that no recovery needs. Two checkpoints stay, so that the log opens even when
+// the newer one is damaged.
 
 #include <cstdint>
 
@@ -7,9 +8,10 @@
 
 namespace rtstdb::log {
 
-/// Removes all checkpoints but the two newest, then the segments before the one from which the older of these two is read on. Returns
-/// how many segments. Removes nothing where there are no two checkpoints with whole headers. At any moment, also of a crash within,
-/// the directory is a log that opens. Geometry files stay.
+/// Removes all checkpoints but the two newest, then the segments before the one at which recovery from the
+/// older of the two begins. Returns the number of removed segments. Removes nothing unless both newest
+/// checkpoints have valid headers. At every moment, also after a crash during the call, the directory is a
+/// log that opens. Geometry files stay.
 DiskResult<std::uint64_t> prune_log(Disk& disk);
 
 }  // namespace rtstdb::log

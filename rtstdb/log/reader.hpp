@@ -1,10 +1,10 @@
 #pragma once
 // All records of a log from a position on, in order, each checked before it is given away. It changes nothing in the directory.
 //
-// Where whole groups end, what comes next tells what happened: nothing, the end of data; bytes that make no group and no whole
-// group behind them, a tear, which is cut; a whole group behind them, damage. A last segment that is shorter than it was allocated is
-// damage too, where no closing group ends it: a crash shortens no file. A log that is damaged is refused, unless it is read to be
-// salvaged.
+// Where whole groups end, what comes next tells what happened: nothing, the end of data; bytes that make no
+// group and no whole group behind them, a tear, which is cut; a whole group behind them, damage. A last
+// segment that is shorter than its allocated length and has no closing group is damage, too, since a crash
+// does not shorten a file. A log that is damaged is refused, unless it is read to be salvaged.
 
 #include <cstdint>
 #include <optional>

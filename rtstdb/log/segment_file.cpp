@@ -18,18 +18,19 @@ std::uint32_t sectors_of(std::uint64_t bytes) {
   return sectors <= std::numeric_limits<std::uint32_t>::max() ? static_cast<std::uint32_t>(sectors) : 0;
 }
 
-bool is_no_room(const DiskError& fault) {
+bool is_no_space(const DiskError& fault) {
   return fault.number == ENOSPC || fault.number == EDQUOT;
 }
 
-/// With `bytes` allocated ahead; where there is no room for them, another file of that name without, and `bytes` is 0.
+/// A new file with `bytes` allocated ahead. Where the disk has no space for them, a file without them, and
+/// `bytes` becomes 0.
 DiskResult<std::unique_ptr<DiskFile>> create_file(Disk& disk, const std::string& name, std::uint64_t& bytes) {
   auto file = disk.create(name);
   if (!file) return file.error();
   auto fault = file.value()->preallocate(bytes);
   if (!fault) return file;
-  disk.remove(name);  // with what it could allocate
-  if (!is_no_room(*fault)) return *fault;
+  disk.remove(name);  // frees what was allocated
+  if (!is_no_space(*fault)) return *fault;
   bytes = 0;
   return disk.create(name);
 }

@@ -18,9 +18,10 @@ class SegmentFile {
     std::uint64_t link = 0;
     std::uint64_t version_before = 0;
   };
-  /// With its header, its first groups (whole sectors, or nothing) and its name on disk; it has its name when the rest is
-  /// there, so that nobody reads on in it before that. `bytes` are allocated ahead, or nothing where the disk has no room for
-  /// them: a nearly full disk takes a segment that grows. What was begun before a fault is removed where that can be done.
+  /// With its header, its first groups (whole sectors, or nothing) and its name on disk; it has its name when
+  /// the rest is there, so that nobody reads on in it before that. `bytes` are allocated ahead; where the
+  /// disk has no space for them nothing is, and the segment grows with each write. What was begun before a
+  /// fault is removed where that can be done.
   static DiskResult<std::unique_ptr<SegmentFile>> create(Disk& disk, const Begin& begin,
                                                          std::span<const std::byte> first_groups,
                                                          std::uint64_t bytes);

@@ -33,7 +33,7 @@ struct WriterOptions {
   std::uint64_t segment_bytes = std::uint64_t{64} << 20;
   /// A checkpoint follows that many bytes of groups; 0: only where one is needed.
   std::uint64_t checkpoint_every_bytes = std::uint64_t{256} << 20;
-  /// Removes what lies before the older of the two newest checkpoints.
+  /// After each checkpoint, removes what lies before the older of the two newest ones (prune_log).
   bool prune = false;
   std::uint32_t rows_per_slice = 4096;
   /// Records wait that long for others; 0: they do not. A ring that is half full does not wait.
@@ -102,7 +102,7 @@ class Writer {
   bool step_checkpoint(ClockTime now, std::int64_t real_time_ns);
   bool checkpoint_is_due(ClockTime now) const noexcept;
   void checkpoint_is_on_disk(Version version);
-  /// A fault is noted, and with the next checkpoint it is tried again.
+  /// Notes a fault of the disk; the next checkpoint retries.
   void prune();
   void note_fault(const DiskError& fault);
   void move_watermark() noexcept;

@@ -117,7 +117,7 @@ class PreparedQuery {
 struct Request {
   PreparedQuery* query = nullptr;
   std::uint32_t count = 0;
-  /// Of its elements; spans at most max_query_window_ns.
+  /// The span of its elements' times, at most max_query_window_ns; first > last: it has no element.
   TimeSpan times{};
   /// Elements that take about `chunk_time` where none is costlier than others; 0: the batch is not divided.
   std::uint32_t per_chunk = 0;

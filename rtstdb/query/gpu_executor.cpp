@@ -12,18 +12,19 @@ namespace {
 
 constexpr RunReport lost_report{.status = RunStatus::device_lost, .gpu_ns = 0};
 
-/// Structures are made for the times of a run, which span no more than this.
+/// Whether one run can cover these times: acceleration structures are built for the times of one run.
 bool fit_one_window(const TimeSpan& times) noexcept {
   return times.last - times.first <= Nanoseconds(max_query_window_ns);
 }
 
-/// Behind the requests from `first` on that fit one window, which is that of their times.
+/// The end of the requests from `first` on whose times fit into one window. Sets `window` to the span of
+/// their times.
 std::size_t end_of_window(std::span<const Request> requests, std::size_t first, TimeSpan& window) noexcept {
   std::size_t end = first;
   for (; end < requests.size(); ++end) {
-    const TimeSpan& own = requests[end].times;
-    if (own.first > own.last) continue;  // it asks nothing
-    const TimeSpan both{std::min(window.first, own.first), std::max(window.last, own.last)};
+    const TimeSpan& times = requests[end].times;
+    if (times.first > times.last) continue;  // it has no element
+    const TimeSpan both{std::min(window.first, times.first), std::max(window.last, times.last)};
     if (end > first && window.first <= window.last && !fit_one_window(both)) break;
     window = both;
   }
@@ -178,7 +179,7 @@ RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::spa
                                    const TimeSpan& times, Meanwhile* meanwhile) noexcept {
   Structures& structures = epoch_->structures;
   if (fit_one_window(times)) return ChunkedRun(structures, lanes, rows, requests, times, meanwhile).run();
-  // What a later window answers says nothing of this run until then.
+  // A query whose window has not run has an empty batch, not the batch of an earlier run.
   for (const Request& request : requests)
     static_cast<GpuQuery*>(request.query)->arrange(0);
   RunReport all;
@@ -197,7 +198,7 @@ RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::spa
     }
     TimeSpan window;
     const std::size_t end = end_of_window(requests, first, window);
-    if (window.first > window.last) window = {rows.time(), rows.time()};  // no element is asked
+    if (window.first > window.last) window = {rows.time(), rows.time()};  // the requests have no element
     const RunReport report =
         ChunkedRun(structures, lanes, rows, requests.subspan(first, end - first), window, meanwhile).run();
     all.gpu_ns += report.gpu_ns;

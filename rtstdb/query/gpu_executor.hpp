@@ -80,7 +80,8 @@ class GpuExecutor final : public Executor {
   /// Nothing where there is a device.
   Result<void> try_to_revive(Patience patience);
   Result<void> not_revived(const Error& why);
-  /// In as many runs as the times of the requests need windows, one behind the other.
+  /// Executes the requests in as many successive runs as their times need windows. Between two of them is a
+  /// preemption point.
   RunReport run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
                         const TimeSpan& times, Meanwhile* meanwhile) noexcept;
   void note_counts() noexcept;

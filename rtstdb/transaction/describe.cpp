@@ -72,7 +72,7 @@ std::string fault_itself(const BadInput& fault) {
       if (fault.in_geometry_update) return about_position(fault) + ", which is not finite";
       return "a value is not finite: " + values_of(fault);
     case BadInputReason::zero_quaternion:
-      return "motion.q_world (w, x, y, z) is " + values_of(fault) + "; one of them must not be zero";
+      return "motion.q_world (w, x, y, z) is " + values_of(fault) + "; at least one of them must not be zero";
     case BadInputReason::out_of_limits:
       if (fault.in_geometry_update)
         return about_position(fault) + ", which is beyond the limit of " +
@@ -112,7 +112,7 @@ std::string fault_itself(const BadInput& fault) {
           "below it",
           fault.values[0], fault.values[1]);
     case BadInputReason::bad_region:
-      return "a region can not be: " + values_of(fault);
+      return "a region is not valid: " + values_of(fault);
     case BadInputReason::unknown_region_kind:
       return sentence("shape is %.0f and test %.0f; they must be 0 to 2 and 0 to 1", fault.values[0],
                       fault.values[1]);

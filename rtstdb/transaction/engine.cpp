@@ -192,7 +192,7 @@ SchedulerCounts Engine::scheduler_counts() const {
 
 void Engine::give_errand(Errand& errand) noexcept {
   const bool open = errands_given_.push(errand);
-  RTSTDB_REQUIRE(open, "Database", "a call of setup or of looking into versions came after Database::close");
+  RTSTDB_REQUIRE(open, "Database", "the database is closed (Database::close)");
   ring();
 }
 

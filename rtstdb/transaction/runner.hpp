@@ -77,7 +77,7 @@ class Runner {
   Status stopped(TransactionImpl& transaction, const Running& running) noexcept;
   static std::optional<BadInput> check_queries(TransactionImpl& transaction, const query::RowSource& rows,
                                                query::TimeSpan& times) noexcept;
-  /// Refuses the times of one batch that span more than max_query_window_ns.
+  /// Refuses a batch whose times span more than max_query_window_ns.
   static std::optional<BadInput> check_window(const query::TimeSpan& times) noexcept;
   /// Reads the clock, notes the cost and sets `published`. False: a firm deadline has passed, `published`
   /// stays unset.

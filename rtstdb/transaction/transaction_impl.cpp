@@ -148,7 +148,7 @@ void TransactionImpl::declare(query::PreparedQuery* query, std::uint32_t count) 
                  "more queries than TransactionOptions::max_queries");
   for (const query::Request& request : requests_)
     RTSTDB_REQUIRE(request.query != query, call,
-                   "the query is in the transaction already, and its answers have one place");
+                   "the query is in the transaction already; use another query");
   requests_.push_back({query, count});
   asked_.push_back(count);
 }
@@ -161,14 +161,14 @@ void TransactionImpl::ask_parts(std::uint32_t share, std::uint32_t of) noexcept 
 EntityId TransactionImpl::created(std::uint32_t ordinal) const noexcept {
   require_outcome("Transaction::created");
   RTSTDB_REQUIRE(ordinal < creates_.size(), "Transaction::created",
-                 "the ordinal is none that Transaction::create returned since begin");
+                 "the ordinal is not one that Transaction::create returned since begin");
   return outcome_.done() ? write_set_.writes[creates_[ordinal]].state.id : EntityId{};
 }
 
 const EntityState* TransactionImpl::state(std::uint32_t ordinal) const noexcept {
   require_outcome("Transaction::state");
   RTSTDB_REQUIRE(ordinal < reads_.size(), "Transaction::state",
-                 "the ordinal is none that Transaction::read returned since begin");
+                 "the ordinal is not one that Transaction::read returned since begin");
   return outcome_.done() && reads_[ordinal].id.valid() ? &reads_[ordinal] : nullptr;
 }
 

@@ -94,7 +94,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   ClockTime due{};               ///< by then
 
  private:
-  // `call`: the public function, which messages about misuse name.
+  // `call`: the public function that messages about misuse name.
   void declare(const char* call, const Precondition& precondition) noexcept;
   /// The write's row, to be filled.
   EntityRow& declare(const char* call, store::WriteKind kind, EntityId entity) noexcept;

@@ -20,18 +20,20 @@
 //                 with the next checkpoint); group and sync refuse writes (RefusedBy::log_full).
 //   it refuses    Tried again, in a new file, until it is done; async goes on meanwhile. Group gives back what waits, as done and not
 //                 durable, and refuses writes (RefusedBy::log_fault) until the disk takes them again; sync refuses.
-// Database::durability() says which of it has happened. Segments are allocated ahead; where the disk has no room for that, a segment
-// grows with what is written, so that a log opens on a disk that is nearly full.
+// Database::durability() says which of these has happened. Segments are allocated ahead; where the disk has
+// no space for that, a segment grows with each write, so that a log opens on a nearly full disk.
 //
-// What lies in the directory, and what may be deleted while no process has the log open:
+// The files of the directory, and which of them may be deleted while no process has the log open:
 //
 //   lock                     empty; may be deleted
-//   segment.N, checkpoint.N  the log; not to be deleted one by one: DurabilityOptions::prune removes what no recovery needs
-//   geometry.N               the meshes, which the log names; not to be deleted
-//   *.new                    files whose writing was not finished; may be deleted, and the next open does so
-//   checkpoint.N.abandoned   what a salvage went on before; nobody reads it, and it may be deleted
+//   segment.N, checkpoint.N  the log; must not be deleted by hand: DurabilityOptions::prune removes those
+//                            that no recovery needs
+//   geometry.N               the meshes that the log refers to; must not be deleted
+//   *.new                    unfinished files; may be deleted, and the next open deletes them
+//   checkpoint.N.abandoned   a checkpoint that a salvage set aside; never read, may be deleted
 //
-// The whole directory may be deleted, and its files may be copied elsewhere together. log.hpp tells whether all of it is whole.
+// The whole directory may be deleted. Its files may be copied elsewhere, all together. inspect_log (log.hpp)
+// verifies them.
 
 #include <cstddef>
 #include <cstdint>
@@ -61,9 +63,9 @@ struct DurabilityOptions {
   /// A checkpoint follows so many bytes of log: what an open has to read at most. It takes a copy of the world. 0: only where one is
   /// needed.
   std::uint64_t checkpoint_every_bytes = std::uint64_t{256} << 20;
-  /// Each checkpoint that gets to the disk removes the checkpoints before the one before it, and the segments that only these need:
-  /// the directory stops growing, and a history begins with the older of the two checkpoints that stay (HistoryExtent::first). Geometry
-  /// files stay. Off: a history begins with the empty world.
+  /// After each checkpoint the writer removes all checkpoints but the two newest, and the segments that only
+  /// the removed ones need. The directory then stops growing, and a history begins with the older of the two
+  /// checkpoints (HistoryExtent::first). Geometry files stay. Off: a history begins with the empty world.
   bool prune = false;
   /// A damaged log is opened up to the version before the damage; else it is refused. Checkpoints that are newer and not whole stay as
   /// checkpoint.N.abandoned: from here on nobody reads them. What the disk does not read is refused all the same.
@@ -105,7 +107,7 @@ struct Durability {
   std::size_t ring_bytes = 0, ring_high_water = 0;
   std::uint64_t groups = 0, bytes = 0;  ///< written and on disk
   std::uint64_t segments = 0, checkpoints = 0;
-  std::uint64_t pruned_segments = 0;            ///< removed, see DurabilityOptions::prune
+  std::uint64_t pruned_segments = 0;            ///< see DurabilityOptions::prune
   Nanoseconds longest_write{0}, all_writes{0};  ///< of a group, until it was on disk
 };
 

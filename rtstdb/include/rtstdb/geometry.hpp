@@ -50,11 +50,11 @@ Bounds bounds_of(const TriangleMesh& mesh);
 /// Reads OBJ, STL (text and binary), PLY, glTF or GLB, told apart by the extension. All meshes of the file
 /// become one: node transforms applied (a mirroring one keeps fronts outside), polygons of up to
 /// max_polygon_corners triangulated, points, lines, materials and textures left out, corners neither welded
-/// nor sorted, axes as the file has them.
-/// `scale` multiplies coordinates (files in millimetres: 0.001) and must be positive. Errors: ErrorCode::file
-/// with the path, the place and the fault: also for a face of fewer than three corners, an index beyond the positions, an STL file
-/// whose count contradicts its size, a glTF file that requires an extension which changes geometry, positions in glTF that are
-/// not floats, and sparse accessors; then what validate says, with the path.
+/// nor sorted, axes as the file has them. `scale` multiplies coordinates (files in millimetres: 0.001) and
+/// must be positive. Errors: ErrorCode::file with the path, the place and the fault, among them a face of
+/// fewer than three corners, an index beyond the positions, an STL file whose count contradicts its size, and
+/// in glTF a required extension that changes geometry, positions that are not floats, and sparse accessors;
+/// then the errors of validate, with the path.
 Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0);
 
 /// Closed surfaces with outward fronts, centred on the origin. Sizes are full extents in metres, finite and

@@ -32,11 +32,13 @@ inline constexpr double max_speed_mps = 1e5;
 inline constexpr double max_angular_rate_radps = 1e4;
 inline constexpr double max_scale = 1e5;
 inline constexpr double min_scale = 1e-6;
-/// Single precision tells a body's thickness from nothing up to this ratio of the largest distance at play (from the world's origin, from
-/// a ray's origin, the body's own length) to it: a ray at the middle of a needle hits. Beyond it rays may miss: at 1e7 some, at 1e8
-/// most. Nothing is refused.
+/// The largest ratio of distance to thickness up to which a ray through the middle of a body hits it (single
+/// precision). The distance is the largest of: the body's from the world's origin, the body's from the ray's
+/// origin, the body's length. Beyond this ratio rays may miss: at 1e7 some, at 1e8 most. Thinner bodies are
+/// not refused.
 inline constexpr double max_distance_per_thickness = 1e6;
-/// The times of one batch, the elements of one query in one transaction, may span this much: beyond it motion bounds grow useless.
+/// The largest span of the times of one batch, which is the elements of one query in one transaction. Beyond
+/// it motion bounds become too large to be useful.
 inline constexpr std::int64_t max_query_window_ns = 1'000'000'000;
 /// World times lie within +- this (146 years), so that no difference of two of them overflows. The empty
 /// database holds from its negative on.

@@ -5,11 +5,11 @@
 //
 // Common rules
 //   frame      world, right-handed, metres, unless the query is carried by an entity
-//   time       every element asks at its own WorldTime; none may be before the version's own time, and those of one batch, the
-//              elements of one query in one transaction, span at most max_query_window_ns; else the transaction is refused
-//              (BadInput: time_not_covered, window_too_long). A query that ignores motion asks at the version's time. Queries of
-//              one transaction whose times together span more are answered one group behind the other, each with structures
-//              of its own, which costs more
+//   time       every element has its own WorldTime. None may be before the version's own time, and those of
+//              one batch (the elements of one query in one transaction) span at most max_query_window_ns;
+//              else the transaction is refused (BadInput: time_not_covered, window_too_long). A query that
+//              ignores motion uses the version's time. Where the times of all queries of a transaction span more, the
+//              queries are executed in several groups, each with its own structures, which costs more
 //   ties       lowest entity index first, then lowest triangle index
 //   order      answers do not depend on the order of the batch nor on how it was split. Boxes fit the span of a batch's times:
 //              of regions and nearest, close to the device's limits, that may decide whether a search is cut short, and what an
@@ -246,8 +246,8 @@ struct Nearest {
   WorldTime t{};
   std::uint32_t mask = mask_all;
   EntityId carrier{};  ///< default: none, the point is in the world frame
-  EntityId
-      excluded{};  ///< never found: most often the carrier itself; default: none. Alive, or the batch is refused
+  /// Never found: most often the carrier itself; default: none. Alive, or the batch is refused.
+  EntityId excluded{};
 };
 
 /// By eight bytes, as the device writes it.

@@ -27,13 +27,14 @@ struct Error {
   std::string message{};
 };
 
-/// Print the public call that was misused and what was wrong, with the error's sentence where there is one, and abort.
+/// Each prints the misused public call and the fault to stderr, then aborts. value_of_error adds the sentence
+/// of the error, or that the result was moved from (null).
 [[noreturn]] void misused(const char* call, const char* fault) noexcept;
 [[noreturn]] void value_of_error(const Error* error) noexcept;
 [[noreturn]] void error_of_value() noexcept;
 
-/// A value or an Error. Reading the one that is not there is misuse: `value()` of an error prints its sentence and aborts,
-/// `error()` of a success aborts.
+/// A value or an Error. Misuse (aborts): `value()` of an error, which prints the error's sentence, and
+/// `error()` of a value.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -86,7 +87,8 @@ class [[nodiscard]] Result<void> {
 
 }  // namespace rtstdb
 
-/// A rule of the public call `call`, with what the caller has to do where it is broken.
+/// Aborts through misused() where `rule` is false. `fault` says what the caller did wrong and has to do
+/// instead.
 #define RTSTDB_REQUIRE(rule, call, fault) ((rule) ? static_cast<void>(0) : ::rtstdb::misused(call, fault))
 #define RTSTDB_ASSERT(rule) \
   ((rule) ? static_cast<void>(0) : ::rtstdb::assertion_failed(#rule, __FILE__, __LINE__))

@@ -111,8 +111,8 @@ struct BadInput {
   double values[4] = {};
   bool in_geometry_update = false;
   Version version = 0;  ///< snapshot_too_old, unknown_version: that was asked for; 0 where it was by time
-  /// not_finite, out_of_limits, bad_region, bad_nearest: the member at fault, as "scale.x", its value, and between which values it may
-  /// lie (infinite: no limit there). Else empty. The text lives as long as the program.
+  /// not_finite, out_of_limits, bad_region, bad_nearest: the member at fault, as "scale.x", its value, and
+  /// its lower and upper limit (infinite: no limit). Else empty. The text lives as long as the program.
   std::string_view field{};
   double value = 0.0;
   double lowest = -std::numeric_limits<double>::infinity();

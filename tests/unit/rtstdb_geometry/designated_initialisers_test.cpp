@@ -1,5 +1,6 @@
-// Callers compile with -Wall -Wextra, of which -Wmissing-field-initializers looks at designated initialisers too: each public struct
-// may be given some of its members. That this file compiles is the test; what it checks is that the others have their defaults.
+// Callers compile with -Wall -Wextra, of which -Wmissing-field-initializers looks at designated initialisers
+// too: each public struct may be given some of its members. That this file compiles is the test; what it
+// checks is that the others have their defaults.
 
 #include <gtest/gtest.h>
 

@@ -237,17 +237,18 @@ TEST(RefusedMesh, AGltfIndexBeyondThePositions) {
       R"({"bufferView":0,"byteOffset":36,"componentType":5123,"count":4,"type":"SCALAR"})";
   expect_refused(
       load(gltf_of(three_positions + comma + four_indices, indexed)), ErrorCode::file,
-      "accessor 1: 4 elements of 2 bytes, one each 2 from byte 36 on, do not fit into bufferView 0 of 42");
+      "accessor 1: 4 elements of 2 bytes, 2 bytes apart, from byte 36 on do not fit into bufferView 0 of 42");
   expect_refused(load(gltf_of(three_positions + comma + three_indices, indexed, "", "43")), ErrorCode::file,
-                 "bufferView 0: 43 bytes from byte 0 on do not lie in buffer 0 of 42 bytes");
+                 "bufferView 0: 43 bytes from byte 0 on do not fit into buffer 0 of 42 bytes");
   expect_refused(load(gltf_of(three_positions, indexed)), ErrorCode::file,
                  "its indices names entry 1 of accessors, which has 1");
   expect_refused(load(gltf_of(two_positions, R"({"attributes":{"POSITION":0}})")), ErrorCode::file,
-                 "2 corners make no whole number of triangles");
+                 "2 corners are not a multiple of 3");
   const std::string shorts =
       R"({"bufferView":0,"componentType":5122,"normalized":true,"count":3,"type":"VEC3"})";
   expect_refused(load(gltf_of(shorts, R"({"attributes":{"POSITION":0}})")), ErrorCode::file,
-                 "its positions (accessor 0) are VEC3 of component type 5122; VEC3 of 5126, floats, is read");
+                 "its positions (accessor 0) are VEC3 of component type 5122; VEC3 of component type 5126 "
+                 "(float) is allowed");
 }
 
 TEST(RefusedMesh, AGlbIndexBeyondThePositions) {
