@@ -130,7 +130,8 @@ struct Close {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
-/// What a reader of the export has to know, on stderr: what is missing, or where a log ends that was not closed.
+/// Prints to stderr what the reader of an export has to know: what is missing, or where a log ends that was
+/// not closed.
 void note(const std::string& sentence) {
   if (!sentence.empty()) std::fprintf(stderr, "hil db export: %s\n", sentence.c_str());
 }
@@ -139,7 +140,7 @@ void note(const std::string& sentence) {
 
 int export_log(const std::string& directory, const ExportOptions& options) {
   const history::RunLog run = history::find_run_log(directory);
-  // Before anything is written, so that what is damaged leaves no half of an export.
+  // First, so that a damaged log leaves no partial export.
   const rtstdb::HistoryExtent extent = history::read_extent(run, options.salvage);
   const std::string missing = history::missing_of(run, extent, options.salvage);
   std::unique_ptr<std::FILE, Close> own;

@@ -11,8 +11,9 @@ struct ExportOptions {
   bool salvage = false;
 };
 
-/// The exit code; what is wrong goes to stderr. Throws history::HistoryError for a directory without a log and, without `salvage`, before
-/// it writes anything, for a damaged log and one that lacks versions which the run's report has as written.
+/// Returns the exit code; faults go to stderr. Throws history::HistoryError before it writes anything: for a
+/// directory without a log and, without `salvage`, for a damaged log and for one that lacks versions which
+/// were on disk by the run's report.
 int export_log(const std::string& directory, const ExportOptions& options);
 
 }  // namespace hil::cli

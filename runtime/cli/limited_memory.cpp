@@ -30,10 +30,10 @@ struct Limit {
 constexpr std::array limits{Limit{RLIMIT_AS, "the address space", "ulimit -v"},
                             Limit{RLIMIT_DATA, "the data", "ulimit -d"}};
 
-/// Fewer threads of one user than a run may need; the limit does not bind root.
+/// A limit below this many threads of one user may be too low for a run. The limit does not apply to root.
 constexpr rlim_t few_threads = 1024;
 
-/// More than any start has been able to do without.
+/// The driver of a GPU needs less than this to open.
 constexpr std::size_t scarce_bytes = std::size_t{1} << 30;
 
 constexpr std::array ending_signals{SIGINT, SIGTERM, SIGHUP};
@@ -51,7 +51,8 @@ bool is_memory_limited() {
   return false;
 }
 
-/// A terminal sends its signals to the child too; what a program sends reaches this process alone.
+/// Passes on what a program sends, since that reaches this process alone; a terminal sends its signals to the
+/// child too.
 void pass_on(int signal, siginfo_t* information, void* /*context*/) {
   if (information->si_code <= 0 && child_process > 0) kill(child_process, signal);
 }
@@ -67,7 +68,8 @@ void pass_signals_on() {
   }
 }
 
-/// Says over the pipe that the work came to its end; without that the child's exit code means nothing: drivers call exit() too.
+/// Writes the exit code to the pipe once the work is complete. The exit code of the process alone is not
+/// reliable, since drivers call exit() too.
 int work_as_child(const std::function<int()>& work, int pipe_end) {
   try {
     const int exit_code = work();
@@ -84,7 +86,7 @@ std::string end_in_words(int status) {
     return "was ended by signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) +
            ")";
   }
-  return "ended with exit code " + std::to_string(WEXITSTATUS(status)) + " in mid-work";
+  return "ended with exit code " + std::to_string(WEXITSTATUS(status)) + " before its work was complete";
 }
 
 int wait_for(pid_t child, int pipe_end, const std::function<int(const std::string&)>& report_end) {
@@ -92,12 +94,12 @@ int wait_for(pid_t child, int pipe_end, const std::function<int(const std::strin
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   unsigned char exit_code = 0;
-  const bool came_to_its_end = read(pipe_end, &exit_code, 1) == 1;
+  const bool is_complete = read(pipe_end, &exit_code, 1) == 1;
   close(pipe_end);
-  if (came_to_its_end) return exit_code;
+  if (is_complete) return exit_code;
   const int signal_number = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   if (std::find(ending_signals.begin(), ending_signals.end(), signal_number) != ending_signals.end()) {
-    std::signal(signal_number, SIG_DFL);  // somebody ended it, as this process is to be
+    std::signal(signal_number, SIG_DFL);  // the sender means this process, too
     std::raise(signal_number);
   }
   return report_end(end_in_words(status));
@@ -158,7 +160,7 @@ int run_within_limits(const std::function<int()>& work,
   sigprocmask(SIG_SETMASK, &before, nullptr);
   if (child > 0) return wait_for(child, ends[0], report_end);
   close(ends[0]);
-  return report_end("can not be started in a process of its own: " + refusal);
+  return report_end("can not start its child process: " + refusal);
 }
 
 }  // namespace hil::cli

@@ -98,8 +98,8 @@ std::size_t terminal_columns() {
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-/// Writes the report, then the trace, which is large. What the folder does not take makes the run one that failed, and no
-/// file there claims that it passed: those that can be written then say so. Whether there is a report.
+/// Writes the report, then the trace, which is large. What can not be written makes the run fail, and then no
+/// file in the folder says that it passed. Returns whether there is a report.
 bool write_files(run::SessionResult& result, const std::filesystem::path& directory) {
   report::RunRecord& record = result.record;
   try {
@@ -120,7 +120,7 @@ bool write_files(run::SessionResult& result, const std::filesystem::path& direct
   try {
     report::write_report(record, directory);
   } catch (const report::ReportError&) {
-    // Said above; the small files come first.
+    // The first failure is reported above. write_report writes small files first.
   }
   return std::filesystem::exists(directory / "report.json", ignored);
 }

@@ -26,16 +26,16 @@ StartFailure gpu_failure(const std::string& sentence) {
   return {Verdict::gpu_failed, run::exit_gpu_failed, sentence};
 }
 
-/// Less than the first files of a run take.
+/// The first files of a run need more than this.
 constexpr std::uint64_t small_disk_bytes = std::uint64_t{8} << 20;
 
-/// What the folder takes no more, and what to do; empty: room is not the matter.
+/// How little the disk or a file can hold, and what to do; empty: neither is the cause.
 std::string disk_advice(const std::filesystem::path& directory) {
   std::error_code error;
   const std::uint64_t left = std::filesystem::space(directory, error).available;
   if (!error && left < small_disk_bytes) {
     return "; the disk of " + directory.string() + " has " + report::bytes_text(left) +
-           " left: make room there, or choose another folder with --out";
+           " left: free space there, or choose another folder with --out";
   }
   rlimit largest{};
   getrlimit(RLIMIT_FSIZE, &largest);
@@ -70,7 +70,7 @@ StartFailure setup_failure(const modules::SetupError& error, const std::filesyst
 StartFailure start_failure_of(const std::exception& error, const std::filesystem::path& directory) {
   if (dynamic_cast<const run::MemoryError*>(&error) != nullptr) return lack_of_memory(error.what());
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr)
-    return lack_of_memory("the run does not fit into it");
+    return lack_of_memory("the run needs more than there is");
   if (dynamic_cast<const run::GpuError*>(&error) != nullptr) return gpu_failure(error.what());
   if (dynamic_cast<const io::DeviceError*>(&error) != nullptr) return io_failure(error.what(), directory);
   if (const auto* setup = dynamic_cast<const modules::SetupError*>(&error))
@@ -83,7 +83,7 @@ StartFailure start_failure_of(const std::exception& error, const std::filesystem
 }
 
 StartFailure failure_for_lack_of_memory(const std::string& end) {
-  return lack_of_memory("the program " + end + ", which happens when the driver of a GPU gets none");
+  return lack_of_memory("the program " + end + ", which happens when a GPU driver gets no memory");
 }
 
 int report_lack_of_memory(const char* command, const std::string& end) {

@@ -1,5 +1,5 @@
 #pragma once
-// Why a run could not begin, sorted by what is to be done about it.
+// Why a run could not begin: verdict, exit code and a sentence with what to do.
 
 #include <exception>
 #include <filesystem>
@@ -18,10 +18,12 @@ struct StartFailure {
 /// `error` is what run::run_session threw for a run that writes into `directory`.
 StartFailure start_failure_of(const std::exception& error, const std::filesystem::path& directory);
 
-/// The program itself `end` ("was ended by signal 6 (Aborted)") where its memory is limited.
+/// For a child process that ended because its memory is limited. `end`: how, as "was ended by signal 6
+/// (Aborted)".
 StartFailure failure_for_lack_of_memory(const std::string& end);
 
-/// For commands that leave no report: that sentence on stderr. The exit code.
+/// For commands that leave no report: prints the sentence of failure_for_lack_of_memory to stderr. Returns
+/// the exit code.
 int report_lack_of_memory(const char* command, const std::string& end);
 
 }  // namespace hil::cli

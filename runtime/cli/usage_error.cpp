@@ -9,7 +9,7 @@
 namespace hil::cli {
 namespace {
 
-/// The program itself, then the subcommands that were named, down to the last.
+/// The program, then the named subcommands, outermost first.
 std::vector<const CLI::App*> named_commands(const CLI::App& app) {
   std::vector<const CLI::App*> commands{&app};
   while (!commands.back()->get_subcommands().empty())
@@ -31,7 +31,7 @@ std::vector<std::string> names_of_subcommands(const CLI::App& app) {
   return names;
 }
 
-/// Those of the last command, then those of the commands that it passes unknown ones to.
+/// The options of the innermost command, then those of the commands that it passes unknown options to.
 std::vector<std::string> names_of_options(const std::vector<const CLI::App*>& commands) {
   std::vector<std::string> names;
   for (std::size_t i = commands.size(); i-- > 0;) {
@@ -76,7 +76,7 @@ std::string repeated_option(const std::vector<const CLI::App*>& commands) {
   return {};
 }
 
-/// Empty: every word was understood.
+/// Empty: every word is known.
 std::string unknown_word(const std::vector<const CLI::App*>& commands) {
   std::vector<std::string> words = commands.front()->remaining(true);
   std::erase(words, "--");
@@ -87,7 +87,7 @@ std::string unknown_word(const std::vector<const CLI::App*>& commands) {
     return config::in_quotes(words.front()) + " is not a command of " + words_of(commands) +
            config::all_known(words.front(), subcommands);
   }
-  // What follows an unknown option is as a rule its value.
+  // A word behind an unknown option is usually its value.
   const auto option = std::find_if(words.begin(), words.end(), is_option);
   if (option == words.end()) {
     return config::in_quotes(words.front()) + " is one argument too many; " + words_of(commands) +
@@ -98,7 +98,7 @@ std::string unknown_word(const std::vector<const CLI::App*>& commands) {
          config::all_known(name, names_of_options(commands));
 }
 
-/// Empty: the last command needs no further word, or has it.
+/// Empty: no subcommand is missing.
 std::string missing_subcommand(const std::vector<const CLI::App*>& commands) {
   const std::vector<std::string> known = names_of_subcommands(*commands.back());
   if (known.empty() || commands.back()->get_require_subcommand_min() == 0) return {};

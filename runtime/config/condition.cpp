@@ -160,7 +160,8 @@ class ConditionParser {
     return add(node);
   }
 
-  /// A word without a dot beside a signal with one names a value of it.
+  /// Makes a word without a dot that is compared with a signal, whose name has a dot, the name of a value of
+  /// that signal.
   void name_values(Node& node) {
     const auto has_dot = [&](const Operand& operand) {
       return condition_.mentions_[operand.index].text.find('.') != std::string::npos;

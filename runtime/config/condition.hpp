@@ -56,15 +56,15 @@ class Condition {
   /// Every mention of a signal, in the order of the text; a signal named twice stands here twice.
   const std::vector<Word>& mentions() const noexcept { return mentions_; }
 
-  /// A value by its name, and the mention of the signal that it is compared with.
+  /// The name of a value, and the index in mentions() of the signal that it is compared with.
   struct NamedValue {
     Word name;
     std::uint32_t mention = 0;
   };
   const std::vector<NamedValue>& named_values() const noexcept { return named_values_; }
 
-  /// `indices[i]` says where in the values of holds() the signal of mentions()[i] stands, `named_numbers[i]` which
-  /// number named_values()[i] is. Misuse (asserts): another count.
+  /// `indices[i]` is the index of the signal mentions()[i] in the values of holds(), `named_numbers[i]` the
+  /// number of named_values()[i]. Misuse (asserts): another count.
   BoundCondition bind(std::span<const std::uint32_t> indices,
                       std::span<const double> named_numbers = {}) const;
 
@@ -108,9 +108,11 @@ class Condition {
 /// A condition whose signals are given by index.
 class BoundCondition {
  public:
-  /// With every signal known. Misuse (asserts): an index that was bound lies outside of `values`.
+  /// Whether the condition is true, every signal being known. Misuse (asserts): a bound index outside
+  /// `values`.
   bool holds(std::span<const double> values) const noexcept;
-  /// `unknown[i]` says that values[i] is not to be used; as many as values. Misuse (asserts): as for holds().
+  /// The truth where signals may be unknown: `unknown[i]` is not 0 where values[i] must not be used. Misuse
+  /// (asserts): as for holds(), and another number of `unknown` than of `values`.
   Truth truth(std::span<const double> values, std::span<const std::uint8_t> unknown) const noexcept;
 
  private:

@@ -9,8 +9,8 @@
 namespace hil::config {
 namespace {
 
-/// Whether all parts are free of mistakes that other parts refer to: all but the expectations.
-bool rest_is_sound(TreeNode tree, const Schema& schema) {
+/// Whether all parts but the expectations, which no other part refers to, are free of mistakes.
+bool is_sound_without_expectations(TreeNode tree, const Schema& schema) {
   std::erase_if(tree.entries, [](const TreeEntry& entry) { return entry.key.scalar == "expectations"; });
   Diagnostics of_rest;
   check_tree(tree, schema, of_rest);
@@ -31,7 +31,8 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   bool sound = diagnostics.count() == mistakes_before;
   const std::optional<Value> root = check_tree(*tree, schema, diagnostics);
   if (!root) return std::nullopt;
-  if (diagnostics.count() != mistakes_before) sound = sound && rest_is_sound(std::move(*tree), schema);
+  if (diagnostics.count() != mistakes_before)
+    sound = sound && is_sound_without_expectations(std::move(*tree), schema);
 
   Scenario scenario;
   std::error_code error;

@@ -33,7 +33,8 @@ std::string read_interface(const Value& device, Diagnostics& diagnostics) {
   return interface;
 }
 
-/// A number, or a word that is looked up later.
+/// A number, or a word that is looked up later. Empty with a mistake when it is a number that can not be
+/// read.
 std::optional<std::variant<Word, double>> read_value(const Word& dbc_signal, const Value& value,
                                                      Diagnostics& diagnostics) {
   const std::string& text = value.text();

@@ -61,7 +61,7 @@ void check_register(const Word& name, bool is_written, const RegisterMap& map, D
   }
 }
 
-/// A constant that would be written as another value.
+/// Adds a mistake for a constant that its register can not hold.
 void check_constant(const RegisterWrite& write, const RegisterMap& map, Diagnostics& diagnostics) {
   const double* const constant = std::get_if<double>(&write.source);
   const RegisterEntry* const entry = map.find(write.entry.text);
@@ -148,9 +148,9 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   check_registers(section, diagnostics);
 }
 
-/// A value is read once in a period, and its reply may take the whole time-out: an age below both together is
-/// reached although nothing is wrong.
-void warn_of_age(const Value& value, const ModbusSection& section, const Reading& reading) {
+/// Warns of a max_age that values exceed without a fault: a value is read once per period, and its reply may
+/// take the whole time-out.
+void warn_of_short_max_age(const Value& value, const ModbusSection& section, const Reading& reading) {
   if (section.role != Role::client || !reading.base || section.registers.read_count() == 0) return;
   const std::int64_t period_ns = section.every_ticks * reading.base->period_ns;
   const std::int64_t needed_ns = period_ns + section.timeout_ns;
@@ -206,7 +206,7 @@ void read_modbus(const Value& root, Scenario& scenario, Reading& reading) {
     }
     if (!is_whole(value)) continue;
     read_section(value, section, reading.diagnostics);
-    warn_of_age(value, section, reading);
+    warn_of_short_max_age(value, section, reading);
     scenario.modbus.push_back(std::move(section));
   }
   check_listening(scenario.modbus, reading.diagnostics);

@@ -83,17 +83,17 @@ void check_automatic_ports(const Scenario& scenario, const Reading& reading) {
   }
 }
 
-/// What tells a process the time of the run under the virtual clock.
+/// Whether the placeholder gives a process the run's time under the virtual clock.
 bool keeps_step(const CommandWord::Placeholder& placeholder, const Scenario& scenario) {
   if (placeholder.section == "clock" || placeholder.section == "can")
-    return true;  // each bus is a virtual one
+    return true;  // every bus is virtual under this clock
   for (const ModbusSection& unit : scenario.modbus) {
     if (unit.unit.text == placeholder.name) return unit.run_time_entry.has_value();
   }
   return true;  // the unit's own mistake is reported elsewhere
 }
 
-/// Under the virtual clock a program that keeps to the wall clock gives other results in each run.
+/// Adds a mistake for each process that can not keep step: its results would differ from run to run.
 void check_stepping(const Scenario& scenario, Diagnostics& diagnostics) {
   if (scenario.clock != ClockKind::virtual_time) return;
   for (const ProcessSection& process : scenario.processes) {

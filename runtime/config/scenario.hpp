@@ -139,9 +139,9 @@ struct SafeValue {
 
 struct SentMessage {
   Word message;
-  std::int64_t period_ns =
-      0;  ///< a multiple of the bus's period; 0: the DBC file's cycle time, or the bus's period
-  std::int64_t offset_ns = 0;  ///< a multiple of the bus's period, less than a period_ns that is given
+  /// A multiple of the bus's period; 0: the cycle time of the DBC file, or the bus's period.
+  std::int64_t period_ns = 0;
+  std::int64_t offset_ns = 0;  ///< a multiple of the bus's period, less than the message's period
   std::optional<Word> counter;
   std::optional<Word> checksum;
   std::vector<SignalSource> signals;
@@ -176,7 +176,7 @@ struct CanSection {
   std::vector<SentMessage> send;
   std::vector<ReceivedMessage> receive;
   BusFaults faults;
-  bool may_be_lost = false;  ///< its loss is no fault of the run
+  bool may_be_lost = false;  ///< its loss does not make the run fail
   bool is_virtual() const noexcept { return interface.empty(); }
 };
 
@@ -205,7 +205,7 @@ struct ModbusSection {
   std::optional<Word> run_time_entry;
   std::optional<Word> heartbeat_entry;
   std::optional<int> thread_priority;
-  bool may_be_lost = false;  ///< its loss is no fault of the run
+  bool may_be_lost = false;  ///< its loss does not make the run fail
   std::vector<RegisterWrite> write;
   std::vector<Word> read;
 };
@@ -242,8 +242,8 @@ struct ProcessSection {
   bool enabled = true;
   std::vector<CommandWord> command;  ///< the program first; at least one word
   bool safe_on_exit = true;          ///< outputs go to their safe values when it ends before the run does
-  bool may_be_lost = false;          ///< its end before the run's is no fault of the run
-  bool free_running = false;         ///< under the virtual clock: it keeps no step with the run, and need not
+  bool may_be_lost = false;          ///< its end before the run's does not make the run fail
+  bool free_running = false;         ///< under the virtual clock: it need not keep step with the run
   std::int64_t start_timeout_ns = 0;
 };
 
@@ -268,7 +268,7 @@ struct Response {
 struct Expectation {
   std::string name;
   Place place;
-  double coverage = 0.95;  ///< the least share of its ticks it has to be evaluated on
+  double coverage = 0.95;  ///< least share of its ticks on which it has to be evaluated
   std::variant<Never, Always, Eventually, Response> claim;
 };
 
@@ -307,9 +307,9 @@ Schema register_map_schema();
 std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
                                       const SchemaOfModules& modules, Diagnostics& diagnostics);
 
-/// The same for a scenario that is to be wired next: expectations with mistakes are left out, so that the mistakes
-/// of a wiring show at once with theirs. Empty when anything else is wrong; the scenario must not run unless
-/// `diagnostics` is empty.
+/// As load_scenario, for a scenario that is wired next: leaves out expectations with mistakes, so that the
+/// user sees their mistakes and those of the wiring at once. Empty when anything else is wrong. The scenario
+/// must not run unless `diagnostics` is empty.
 std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
                                               const SchemaOfModules& modules, Diagnostics& diagnostics);
 

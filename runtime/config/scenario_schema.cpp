@@ -34,7 +34,7 @@ Schema thread_priority() {
   return Schema::integer(1, highest_priority);
 }
 
-/// `subject`: what is lost, and when.
+/// `subject`: a sentence that says what is lost, and when.
 Field may_be_lost(const std::string& subject) {
   return Field::with_default(
       "may_be_lost", Schema::boolean(), "false",
@@ -58,8 +58,8 @@ Schema realtime_schema() {
                           "The processors the base thread may run on; none listed: any."),
       Field::with_default(
           "max_lost", Schema::quantity(Quantity::share, 0.0, 1.0), "5 %",
-          "The share of the base ticks that may be given up, and of each task's releases that may "
-          "be skipped, aborted or left without an answer from the world; above it the run's timing "
+          "The largest share of the base ticks that may be given up, and of each task's releases that "
+          "may be skipped, aborted or left without an answer from the world; above it the run's timing "
           "is broken (exit code 3)."),
       Field::optional("watchdog", duration(1e-3),
                       "A base thread that makes no tick for so long ends the run, outputs in their safe "
@@ -270,8 +270,8 @@ Schema modbus_schema() {
       Field::with_default("unit_id", Schema::integer(0, 255), "1", "The unit identifier in each request."),
       Field::with_default(
           "max_gap", Schema::integer(0, 1998), "0",
-          "As a client: the number of addresses between two registers that one request may "
-          "read along. A request that the unit refuses with exception 2 is split at its gaps."),
+          "As a client: the largest number of addresses of no register that one request may read along "
+          "between two registers. A request that the unit refuses with exception 2 is split at its gaps."),
       Field::with_default("max_clients", Schema::integer(1, 1000), "64",
                           "As a server: the number of clients that are served at once. One more takes the "
                           "place of the client that was idle for the longest time, at least 1 s, or is "
@@ -317,8 +317,10 @@ Schema expectation_schema() {
       Field::needed("reply", Schema::signal(),
                     "The signal that answers, by taking the value that the request had."),
       Field::needed("within", duration(shortest_s), "The time the answer may take."),
-      Field::with_default("at_least", Schema::integer(1, 1'000'000'000), "1",
-                          "So many requests have to be seen; with fewer the expectation is not checked."),
+      Field::with_default(
+          "at_least", Schema::integer(1, 1'000'000'000), "1",
+          "The least number of requests that have to be judged; with fewer the expectation is not "
+          "checked."),
   });
   return Schema::exactly_one(
       {
@@ -333,7 +335,7 @@ Schema expectation_schema() {
                           "With eventually: the run time by which the condition has to have held."),
           Field::with_default(
               "coverage", Schema::quantity(Quantity::share, 0.0, 1.0), "95 %",
-              "The least share of the ticks it covers that it has to be evaluated on; below it the "
+              "The least share of the ticks it covers on which it has to be evaluated; below it the "
               "expectation is not checked, and the run does not pass."),
       });
 }

@@ -1,5 +1,5 @@
 #pragma once
-// What refuses a question about a run.
+// The errors of questions about the history of a run.
 
 #include <cstdint>
 #include <stdexcept>
@@ -7,7 +7,7 @@
 
 namespace hil::history {
 
-/// A sentence for the user.
+/// A sentence for the user, and whether the question, the files or the GPU is at fault.
 class HistoryError : public std::runtime_error {
  public:
   enum class Kind : std::uint8_t { question, file, gpu };

@@ -20,10 +20,11 @@ namespace hil::history {
 
 class RunHistory {
  public:
-  /// A run's folder, or a database's directory by itself, where nothing has a name. Throws HistoryError (file) for what is damaged, with
-  /// the place: the log, also one that lacks versions which the run's report has as written; world.json; report.json. With `salvage` it
-  /// reads without that, and `damage` says what is missing. Throws too for names that belong to another log or are none that a
-  /// run writes.
+  /// Reads a run's folder, or a database's directory, in which nothing has a name. Throws HistoryError (file)
+  /// with the place for a damaged log, for a log that lacks versions which were on disk by the run's report,
+  /// and for a damaged world.json or report.json. With `salvage` it leaves out what is damaged, and damage()
+  /// says what is missing. Throws, too, for a world.json of another database, or with names that no run
+  /// writes.
   RunHistory(const std::filesystem::path& directory, bool salvage);
 
   const std::filesystem::path& log() const noexcept { return log_; }
@@ -32,9 +33,9 @@ class RunHistory {
   const rtstdb::HistoryExtent& extent() const noexcept { return extent_; }
   /// Run time at which the run was over; empty: it left no report, or is still running.
   const std::optional<std::int64_t>& end_ns() const noexcept { return end_ns_; }
-  /// What salvage left out, in words; empty: nothing.
+  /// What salvage left out, in sentences; empty: nothing.
   std::string damage() const;
-  /// Empty, or a sentence: the log does not end with the mark of a closed one, and where it ends.
+  /// A sentence that says where the log ends, for a log that was not closed; else empty.
   const std::string& not_closed() const noexcept { return not_closed_; }
   /// Empty, or a sentence: the run went on to versions that the log has not.
   std::string shortfall() const;

@@ -24,7 +24,7 @@ bool is_log(const fs::path& directory) {
   return false;
 }
 
-/// Where the log is.
+/// The directory of the log. Throws HistoryError where there is none.
 fs::path find_log(const fs::path& directory) {
   std::error_code error;
   if (!fs::is_directory(directory, error))
@@ -41,7 +41,7 @@ fs::path find_log(const fs::path& directory) {
   throw HistoryError(Kind::file, directory.string() + " holds no database's log" + why());
 }
 
-/// The folder of the run whose log this is; empty: it is none's.
+/// The folder of the run that the log belongs to; empty: it belongs to none.
 fs::path run_folder_of(const fs::path& log) {
   const fs::path whole =
       (fs::absolute(log) / "").lexically_normal().parent_path();  // without a slash behind it
@@ -73,7 +73,7 @@ RunLog find_run_log(const fs::path& directory) {
   try {
     load(run, folder);
   } catch (const report::ReportError&) {
-    // The log was asked about by itself, and these files are not its own.
+    // The question is about the log alone, which these files are no part of.
     run.report.reset();
   }
   if (run.database_id.empty()) run.report.reset();
@@ -86,7 +86,7 @@ bool belongs_to(const RunLog& run, std::uint64_t database_id) {
 
 std::string missing_versions(const RunLog& run, const rtstdb::HistoryExtent& extent) {
   if (!run.report_fault.empty())
-    return run.report_fault + "; without the report nothing tells how many versions the log has to have";
+    return run.report_fault + "; without the report it is not known how many versions the log must have";
   if (!run.report || !belongs_to(run, extent.database_id)) return {};
   const rtstdb::Version durable = run.report->database_log.durable_version;
   if (durable <= extent.last.version) return {};
@@ -122,7 +122,8 @@ rtstdb::HistoryExtent read_extent(const RunLog& run, bool salvage) {
 
 std::string not_closed(const rtstdb::HistoryExtent& extent) {
   if (extent.closed || !extent.damage.empty()) return {};
-  return "the log was not closed, since the run was killed, is still going on, or its disk refused: it ends "
+  return "the log was not closed (the run was killed, is still going on, or its disk refused writes): it "
+         "ends "
          "with " +
          in_words(extent.last);
 }

@@ -62,11 +62,11 @@ struct Ports {
 class SetupError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
-  /// The database refused something of `who`'s ("module scanner").
-  SetupError(const std::string& who, const rtstdb::Error& error)
-      : std::runtime_error(who + ": " + error.message), code_(error.code) {}
+  /// The database refused a call of `caller`, as "module scanner".
+  SetupError(const std::string& caller, const rtstdb::Error& error)
+      : std::runtime_error(caller + ": " + error.message), code_(error.code) {}
 
-  /// Where the scenario is at fault: bad_input or capacity.
+  /// bad_input or capacity: the scenario is at fault.
   rtstdb::ErrorCode code() const noexcept { return code_; }
 
  private:

@@ -29,9 +29,9 @@ struct LiveStatus {
 /// No line break, at most `columns` wide: what does not fit is left out from the end, whole words at a time.
 std::string live_line(const LiveStatus& status, std::size_t columns);
 
-/// Verdict, reason, what else failed outside the run, losses, expectations that did not hold, misses by task and
-/// cause, releases skipped, ticks given up, what was degraded, where the report lies.
-/// Each line ends with a newline. An empty place: there is no report.
+/// Verdict, reason, what else failed outside the run, losses, expectations that did not hold, misses by task
+/// and cause, releases skipped, ticks given up, what was degraded, where the report lies. Each line ends with
+/// a newline. An empty place: there is no report.
 std::string report_text(const RunRecord& record, const std::string& report_place);
 
 /// How many ticks were given up, of how many, and why; empty when none was. Typographic.

@@ -218,8 +218,8 @@ struct Transactions {
   std::uint64_t hard_misses = 0;
 };
 
-/// Received frames that were longer than their message (padding), or shorter: those updated the signals that were
-/// whole.
+/// Received frames that were longer than their message (padding), or shorter: those updated the signals that
+/// were whole.
 struct FrameLengths {
   std::string message;
   std::uint64_t longer = 0;

@@ -1,6 +1,6 @@
 #pragma once
-// A CAN section of the scenario against its DBC file: the device's configuration, with the defaults that the file
-// gives, and what is known of its signals.
+// A CAN section of the scenario against its DBC file: the device's configuration, with the defaults that the
+// file gives, and what is known of its signals.
 
 #include <map>
 #include <optional>
@@ -11,14 +11,14 @@
 
 namespace hil::run {
 
-/// Empty when the section does not fit the database; each mistake stands at the place in the scenario that uses what
-/// is wrong, or in the DBC file. Statements of the file that are not understood are warnings.
+/// Empty when the section does not fit the database; each mistake stands at the place in the scenario that
+/// uses what is wrong, or in the DBC file. Statements of the file that are not understood are warnings.
 std::optional<io::can::CanDeviceConfig> describe_can_device(const config::Scenario& scenario,
                                                             const config::CanSection& section,
                                                             config::Diagnostics& diagnostics);
 
-/// The physical value of each name that the DBC file gives to a raw value of the signal (VAL_). Not a number: the
-/// name stands for several values.
+/// The physical value of each name that the DBC file gives to a raw value of the signal (VAL_). Not a number:
+/// the name stands for several values.
 std::map<std::string, double> named_values_of(const io::can::DbcSignal& signal);
 
 /// The value with this name; empty with a mistake when there is none, or several.

@@ -1,10 +1,10 @@
 #pragma once
 // How much of a run an expectation was evaluated on: "passed" has to mean that it was checked.
 //
-// A signal that comes from outside (SignalInfo::arrives) is unknown while it is not fresh. A tick on which the
-// expectation's truth depends on an unknown signal is not evaluated. An expectation that did not fail is not
-// checked when it was evaluated on too small a share of the ticks it covers, or when such a signal was not fresh
-// for longer than its own time-out.
+// A signal that comes from outside (SignalInfo::arrives) is unknown while it is not fresh. A tick on which
+// the expectation's truth depends on an unknown signal is not evaluated. An expectation that did not fail is
+// not checked when it was evaluated on too small a share of the ticks it covers, or when such a signal was
+// not fresh for longer than its own time-out.
 //
 // Threads: look from the base thread; shortfall after the run.
 

@@ -1,6 +1,6 @@
 #pragma once
-// Judges what the scenario expects, tick by tick, without allocating. An expectation has held, has failed, or was
-// not checked (coverage.hpp says when).
+// Judges what the scenario expects, tick by tick, without allocating. An expectation has held, has failed, or
+// was not checked (coverage.hpp says when).
 //
 // never / always  fails on the first tick whose condition is known to be what it must not be.
 // eventually      holds from the first tick on whose condition is known to be true, not later than its time.

@@ -1,6 +1,7 @@
 #pragma once
 // Finds the devices that are lost while a run goes on. A device is lost when it is not connected for longer
-// than its time-out (io::Device::loss_timeout_ns), from the first tick on: one that never connects is lost, too.
+// than its time-out (io::Device::loss_timeout_ns), from the first tick on: one that never connects is lost,
+// too.
 //
 // Threads: look and outputs_must_be_safe from the base thread; losses after the run.
 

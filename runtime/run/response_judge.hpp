@@ -6,10 +6,10 @@
 // reply passes over older requests: they stay unanswered. At most 65536 requests wait at once; beyond, the
 // oldest counts as unanswered.
 //
-// A request that is not answered had no chance, and is counted apart, when the run ended before its time was over
-// or when the device that replies was not connected (its signal `connected`) at some tick of that time. The claim
-// is not checked when fewer requests than `at_least` could be judged, or too few of those that the run's end left
-// time for.
+// A request that is not answered had no chance, and is counted apart, when the run ended before its time was
+// over or when the device that replies was not connected (its signal `connected`) at some tick of that time.
+// The claim is not checked when fewer requests than `at_least` could be judged, or too few of those that the
+// run's end left time for.
 //
 // Samples of a CAN message are frames, each with its own time: two that come within one tick are two. Of
 // other signals only the value at every tick is known; a sample is one that differs from the tick before (or from

@@ -56,8 +56,9 @@ struct SessionResult {
 report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
                                     report::Verdict verdict, int exit_code, const std::string& why);
 
-/// Runs to the end, or until `stop_requested`. Throws GpuError, MemoryError, io::DeviceError, modules::SetupError or an
-/// exception of the standard library when the run can not begin; trouble after that is in the record.
+/// Runs to the end, or until `stop_requested`. Throws GpuError, MemoryError, io::DeviceError,
+/// modules::SetupError or an exception of the standard library when the run can not begin; trouble after that
+/// is in the record.
 SessionResult run_session(Wiring wiring, const SessionOptions& options,
                           const std::atomic<bool>& stop_requested);
 

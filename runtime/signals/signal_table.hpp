@@ -29,8 +29,8 @@ struct SignalInfo {
   std::string unit;    ///< SI symbol, "" when dimensionless
   std::string writer;  ///< who writes it: a module's or a device's name
   double initial = 0.0;
-  bool arrives = false;         ///< comes from outside the run: known only while it is fresh
-  std::int64_t timeout_ns = 0;  ///< of one that arrives: how long its value stays fresh; 0: for ever
+  bool arrives = false;         ///< comes from outside the run: unknown while it is not fresh
+  std::int64_t timeout_ns = 0;  ///< where it arrives: how long its value stays fresh; 0: for ever
   std::map<std::string, double> named_values = {};  ///< values that have a name, as a DBC file gives them
 };
 
@@ -49,7 +49,7 @@ class SignalTable {
   /// two writers of one signal are a mistake of the user's that has to be reported with its place.
   SignalId add(SignalInfo info);
 
-  /// Another name by which find() knows the signal. Left out where the name is taken.
+  /// Adds another name by which find() finds the signal; nothing where the name is in use.
   void add_alias(const std::string& name, SignalId id) { by_name_.try_emplace(name, id.index); }
   void set_named_values(SignalId id, std::map<std::string, double> values) {
     infos_[id.index].named_values = std::move(values);

@@ -1,5 +1,6 @@
-// Rays at bodies that are far longer, or farther away, than they are thick. Single precision decides: up to max_distance_per_thickness
-// every ray at the middle of a needle hits; beyond, what is missed lies within the noise of the coordinates, by the oracle.
+// Rays at bodies that are far longer, or farther away, than they are thick. Single precision decides: up to
+// max_distance_per_thickness every ray at the middle of a needle hits; beyond, what is missed lies within the
+// noise of the coordinates, by the oracle.
 
 #include <rtstdb/limits.hpp>
 
@@ -68,7 +69,8 @@ TEST_F(Needles, UpToTheServedRatioAreAlwaysHit) {
   }
 }
 
-/// Of those that are missed there are many, and `judge` fails the test on any that the noise of single precision does not explain.
+/// Of those that are missed there are many, and `judge` fails the test on any that the noise of single
+/// precision does not explain.
 TEST_F(Needles, BeyondItAreMissedWithinTheNoiseOfSinglePrecision) {
   const Found one = found({0.0, 1e4, 1e4, 1e-4});
   EXPECT_GT(one.missed, 100);

@@ -1,5 +1,5 @@
-// The crossing with seeded changes to its scenario, its DBC file or its register map: `hil check` accepts it or
-// refuses it with places, and never ends otherwise.
+// The crossing with seeded changes to its scenario, its DBC file or its register map: `hil check` accepts it
+// or refuses it with places, and never ends otherwise.
 
 #include <gtest/gtest.h>
 

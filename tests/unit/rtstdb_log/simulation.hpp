@@ -157,7 +157,8 @@ class Simulation {
         << replayed.value().report.in_words();
   }
 
-  /// Whatever was removed, and wherever a crash fell between: what is left can be read from its begin to its end.
+  /// Whatever was removed, and wherever a crash fell between: what is left can be read from its begin to its
+  /// end.
   void check_history(const Recovered& recovered) {
     if (recovered.report.database_id == 0) return;
     const auto extent = read_extent(disk_, false);
