@@ -67,7 +67,8 @@ void pass_signals_on() {
   }
 }
 
-/// Says over the pipe that the work came to its end; without that the child's exit code means nothing: drivers call exit() too.
+/// Says over the pipe that the work came to its end; without that the child's exit code means nothing:
+/// drivers call exit() too.
 int work_as_child(const std::function<int()>& work, int pipe_end) {
   try {
     const int exit_code = work();

@@ -42,8 +42,8 @@ void catch_signals() {
   struct sigaction before {};
   if (sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
     sigaction(SIGHUP, &action, nullptr);
-  // A console that has gone, or a file beyond its permitted size, is no reason to leave outputs as they are: writing
-  // then fails, and that is said.
+  // A console that has gone, or a file beyond its permitted size, is no reason to leave outputs as they are:
+  // writing then fails, and that is said.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 }
@@ -98,8 +98,9 @@ std::size_t terminal_columns() {
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-/// Writes the report, then the trace, which is large. What the folder does not take makes the run one that failed, and no
-/// file there claims that it passed: those that can be written then say so. Whether there is a report.
+/// Writes the report, then the trace, which is large. What the folder does not take makes the run one that
+/// failed, and no file there claims that it passed: those that can be written then say so. Whether there is a
+/// report.
 bool write_files(run::SessionResult& result, const std::filesystem::path& directory) {
   report::RunRecord& record = result.record;
   try {
@@ -161,8 +162,8 @@ int leave_refusal(const config::Scenario& scenario, const run::SessionOptions& o
   return exit_code;
 }
 
-/// A scenario that is refused leaves no report, and none of an earlier run is to be taken for it. That run's world stays: a mistake in
-/// the arguments takes no history away.
+/// A scenario that is refused leaves no report, and none of an earlier run is to be taken for it. That run's
+/// world stays: a mistake in the arguments takes no history away.
 int refuse_scenario(const std::string& directory) {
   std::error_code absent;
   if (directory.empty() || !std::filesystem::is_directory(directory, absent)) return run::exit_bad_config;

@@ -7,8 +7,9 @@
 
 namespace hil::cli {
 
-/// `error` is what parsing with `app` threw, and not a request for help or the version. The result begins with the
-/// command ("hil run: "), names what is wrong and, for an unknown word, all that are known there, the nearest first.
+/// `error` is what parsing with `app` threw, and not a request for help or the version. The result begins
+/// with the command ("hil run: "), names what is wrong and, for an unknown word, all that are known there,
+/// the nearest first.
 std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace hil::cli

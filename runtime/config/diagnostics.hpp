@@ -45,8 +45,8 @@ class Diagnostics {
   std::size_t warning_count() const noexcept { return warning_count_; }
   /// In the order they were added.
   const std::vector<Mistake>& warnings() const noexcept { return warnings_; }
-  /// One mistake per line as "file:line:column: message", one warning as "file:line:column: warning: message",
-  /// in file order; files in the order of their first mistake, then of their first warning.
+  /// One mistake per line as "file:line:column: message", one warning as "file:line:column: warning:
+  /// message", in file order; files in the order of their first mistake, then of their first warning.
   std::string to_text() const;
 
  private:
@@ -65,8 +65,8 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
 /// candidates.
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
 
-/// For a short list that is shown as a whole: "; did you mean 'b'? Known here: b, a, c", the nearest candidate
-/// first; without a near one "; known here: a, b, c".
+/// For a short list that is shown as a whole: "; did you mean 'b'? Known here: b, a, c", the nearest
+/// candidate first; without a near one "; known here: a, b, c".
 std::string all_known(std::string_view word, const std::vector<std::string>& candidates);
 
 /// The user's text in single quotes, shortened when it is long, with unprintable bytes shown as '?'.

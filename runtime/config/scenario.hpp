@@ -257,7 +257,8 @@ struct Eventually {
   Condition condition;
   std::optional<std::int64_t> by_ns;  ///< run time; empty: by the end of the run
 };
-/// Each change of `request` (on a CAN bus: each frame) is answered by one of `reply` to the same value within the time.
+/// Each change of `request` (on a CAN bus: each frame) is answered by one of `reply` to the same value within
+/// the time.
 struct Response {
   Word request;
   Word reply;
@@ -307,9 +308,9 @@ Schema register_map_schema();
 std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
                                       const SchemaOfModules& modules, Diagnostics& diagnostics);
 
-/// The same for a scenario that is to be wired next: expectations with mistakes are left out, so that the mistakes
-/// of a wiring show at once with theirs. Empty when anything else is wrong; the scenario must not run unless
-/// `diagnostics` is empty.
+/// The same for a scenario that is to be wired next: expectations with mistakes are left out, so that the
+/// mistakes of a wiring show at once with theirs. Empty when anything else is wrong; the scenario must not
+/// run unless `diagnostics` is empty.
 std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
                                               const SchemaOfModules& modules, Diagnostics& diagnostics);
 

@@ -1,5 +1,5 @@
-// Runs in processes that get too little: memory, file descriptors, room for files. Each ends with an exit code of its own
-// and a report; no signal ends it, and the scenario is not blamed.
+// Runs in processes that get too little: memory, file descriptors, room for files. Each ends with an exit
+// code of its own and a report; no signal ends it, and the scenario is not blamed.
 
 #include <gtest/gtest.h>
 
@@ -25,8 +25,8 @@ std::size_t lines_of_hil(const std::string& errors) {
   return count;
 }
 
-/// Runs the crossing shortly within the limit. Whether it ran; else it has ended with 4 or 70, one sentence that names the
-/// limit, and a report that agrees.
+/// Runs the crossing shortly within the limit. Whether it ran; else it has ended with 4 or 70, one sentence
+/// that names the limit, and a report that agrees.
 bool runs_within(const char* option, std::uint64_t value) {
   SCOPED_TRACE(std::string("ulimit ") + option + " " + std::to_string(value));
   const Folder folder;

@@ -1,6 +1,6 @@
 #pragma once
-// Tables of the page: a scrolling frame, a head, rows of cells. On a phone each row is a list of cells, each with its
-// column's title beside it.
+// Tables of the page: a scrolling frame, a head, rows of cells. On a phone each row is a list of cells, each
+// with its column's title beside it.
 
 #include <initializer_list>
 #include <string>

@@ -44,8 +44,8 @@ Bounds bounds_of_footprint(const Shape& shape) {
   return bounds;
 }
 
-/// Of bodies that do not move and may be ground under another name: those that do not cover all that is left, the largest
-/// first.
+/// Of bodies that do not move and may be ground under another name: those that do not cover all that is left,
+/// the largest first.
 void add_structures(std::vector<Bounds> structures, Bounds& bounds) {
   std::ranges::sort(structures, {}, &Bounds::area);
   std::vector<Bounds> with_smaller{bounds};  // [i]: everything but structures from i on

@@ -20,9 +20,9 @@ struct AspectLimits {
 /// Something that can be drawn: a shape, a track, a point.
 bool has_content(const TopView& view);
 
-/// What the record asks for, else the bounding box of bodies, detectors and tracks with a margin of 6 %, at least 4 m,
-/// grown to the aspect. Ground, roads and markings do not count, nor a body that lies under all the others, nor points
-/// that were seen; without bodies everything counts.
+/// What the record asks for, else the bounding box of bodies, detectors and tracks with a margin of 6 %, at
+/// least 4 m, grown to the aspect. Ground, roads and markings do not count, nor a body that lies under all
+/// the others, nor points that were seen; without bodies everything counts.
 ViewBox window_of(const TopView& view, const AspectLimits& aspect = {});
 
 /// The part of a polygon inside a rectangle (Sutherland-Hodgman; a concave outline may keep edges along the
