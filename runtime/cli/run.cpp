@@ -42,8 +42,8 @@ void catch_signals() {
   struct sigaction before {};
   if (sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
     sigaction(SIGHUP, &action, nullptr);
-  // A console that has gone, or a file beyond its permitted size, is no reason to leave outputs as they are: writing
-  // then fails, and that is said.
+  // A console that has gone, or a file beyond its permitted size, is no reason to leave outputs as they are:
+  // writing then fails, and that is said.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 }
@@ -161,8 +161,8 @@ int leave_refusal(const config::Scenario& scenario, const run::SessionOptions& o
   return exit_code;
 }
 
-/// A scenario that is refused leaves no report, and none of an earlier run is to be taken for it. That run's world stays: a mistake in
-/// the arguments takes no history away.
+/// A scenario that is refused leaves no report, and none of an earlier run is to be taken for it. That run's
+/// world stays: a mistake in the arguments takes no history away.
 int refuse_scenario(const std::string& directory) {
   std::error_code absent;
   if (directory.empty() || !std::filesystem::is_directory(directory, absent)) return run::exit_bad_config;

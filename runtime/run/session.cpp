@@ -75,7 +75,7 @@ report::RunRecord record_of_refusal(const config::Scenario& scenario, const Sess
   for (const config::Expectation& expectation : scenario.expectations)
     record.expectations.push_back({.name = expectation.name,
                                    .result = report::ExpectationResult::not_checked,
-                                   .detail = "the run did not begin"});
+                                   .detail = "no part of the run was judged"});
   return record;
 }
 

@@ -52,7 +52,7 @@ struct SessionResult {
   report::TraceRecord trace;
 };
 
-/// The record of a run that never began: no expectation was checked.
+/// The record of a run that did not begin, or of which no more is known: no expectation was checked.
 report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
                                     report::Verdict verdict, int exit_code, const std::string& why);
 
