@@ -123,8 +123,7 @@ rtstdb::HistoryExtent read_extent(const RunLog& run, bool salvage) {
 std::string not_closed(const rtstdb::HistoryExtent& extent) {
   if (extent.closed || !extent.damage.empty()) return {};
   return "the log was not closed (the run was killed, is still going on, or its disk refused writes): it "
-         "ends "
-         "with " +
+         "ends with " +
          in_words(extent.last);
 }
 

@@ -51,13 +51,14 @@ std::vector<std::string> can_remarks(const CanBus& bus) {
   sentences.add(bus.fault_delayed, "frame", "frames",
                 "delayed on purpose (faults): the log shows when they were on the bus");
   sentences.add(bus.wrong_kind, "received frame", "received frames",
-                "refused: a remote request, or classic where the message is CAN FD or the other way round");
+                "refused: a remote request, or of another format (classic, CAN FD) than the message");
   for (const FrameLengths& lengths : bus.other_lengths) {
-    sentences.add(lengths.longer, "received frame", "received frames",
-                  "longer than the message " + lengths.message + ": what is behind its signals is padding");
     sentences.add(
-        lengths.shorter, "received frame", "received frames",
-        "shorter than the message " + lengths.message + ": the signals that are whole were updated");
+        lengths.longer, "received frame", "received frames",
+        "longer than the message " + lengths.message + ": the bytes behind the message are padding");
+    sentences.add(lengths.shorter, "received frame", "received frames",
+                  "shorter than the message " + lengths.message +
+                      ": the signals that the frame carries whole were updated");
   }
   sentences.add(bus.lost_arrivals, "received value", "received values",
                 "missing in the measured response times: more came in one tick than are kept");
@@ -90,12 +91,11 @@ std::vector<std::string> unit_shortfalls(const ModbusUnit& unit) {
                 "that were not a finite number: the signal kept its value");
   sentences.add(unit.superseded, "set of outputs", "sets of outputs",
                 "not sent: the unit was too slow, and a newer set came first");
-  sentences.add(unit.stale, "time", "times",
-                "that an input grew older than max_age: it then reads its safe value");
+  sentences.add(unit.stale, "time", "times", "an input grew older than max_age and reads its safe value");
   sentences.add(unit.refused_connections, "connection", "connections",
                 "refused: no place was free (max_clients), or the system had no descriptor");
   sentences.add(unit.replaced_connections, "idle connection", "idle connections",
-                "closed to make room for another client (max_clients)");
+                "closed in favour of another client (max_clients)");
   sentences.add(unit.dropped_connections, "connection", "connections",
                 "dropped: the client was silent, or did not take its replies");
   return sentences.take();

@@ -14,7 +14,7 @@ std::vector<std::string> can_shortfalls(const CanBus& bus);
 /// What else its counters tell beyond the columns of the page's table, injected faults among it.
 std::vector<std::string> can_remarks(const CanBus& bus);
 
-/// What else than its count of requests and replies its counters tell: for the console too.
+/// What its counters tell beyond requests and replies, for the page and the terminal.
 std::vector<std::string> unit_shortfalls(const ModbusUnit& unit);
 
 }  // namespace hil::report

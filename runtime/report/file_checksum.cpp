@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstdio>
 
-// All of it from the header: nothing to link.
+// All functions come from the header: there is no library to link.
 #define XXH_INLINE_ALL  // NOLINT(readability-identifier-naming): its name
 #include <xxhash.h>
 
@@ -37,10 +37,10 @@ std::string checksum_fault(std::string_view text) {
     return "it does not end with its checksum: it was cut off, or another program wrote it" +
            std::string(what_to_do);
   const std::size_t begin = line + line_begin.size();
-  const std::string_view told = text.substr(begin, text.size() - line_end.size() - begin);
+  const std::string_view written = text.substr(begin, text.size() - line_end.size() - begin);
   const std::string found = checksum_of(text.substr(0, line));
-  if (told == found) return {};
-  return "its checksum is " + std::string(told) + ", and its content has " + found +
+  if (written == found) return {};
+  return "its checksum is " + std::string(written) + ", and its content has " + found +
          ": it was damaged or changed after the run" + std::string(what_to_do);
 }
 

@@ -69,7 +69,7 @@ class Cases {
     }
     xml_.close();
   }
-  /// Everything that failed outside the run, a line each.
+  /// The verdict, then everything outside the run that failed, one line each.
   std::string failures_text() const {
     std::string text = to_string(record_.verdict);
     for (const std::string& failure : record_.failures)

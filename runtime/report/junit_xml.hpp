@@ -8,11 +8,11 @@
 
 namespace hil::report {
 
-/// A test case's time is the run time, in seconds, at which its result was decided: when an expectation
-/// failed first, when what it waits for came true, else the whole run's. The time of the suite is that on the
-/// wall clock. "run completed" is an error for io_failed, gpu_failed, interrupted and refused; "timing not
-/// broken" a failure for timing_broken. Misses and ticks given up that the verdict tolerates stand in the
-/// case's system-out.
+/// A test case's time is the run time in seconds at which its result was decided: the first failure of an
+/// expectation, the instant at which an `eventually` came true, else the end of the run. The time of the
+/// suite is wall-clock time. "run completed" is an error for io_failed, gpu_failed, interrupted and refused;
+/// "timing not broken" a failure for timing_broken. Misses and ticks given up that the verdict tolerates
+/// stand in the case's system-out.
 std::string junit_xml(const RunRecord& record);
 
 }  // namespace hil::report

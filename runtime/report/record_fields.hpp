@@ -273,7 +273,7 @@ template <Is<Expectation> T, class Visit>
 void each_field(T& expectation, Visit&& visit) {
   visit("name", expectation.name);
   visit("result", expectation.result);
-  if constexpr (std::is_const_v<T>) {  // for programs that ask for no more; the reader takes `result`
+  if constexpr (std::is_const_v<T>) {  // for programs that read no more than this; the reader uses `result`
     const bool passed = expectation.result == ExpectationResult::held;
     visit("passed", passed);
   }
@@ -300,7 +300,7 @@ void each_field(T& response, Visit&& visit) {
   visit("limit_ns", response.limit_ns);
   visit("samples_ns", response.samples_ns);
   visit("unanswered", response.unanswered);
-  visit("no_chance", response.no_chance);
+  visit("not_judged", response.not_judged);
 }
 
 template <Is<Shape> T, class Visit>

@@ -29,7 +29,7 @@ class ReportError : public std::runtime_error {
 std::string report_json(const RunRecord& record);
 
 /// Keys it does not know are passed over. Throws ReportError: not JSON (with the byte), another
-/// schema_version, a checksum that is missing or another, a key missing or of the wrong type (with its path,
+/// schema_version, a checksum that is missing or wrong, a key missing or of the wrong type (with its path,
 /// as in "tasks[3].wall_ns.p50").
 RunRecord parse_report(std::string_view json);
 

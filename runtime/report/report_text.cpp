@@ -37,8 +37,8 @@ void add_expectations(std::string& out, const RunRecord& record) {
     if (expectation.result == ExpectationResult::held) continue;
     out += std::string("  ") + to_string(expectation.result) + ": " + one_line(expectation.name);
     if (expectation.first_failure_ns) out += " at " + to_ascii(instant(*expectation.first_failure_ns));
-    const bool said_above = record.reason.find(expectation.detail) != std::string::npos;
-    if (!said_above) out += ": " + one_line(expectation.detail);
+    const bool is_in_reason = record.reason.find(expectation.detail) != std::string::npos;
+    if (!is_in_reason) out += ": " + one_line(expectation.detail);
     out += '\n';
   }
 }

@@ -40,7 +40,7 @@ std::string ticks_given_up(const RunRecord& record);
 /// How many of the task's releases were skipped or aborted, of how many; empty when none was. Typographic.
 std::string releases_lost(const Task& task);
 
-/// What was lost, since when, for how long and why.
+/// What was lost, since when, for how long and why. Typographic.
 std::string sentence_of(const Loss& loss);
 
 /// "Passed", "Failed", "Timing broken", ...

@@ -218,8 +218,8 @@ struct Transactions {
   std::uint64_t hard_misses = 0;
 };
 
-/// Received frames that were longer than their message (padding), or shorter: those updated the signals that
-/// were whole.
+/// Received frames of one message that were longer than it (the rest is padding), or shorter (signals that a
+/// frame carries whole were updated).
 struct FrameLengths {
   std::string message;
   std::uint64_t longer = 0;
@@ -238,13 +238,13 @@ struct CanBus {
   std::uint64_t bad_checksum = 0;
   std::uint64_t bad_counter = 0;
   std::uint64_t unknown_id = 0;
-  double bus_load_mean = not_known;  ///< of the whole tenths of a second in the run
-  double bus_load_peak = not_known;  ///< in the busiest of them
-  std::uint64_t send_errors = 0;     ///< sends that the bus refused, or that failed because it was lost
-  std::string send_fault{};          ///< why the first frame that makes the run fail could not be sent
-  std::uint64_t wrong_kind = 0;      ///< received frames refused: remote requests, or FD where classic is due
-  std::uint64_t saturated = 0;       ///< output values beyond their signal's range
-  std::uint64_t refused_values = 0;  ///< output values that were no numbers
+  double bus_load_mean = not_known;    ///< of the whole tenths of a second in the run
+  double bus_load_peak = not_known;    ///< in the busiest of them
+  std::uint64_t send_errors = 0;       ///< sends that the bus refused, or that failed because it was lost
+  std::string send_fault{};            ///< why the first frame that fails the run could not be sent
+  std::uint64_t wrong_kind = 0;        ///< received frames refused: remote requests, or of another format
+  std::uint64_t saturated = 0;         ///< output values beyond their signal's range
+  std::uint64_t refused_values = 0;    ///< output values that were no numbers
   std::uint64_t dropped_releases = 0;  ///< ticks whose outputs were not sent
   std::uint64_t log_dropped = 0;       ///< frames missing in the log
   std::uint64_t lost_arrivals = 0;     ///< received values that response times lack
@@ -267,18 +267,18 @@ struct ModbusUnit {
   std::uint64_t requests = 0;
   std::uint64_t replies = 0;
   std::uint64_t timeouts = 0;    ///< requests of a client without a whole reply in time
-  std::uint64_t errors = 0;      ///< exceptions, and replies or requests that are none
+  std::uint64_t errors = 0;      ///< exceptions, and replies or requests that are not valid
   std::uint64_t reconnects = 0;  ///< of a client: connections after the first
   std::vector<ExceptionCount> exceptions;
   std::uint64_t saturated_outputs = 0;     ///< values beyond the range of their register
-  std::uint64_t saturated_inputs = 0;      ///< likewise
+  std::uint64_t saturated_inputs = 0;      ///< values beyond the range of their register
   std::uint64_t not_a_number_outputs = 0;  ///< values that were not written
   std::uint64_t not_a_number_inputs = 0;   ///< values that were not read
   std::uint64_t superseded = 0;           ///< sets of outputs that a newer one replaced before they were sent
   std::uint64_t stale = 0;                ///< how often an input grew older than max_age
   std::uint64_t connections = 0;          ///< of a server, accepted
   std::uint64_t refused_connections = 0;  ///< of a server: no place, or no descriptor
-  std::uint64_t replaced_connections = 0;  ///< of a server: idle ones that gave their place to a new one
+  std::uint64_t replaced_connections = 0;  ///< of a server: idle ones closed in favour of a new one
   std::uint64_t dropped_connections = 0;   ///< of a server: silent, or replies not taken
 };
 
@@ -292,7 +292,7 @@ struct Process {
 enum class ExpectationResult : std::uint8_t {
   held,
   failed,
-  not_checked,  ///< neither: too little of the run could be evaluated
+  not_checked,  ///< too little of the run could be evaluated
 };
 
 struct Expectation {
@@ -301,8 +301,8 @@ struct Expectation {
   std::string detail;
   std::optional<std::int64_t> first_failure_ns{};
   std::uint64_t evaluated_ticks = 0;     ///< ticks on which it was true or false
-  std::uint64_t covered_ticks = 0;       ///< ticks of the run on which it should have been
-  std::optional<std::int64_t> met_ns{};  ///< of one that holds from an instant on (eventually): that instant
+  std::uint64_t covered_ticks = 0;       ///< ticks of the run on which it was due to be evaluated
+  std::optional<std::int64_t> met_ns{};  ///< eventually: the instant at which it came true
 };
 
 /// A bus, a Modbus unit or a process that was lost for longer than its time-out.
@@ -320,9 +320,9 @@ struct ResponseTime {
   std::int64_t limit_ns = 0;  ///< 0: no limit
   std::vector<std::int64_t> samples_ns;
   std::uint64_t unanswered = 0;
-  std::uint64_t no_chance =
-      0;  ///< unanswered requests that could not be answered: the reply's bus was lost, or
-          ///< the run ended before their time was over
+  /// Unanswered requests that could not be judged: the replying device was not connected, or the run ended
+  /// before their time was over.
+  std::uint64_t not_judged = 0;
 };
 
 struct PointM {
@@ -436,8 +436,9 @@ struct RunRecord {
   std::vector<Expectation> expectations;
   std::vector<Loss> losses;
   std::uint64_t losses_not_listed = 0;
-  std::vector<std::string> failures;  ///< everything outside the run that makes it fail (exit code 4), in
-                                      ///< sentences: what was lost, not sent, not written; the gravest first
+  /// Everything outside the run that makes it fail (exit code 4), one sentence each: what was lost, not sent,
+  /// not written; the most serious first.
+  std::vector<std::string> failures;
   std::vector<ResponseTime> response_times;
   std::vector<Event> events;
   std::optional<TopView> top_view;

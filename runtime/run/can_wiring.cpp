@@ -40,7 +40,7 @@ std::optional<io::can::Dbc> load_database(const config::CanSection& section, Dia
   return std::move(loaded.database);
 }
 
-/// Null with a mistake when there is no such message, or when it can not be used so.
+/// Null with a mistake when there is no such message, or when it can not be sent or received.
 const io::can::DbcMessage* find_message(const io::can::Dbc& database, const Word& word, io::can::Use use,
                                         Diagnostics& diagnostics) {
   const io::can::DbcMessage* const found = database.find_message(word.text);
@@ -71,7 +71,7 @@ const io::can::DbcSignal* find_dbc_signal(const io::can::DbcMessage& message, co
   return nullptr;
 }
 
-/// A constant that would be sent as another value, because the signal's bits or its range do not hold it.
+/// Adds a mistake for a constant that the signal's bits or its range can not hold.
 void check_constant(const io::can::DbcSignal& signal, const Word& written, double value,
                     Diagnostics& diagnostics) {
   const io::can::SignalCodec codec(signal);

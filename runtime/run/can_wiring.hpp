@@ -1,6 +1,6 @@
 #pragma once
-// A CAN section of the scenario against its DBC file: the device's configuration, with the defaults that the
-// file gives, and what is known of its signals.
+// The configuration of a CAN device, from a section of the scenario and its DBC file, which gives defaults;
+// and what the file tells about signals.
 
 #include <map>
 #include <optional>
@@ -11,21 +11,22 @@
 
 namespace hil::run {
 
-/// Empty when the section does not fit the database; each mistake stands at the place in the scenario that
-/// uses what is wrong, or in the DBC file. Statements of the file that are not understood are warnings.
+/// Empty when the section does not fit the DBC file. Each mistake has the place in the scenario that uses
+/// what is wrong, or the place in the DBC file. Statements of the file that are not understood give warnings.
 std::optional<io::can::CanDeviceConfig> describe_can_device(const config::Scenario& scenario,
                                                             const config::CanSection& section,
                                                             config::Diagnostics& diagnostics);
 
-/// The physical value of each name that the DBC file gives to a raw value of the signal (VAL_). Not a number:
-/// the name stands for several values.
+/// The physical value of each name that the DBC file gives to a raw value of the signal (VAL_). NaN where a
+/// name stands for several values.
 std::map<std::string, double> named_values_of(const io::can::DbcSignal& signal);
 
 /// The value with this name; empty with a mistake when there is none, or several.
 std::optional<double> value_named(const std::map<std::string, double>& values, const config::Word& name,
                                   const std::string& signal, config::Diagnostics& diagnostics);
 
-/// What the signal carries until something sets it: its start value. Empty: the file gives none.
+/// The physical value of the signal's start value (GenSigStartValue). Empty: the file gives none that the
+/// signal can hold.
 std::optional<double> start_value_of(const io::can::DbcSignal& signal);
 
 /// Warns of a sent message's signals that nothing sets and that have no start value.

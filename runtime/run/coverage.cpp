@@ -13,7 +13,7 @@ std::string seconds(std::int64_t time_ns) {
   return report::to_ascii(report::instant(time_ns));
 }
 
-/// Rounded down, so that what falls short of a limit never reads like it.
+/// Rounded down, so that a share below a limit never reads like the limit.
 std::string percent_text(double share) {
   char text[48];
   std::snprintf(text, sizeof text, "%g %%", std::floor(share * 1000.0 + 1e-9) / 10.0);

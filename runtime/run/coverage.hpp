@@ -1,5 +1,5 @@
 #pragma once
-// How much of a run an expectation was evaluated on: "passed" has to mean that it was checked.
+// On how much of a run an expectation was evaluated, since "held" must mean that it was checked.
 //
 // A signal that comes from outside (SignalInfo::arrives) is unknown while it is not fresh. A tick on which
 // the expectation's truth depends on an unknown signal is not evaluated. An expectation that did not fail is
@@ -17,28 +17,30 @@
 
 namespace hil::run {
 
-/// What there was of a run to judge.
+/// The part of a run that was to be judged.
 struct Extent {
   std::int64_t end_ns = 0;  ///< run time covered
   std::uint64_t ticks = 0;  ///< base ticks that were due; of a run that was cut short, those of its duration
   std::int64_t period_ns = 0;  ///< of the base tick
 };
 
-/// Whether the signal has a value that can be judged now.
+/// False for a signal that arrives from outside and is not fresh.
 bool is_known(const signals::SignalTable& table, signals::SignalId signal) noexcept;
 
 class Coverage {
  public:
-  /// `signals`: those the expectation reads. `least_share`: of its ticks that have to be evaluated.
+  /// `signals`: those that the expectation reads. `least_share`: the share of its ticks that must be
+  /// evaluated, 0 to 1.
   Coverage(std::vector<signals::SignalId> signals, const signals::SignalTable& table, double least_share);
 
-  /// Once for each tick that ran and that the expectation covers. Neither allocates nor blocks.
+  /// To be called once for each tick that ran and that the expectation covers. Neither allocates nor blocks.
   void look(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept;
 
   std::uint64_t evaluated_ticks() const noexcept { return evaluated_ticks_; }
-  /// Why `covered_ticks` were not evaluated well enough, in words; empty: they were.
+  /// Why too few of `covered_ticks` were evaluated, or a signal was not fresh for too long, in words. Empty:
+  /// neither.
   std::string shortfall(std::uint64_t covered_ticks) const;
-  /// Whether `part` is enough of `whole`.
+  /// Whether `part` is at least the least share of `whole`.
   bool suffices(std::uint64_t part, std::uint64_t whole) const noexcept;
   /// "188 of 10000 ticks (1.8 %), less than its coverage of 95 %"
   std::string share_text(std::uint64_t part, std::uint64_t whole, const std::string& what) const;
@@ -50,14 +52,14 @@ class Coverage {
     std::int64_t timeout_ns = 0;
     std::optional<std::int64_t> stale_since_ns;
   };
-  /// The first stretch in which a signal that was needed was not fresh for longer than its time-out.
+  /// The first interval in which a needed signal was not fresh for longer than its time-out.
   struct Lapse {
     std::size_t watched = 0;
     std::int64_t begin_ns = 0;
     std::int64_t end_ns = 0;
   };
 
-  std::vector<Watched> watched_;  ///< those that arrive
+  std::vector<Watched> watched_;  ///< the signals that arrive from outside
   const double least_share_;
   std::uint64_t evaluated_ticks_ = 0;
   std::optional<Lapse> lapse_;

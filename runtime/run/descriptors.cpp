@@ -14,7 +14,8 @@
 namespace hil::run {
 namespace {
 
-/// Upper bounds: the driver of a GPU, the database's log and the run's files; then each bus, unit or program.
+/// Upper bounds: for the GPU driver, the database's log and the run's files together; for each bus, unit or
+/// program.
 constexpr std::size_t needed_by_run = 64;
 constexpr std::size_t needed_by_each_device = 8;
 

@@ -23,18 +23,18 @@ class DeviceLink final : public executive::Task {
   struct Links {
     std::vector<signals::SignalId> inputs;  ///< by input channel
     std::vector<Source> outputs;            ///< by output channel
-    signals::SignalId connected;            ///< 1 while the device is connected, else 0; invalid: nowhere
+    signals::SignalId connected;            ///< 1 while the device is connected, else 0; invalid: no signal
     std::vector<signals::SignalId> fresh;   ///< by input group: 1 while one of its inputs is fresh, else 0;
-                                            ///< invalid: nowhere
+                                            ///< invalid: no signal
   };
 
   DeviceLink(io::Device& device, Links links, signals::SignalTable& table, io::Pacing pacing);
 
   io::Device& device() const noexcept { return device_; }
-  //// Base thread, at the begin of every tick.
+  /// To be called by the base thread at the beginning of every tick.
   void latch_inputs(std::int64_t time_ns) noexcept;
-  /// Base thread. From the next step on the outputs have their safe values, whatever their signals say, until
-  /// `hold` is false again.
+  /// Base thread. While `hold` is true, step() releases the safe values of the outputs instead of their
+  /// signals.
   void hold_safe_values(bool hold) noexcept { holds_safe_values_ = hold; }
   /// The task's work: release the outputs of this tick; in lock-step also wait for the answers.
   void step(const executive::TickInfo& tick) noexcept override;

@@ -38,8 +38,8 @@ void DeviceWatch::take_last_events(const std::function<void(const std::string&)>
 void DeviceWatch::take_events(Watched& watched, const std::function<void(const std::string&)>& tell) {
   for (io::DeviceEvent& event : watched.device->events_since(watched.events)) {
     ++watched.events;
-    const std::int64_t time_ns =
-        std::max<io::RunTimeNs>(event.time_ns, 0);  // what came before is at its begin
+    // An event from before the run is listed at its beginning.
+    const std::int64_t time_ns = std::max<io::RunTimeNs>(event.time_ns, 0);
     tell(event.text);
     events_.push_back({time_ns, std::move(event.text)});
   }

@@ -1,6 +1,6 @@
 #pragma once
-// Sees devices get lost and come back while a run goes on, and collects their own events, so that the report
-// can say when.
+// Records when devices get lost and come back during a run, and collects the devices' own events, for the
+// report.
 //
 // Threads: look from one ordinary thread; events after it has ended.
 
@@ -22,7 +22,8 @@ class DeviceWatch {
   /// Compares each device's health with the last look, takes its events, and calls `tell` with a sentence for
   /// each change and event. The first look tells only what is lost.
   void look(std::int64_t run_time_ns, const std::function<void(bool good, const std::string&)>& tell);
-  /// After the run: takes the events since the last look. The health of a stopped device is no news.
+  /// After the run: takes the events since the last look. Ignores the health of the devices, which are
+  /// stopped.
   void take_last_events(const std::function<void(const std::string&)>& tell);
   /// All changes, with the run time of the look that saw them, and all events, with their own.
   const std::vector<report::Event>& events() const noexcept { return events_; }

@@ -2,8 +2,8 @@
 // Judges what the scenario expects, tick by tick, without allocating. An expectation has held, has failed, or
 // was not checked (coverage.hpp says when).
 //
-// never / always  fails on the first tick whose condition is known to be what it must not be.
-// eventually      holds from the first tick on whose condition is known to be true, not later than its time.
+// never / always  fails on the first tick on which the condition is known to be true / false.
+// eventually      is met on the first tick on which the condition is known to be true, not later than `by`.
 // response        runtime/run/response_judge.hpp.
 //
 // Threads: the base thread judges; results are read after the run.

@@ -22,7 +22,7 @@ bool is_word_letter(char letter) {
   return std::isalnum(static_cast<unsigned char>(letter)) != 0 || letter == '_' || letter == '.';
 }
 
-/// Adds a mistake for each word that is no count, whatever else is wrong with the condition.
+/// Adds a mistake for each word that is not a count, also where the condition has other mistakes.
 void check_words(const config::Value& value, config::Diagnostics& diagnostics) {
   constexpr std::array joining{"and", "or", "not"};
   const std::string& text = value.text();

@@ -120,7 +120,7 @@ class LiveSession final : public executive::TickHooks {
   void wait_for_stations();
   bool all_connected(Bus& bus, std::int64_t waited_ns);
   void open_modbus(io::modbus::Role role);
-  /// The units that hil is the client of, which its programs may play.
+  /// Connects to the units that hil is the client of; programs of the run may serve them.
   void open_clients();
   void link_devices();
   void make_judges();
@@ -143,7 +143,7 @@ class LiveSession final : public executive::TickHooks {
   void tell_unanswered_runs(report::RunRecord& record) const;
   void fill_record(const executive::RunResult& result, report::RunRecord& record);
   std::string io_fault() const;
-  /// Losses, and everything outside the run that makes it fail.
+  /// Fills in the losses, and the failures outside the run.
   void add_failures(std::int64_t end_ns, report::RunRecord& record) const;
 
   Wiring wiring_;
@@ -182,7 +182,7 @@ class LiveSession final : public executive::TickHooks {
   Arrivals arrivals_;
   std::vector<std::unique_ptr<Judge>> judges_;
   std::unique_ptr<SignalLog> log_;
-  std::vector<std::string> write_faults_;  ///< what the run promised to leave and could not write
+  std::vector<std::string> write_faults_;  ///< why files of the run lack something, one sentence each
   std::uint64_t log_every_ticks_ = 1;
 
   std::atomic<bool> stop_{false};

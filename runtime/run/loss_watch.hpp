@@ -1,7 +1,7 @@
 #pragma once
-// Finds the devices that are lost while a run goes on. A device is lost when it is not connected for longer
-// than its time-out (io::Device::loss_timeout_ns), from the first tick on: one that never connects is lost,
-// too.
+// Detects the devices that are lost during a run. A device is lost when it is not connected for longer than
+// its time-out (io::Device::loss_timeout_ns), counted from the first tick on: one that never connects is
+// lost, too.
 //
 // Threads: look and outputs_must_be_safe from the base thread; losses after the run.
 
@@ -21,19 +21,19 @@ class LossWatch {
   struct Subject {
     const io::Device* device = nullptr;  ///< outlives the watch
     std::string name;                    ///< "CAN bus car", "Modbus unit plc"
-    bool may_be_lost = false;            ///< its loss is no fault of the run
+    bool may_be_lost = false;            ///< its loss does not make the run fail
   };
   explicit LossWatch(std::vector<Subject> subjects);
 
-  /// After the inputs of a tick were latched. Neither allocates nor blocks.
+  /// To be called after the inputs of a tick are latched. Neither allocates nor blocks.
   void look(std::int64_t time_ns) noexcept;
-  /// True while a device is lost that may not be.
+  /// True while a device is lost whose loss is not permitted.
   bool outputs_must_be_safe() const noexcept { return outputs_must_be_safe_; }
 
-  /// The losses of all devices, in the order of their begin; one that goes on lasts until `end_ns`, and the
-  /// device's fault is its cause. Of each device the first 100 that ended.
+  /// The losses of all devices, in the order of their beginning, of each device the first 100 that ended. A
+  /// loss that goes on lasts until `end_ns`, and the device's fault is its cause.
   std::vector<report::Loss> losses(std::int64_t end_ns) const;
-  /// Further losses.
+  /// The number of further losses.
   std::uint64_t not_listed() const noexcept;
 
  private:

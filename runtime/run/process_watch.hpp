@@ -27,8 +27,8 @@ struct ProcessFate {
   std::int64_t ended_at_ns = 0;  ///< run time, when ended_early
   std::string exit;              ///< in words
   bool safe_on_exit = true;      ///< its end ends the run
-  bool may_be_lost = false;      ///< its end is no fault of the run
-  std::string output_fault;      ///< why what it printed could not be kept; empty: it was
+  bool may_be_lost = false;      ///< its end does not make the run fail
+  std::string output_fault;      ///< why its output file lacks some of what it printed; empty: nothing
 };
 
 class ProcessWatch {

@@ -60,8 +60,8 @@ void ResponseJudge::look(const signals::SignalTable& table, std::span<const Arri
                          std::int64_t time_ns) noexcept {
   take(requests_, table, arrived, [this](Known request) { add_request(request); });
   take(replies_, table, arrived, [this](Known reply) { take_reply(reply); });
-  if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_without_chance(time_ns);
-  // Requests without a time-out may be rare: that none has come yet is no gap.
+  if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(time_ns);
+  // A request without a time-out may come rarely: its absence is not a lack of coverage.
   const bool may_be_rare = table.info(requests_.signal).timeout_ns == 0;
   coverage_.look(table, time_ns, may_be_rare || is_known(table, requests_.signal));
 }
@@ -71,10 +71,10 @@ std::string ResponseJudge::figures(const Unanswered& unanswered) const {
                      std::to_string(unanswered.judged) + " unanswered, " + std::to_string(late_) + " late";
   if (answered_ > 0) text += ", slowest " + milliseconds_text(slowest_ns_);
   if (unanswered.disconnected > 0)
-    text +=
-        "; " + std::to_string(unanswered.disconnected) + " more while the replying device was not connected";
+    text += "; " + std::to_string(unanswered.disconnected) +
+            " more came while the replying device was not connected";
   if (unanswered.cut_off > 0)
-    text += "; " + std::to_string(unanswered.cut_off) + " more too late in the run to be judged";
+    text += "; " + std::to_string(unanswered.cut_off) + " more came too late in the run to be judged";
   if (!is_list_whole())
     text += " (the list of times holds the first " + std::to_string(samples_ns_.size()) + ")";
   return text;
@@ -101,7 +101,7 @@ report::Expectation ResponseJudge::result(const Extent& extent) const {
     result.result = report::ExpectationResult::failed;
     result.detail = claim + seen;
   } else if (judged < at_least_) {
-    result.detail = claim + "only " + seen + "; at least " + std::to_string(at_least_) + " are asked for";
+    result.detail = claim + "only " + seen + "; at least " + std::to_string(at_least_) + " are required";
   } else if (!coverage_.suffices(judged, could_be_judged)) {
     result.detail =
         claim + "judged " + coverage_.share_text(judged, could_be_judged, "requests") + "; " + seen;
@@ -123,7 +123,7 @@ std::optional<report::ResponseTime> ResponseJudge::response_times(std::int64_t e
                               .limit_ns = within_ns_,
                               .samples_ns = samples_ns_,
                               .unanswered = unanswered.judged,
-                              .no_chance = unanswered.disconnected + unanswered.cut_off};
+                              .not_judged = unanswered.disconnected + unanswered.cut_off};
 }
 
 void ResponseJudge::add_request(Known request) noexcept {
@@ -151,7 +151,7 @@ bool ResponseJudge::answer(Known reply) noexcept {
     give_up_first(i);  // an answer passes over older requests: those stay unanswered
     ++answered_;
     slowest_ns_ = std::max(slowest_ns_, took_ns);
-    if (took_ns > within_ns_ && !waiting(0).had_no_chance) {
+    if (took_ns > within_ns_ && !waiting(0).disconnected) {
       ++late_;
       note_failure(waiting(0).time_ns + within_ns_);
     }
@@ -162,19 +162,19 @@ bool ResponseJudge::answer(Known reply) noexcept {
   return false;
 }
 
-/// Requests whose time is not over yet, while the device that replies is away.
-void ResponseJudge::mark_without_chance(std::int64_t time_ns) noexcept {
+/// Marks the requests whose time is not over: the replying device is not connected.
+void ResponseJudge::mark_disconnected(std::int64_t time_ns) noexcept {
   for (std::size_t i = pending_count_; i-- > 0;) {
     Known& request = pending_[(first_ + i) % pending_.size()];
-    if (request.had_no_chance || request.time_ns + within_ns_ < time_ns) return;  // older ones likewise
-    request.had_no_chance = true;
+    if (request.disconnected || request.time_ns + within_ns_ < time_ns) return;  // older ones likewise
+    request.disconnected = true;
   }
 }
 
 void ResponseJudge::give_up_first(std::size_t count) noexcept {
   for (std::size_t i = 0; i < count; ++i) {
-    if (waiting(i).had_no_chance) {
-      ++given_up_without_chance_;
+    if (waiting(i).disconnected) {
+      ++given_up_disconnected_;
     } else {
       note_failure(waiting(i).time_ns + within_ns_);
       ++given_up_;
@@ -193,10 +193,10 @@ void ResponseJudge::note_failure(std::int64_t time_ns) noexcept {
 }
 
 ResponseJudge::Unanswered ResponseJudge::unanswered_by(std::int64_t end_ns) const {
-  Unanswered count{.judged = given_up_, .disconnected = given_up_without_chance_, .cut_off = 0};
+  Unanswered count{.judged = given_up_, .disconnected = given_up_disconnected_, .cut_off = 0};
   for (std::size_t i = 0; i < pending_count_; ++i) {
     const Known& request = waiting(i);
-    ++(request.had_no_chance                    ? count.disconnected
+    ++(request.disconnected                     ? count.disconnected
        : request.time_ns + within_ns_ <= end_ns ? count.judged
                                                 : count.cut_off);
   }
@@ -207,7 +207,7 @@ std::optional<std::int64_t> ResponseJudge::first_failure(std::int64_t end_ns) co
   std::optional<std::int64_t> first = first_failure_ns_;
   for (std::size_t i = 0; i < pending_count_; ++i) {
     const std::int64_t due_ns = waiting(i).time_ns + within_ns_;
-    if (!waiting(i).had_no_chance && due_ns <= end_ns && (!first || due_ns < *first)) first = due_ns;
+    if (!waiting(i).disconnected && due_ns <= end_ns && (!first || due_ns < *first)) first = due_ns;
   }
   return first;
 }

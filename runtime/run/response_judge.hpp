@@ -6,10 +6,10 @@
 // reply passes over older requests: they stay unanswered. At most 65536 requests wait at once; beyond, the
 // oldest counts as unanswered.
 //
-// A request that is not answered had no chance, and is counted apart, when the run ended before its time was
-// over or when the device that replies was not connected (its signal `connected`) at some tick of that time.
-// The claim is not checked when fewer requests than `at_least` could be judged, or too few of those that the
-// run's end left time for.
+// An unanswered request can not be judged, and is counted apart, when the run ended before its time was over,
+// or when the replying device was not connected (its signal `connected`) on a tick of that time. The
+// expectation is not checked when fewer than `at_least` requests could be judged, or too small a share of
+// those whose time was over.
 //
 // Samples of a CAN message are frames, each with its own time: two that come within one tick are two. Of
 // other signals only the value at every tick is known; a sample is one that differs from the tick before (or from
@@ -45,7 +45,7 @@ class ResponseJudge final : public Judge {
   struct Known {
     double value = 0.0;
     std::int64_t time_ns = 0;
-    bool had_no_chance = false;  ///< of a request
+    bool disconnected = false;  ///< of a request: the replying device was, while its time ran
   };
 
   /// One side of the claim.
@@ -64,13 +64,13 @@ class ResponseJudge final : public Judge {
   void add_request(Known request) noexcept;
   void take_reply(Known reply) noexcept;
   bool answer(Known reply) noexcept;
-  void mark_without_chance(std::int64_t time_ns) noexcept;
+  void mark_disconnected(std::int64_t time_ns) noexcept;
   void give_up_first(std::size_t count) noexcept;
   void drop_first(std::size_t count) noexcept;
   void note_failure(std::int64_t time_ns) noexcept;
   bool is_list_whole() const noexcept { return answered_ == samples_ns_.size(); }
   struct Unanswered {
-    std::uint64_t judged = 0;        ///< had their time and a device that could reply
+    std::uint64_t judged = 0;        ///< their time was over and the device could reply
     std::uint64_t disconnected = 0;  ///< the device was not connected
     std::uint64_t cut_off = 0;       ///< the run ended too early
   };
@@ -89,7 +89,7 @@ class ResponseJudge final : public Judge {
   std::size_t first_ = 0, pending_count_ = 0;
   std::array<Known, 64> early_replies_;  // a ring; unused ones are older than any request
   std::size_t next_early_ = 0;
-  std::uint64_t answered_ = 0, late_ = 0, given_up_ = 0, given_up_without_chance_ = 0;
+  std::uint64_t answered_ = 0, late_ = 0, given_up_ = 0, given_up_disconnected_ = 0;
   std::int64_t slowest_ns_ = 0;
   std::optional<std::int64_t> first_failure_ns_;
   std::vector<std::int64_t> samples_ns_;

@@ -295,8 +295,8 @@ void LiveSession::tell_unanswered_runs(report::RunRecord& record) const {
   }
 }
 
-/// The gravest first: a process that has ended, then what was out of step (added before), lost, not sent, not
-/// written.
+/// The most serious first: ended processes, then (added before this call) devices out of step, then losses,
+/// frames not sent, files not written.
 void LiveSession::add_failures(std::int64_t end_ns, report::RunRecord& record) const {
   std::vector<std::string> ended;
   for (const ProcessFate& fate : fates_) {

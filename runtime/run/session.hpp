@@ -31,7 +31,7 @@ class GpuError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The database got no memory, or no thread. A sentence for the user.
+/// The database got no memory or no thread. A sentence for the user.
 class MemoryError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -1,8 +1,7 @@
 #pragma once
-// What a run has come to: its verdict, exit code and reason, out of its record and of what only the session
-// knows.
+// The verdict, exit code and reason of a run, from its record and from what only the session knows.
 //
-// When several hold, the GPU comes before I/O, I/O before timing, timing before interruption, and
+// Where several verdicts apply, the GPU comes before I/O, I/O before timing, timing before interruption, and
 // expectations come last.
 
 #include <optional>
@@ -33,8 +32,8 @@ struct VerdictInputs {
   const std::optional<config::Condition>& fail_on;
 };
 
-/// Fills in verdict, exit code and reason. The rest of the record is complete; record.failures decides about
-/// I/O.
+/// Fills in the verdict, exit code and reason of a record that is complete otherwise. record.failures decides
+/// about I/O.
 void decide(const VerdictInputs& inputs, report::RunRecord& record);
 
 /// The first share of ticks or releases above `max_lost`, in a sentence; empty: there is none.

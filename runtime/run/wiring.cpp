@@ -35,7 +35,8 @@ void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Pla
 struct Known {
   const signals::SignalTable& table;
   std::vector<std::string> undeclared;
-  std::map<std::uint32_t, std::string> imprecise = {};  ///< why, by index of the signal
+  /// Why a double can not hold a signal exactly, by the signal's index.
+  std::map<std::uint32_t, std::string> imprecise = {};
 };
 
 signals::SignalId find_signal(const Known& known, const Word& word, Diagnostics& diagnostics) {
@@ -146,8 +147,8 @@ void declare_inputs(const io::Device& device, const std::string& prefix, const P
   const auto add_state = [&](const std::string& name) -> signals::SignalId {
     if (!wiring.signals.find(prefix + name)) return wiring.signals.add({prefix + name, "", writer});
     diagnostics.warn(place, "'" + prefix + name +
-                                "' is a signal of the device itself, so it does not say whether "
-                                "the device is there; give the device's signal another name");
+                                "' is a signal of the device itself, so no signal says whether the "
+                                "device is connected, or fresh; give the device's signal another name");
     return {};
   };
   links.connected = add_state("connected");
@@ -173,7 +174,7 @@ struct CanProbe {
   WiredCan wired;
 };
 
-/// Short names, value names and limits of the signals that the bus writes.
+/// Adds the short names, value names and precision of the bus's signals.
 void describe_can_signals(const CanProbe& probe, Wiring& wiring, Known& known) {
   const std::string prefix = "can." + probe.wired.section->bus.text + ".";
   const auto describe = [&](const std::string& message_name) {
@@ -217,7 +218,7 @@ std::vector<CanProbe> declare_can(Wiring& wiring, Known& known, Diagnostics& dia
   return probes;
 }
 
-/// A value name of the DBC signal, or a signal of the run; signals of the run have a dot in their names.
+/// Connects an output to a value name of its DBC signal or to a signal of the run, whose name has a dot.
 void connect_can_output(const Word& word, const io::can::DbcSignal& signal, const io::ChannelInfo& channel,
                         DeviceLink::Source& target, const Known& known, Diagnostics& diagnostics) {
   const std::map<std::string, double> values = named_values_of(signal);

@@ -3,9 +3,9 @@
 // the scenery's meshes, so that files are read once and refused in time. Opens no device, so
 // `hil check` can go this far; every mistake is reported with its place and the nearest name there is.
 //
-// Names of signals: "<module>.<output>", "can.<bus>.<Message>.<Signal>", "modbus.<unit>.<entry>". Of every
-// device also "can.<bus>.connected", "can.<bus>.<Message>.fresh", "modbus.<unit>.connected",
-// "modbus.<unit>.<entry>.fresh" (1 or 0), but for names that the device's own signals have.
+// Names of signals: "<module>.<output>", "can.<bus>.<Message>.<Signal>", "modbus.<unit>.<entry>". In
+// addition, for every device, "can.<bus>.connected", "can.<bus>.<Message>.fresh", "modbus.<unit>.connected",
+// "modbus.<unit>.<entry>.fresh" (1 or 0), except where a signal of the device has that name.
 
 #include <memory>
 #include <optional>

@@ -8,8 +8,9 @@
 //   time       every element has its own WorldTime. None may be before the version's own time, and those of
 //              one batch (the elements of one query in one transaction) span at most max_query_window_ns;
 //              else the transaction is refused (BadInput: time_not_covered, window_too_long). A query that
-//              ignores motion uses the version's time. Where the times of all queries of a transaction span more, the
-//              queries are executed in several groups, each with its own structures, which costs more
+//              ignores motion uses the version's time. Where the times of all queries of a transaction span
+//              more, the queries are executed in several groups, each with its own structures, which costs
+//              more
 //   ties       lowest entity index first, then lowest triangle index
 //   order      answers do not depend on the order of the batch nor on how it was split. Boxes fit the span of a batch's times:
 //              of regions and nearest, close to the device's limits, that may decide whether a search is cut short, and what an

@@ -1,6 +1,6 @@
 #pragma once
-// Tables of the page: a scrolling frame, a head, rows of cells. On a phone each row is a list of cells, each
-// with its column's title beside it.
+// Tables of the page: a scrolling frame, a head, rows of cells. On a phone a row is a list of cells, each
+// beside its column's title.
 
 #include <initializer_list>
 #include <string>
@@ -35,7 +35,7 @@ class Table {
   void end();
 
  private:
-  /// Stands beside each cell where a page is too narrow for columns.
+  /// The column's title, shown beside each cell where the page is too narrow for columns.
   const char* label(std::size_t column) const;
   void cells(std::initializer_list<Cell> cells);
   Markup& out_;

@@ -12,7 +12,7 @@ struct TopViewResult {
   std::vector<std::string> labels_without_room;  ///< for the caption
 };
 
-/// For what width of a page: its text is readable there.
+/// The page width at which the picture's text is readable.
 enum class PictureWidth { page, phone };
 
 /// Shapes, tracks and points with coordinates that are not finite are left out. Nothing to show gives an

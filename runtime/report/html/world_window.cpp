@@ -44,11 +44,11 @@ Bounds bounds_of_footprint(const Shape& shape) {
   return bounds;
 }
 
-/// Of bodies that do not move and may be ground under another name: those that do not cover all that is left,
-/// the largest first.
+/// Adds the static bodies to `bounds`, but for ground that is modelled as a body: from the largest on, those
+/// that cover everything smaller are left out.
 void add_structures(std::vector<Bounds> structures, Bounds& bounds) {
   std::ranges::sort(structures, {}, &Bounds::area);
-  std::vector<Bounds> with_smaller{bounds};  // [i]: everything but structures from i on
+  std::vector<Bounds> with_smaller{bounds};  // [i]: `bounds` and the structures before i
   for (const Bounds& structure : structures) {
     with_smaller.push_back(with_smaller.back());
     with_smaller.back().add(structure);

@@ -11,18 +11,18 @@ namespace hil::report {
 
 bool is_finite(const PointM& point);
 
-/// Height over width of a picture, at least and at most.
+/// The least and the largest ratio of a picture's height to its width.
 struct AspectLimits {
   double flattest = 0.42;
   double tallest = 0.6;
 };
 
-/// Something that can be drawn: a shape, a track, a point.
+/// Whether there is something to draw: a shape, a track or a point.
 bool has_content(const TopView& view);
 
 /// What the record asks for, else the bounding box of bodies, detectors and tracks with a margin of 6 %, at
-/// least 4 m, grown to the aspect. Ground, roads and markings do not count, nor a body that lies under all
-/// the others, nor points that were seen; without bodies everything counts.
+/// least 4 m, grown to the aspect. Ground, roads, markings, a static body under all the
+/// others, and scan points do not count; without bodies everything counts.
 ViewBox window_of(const TopView& view, const AspectLimits& aspect = {});
 
 /// The part of a polygon inside a rectangle (Sutherland-Hodgman; a concave outline may keep edges along the

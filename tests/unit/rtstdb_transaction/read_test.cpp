@@ -134,7 +134,7 @@ TEST(ReadsDeathTest, MisuseAborts) {
   EXPECT_DEATH(static_cast<void>(transaction->state(0)),
                "Transaction::state: the transaction was not submitted");
   world.execute(*transaction);
-  EXPECT_DEATH(static_cast<void>(transaction->state(1)), "Transaction::state: the ordinal is none");
+  EXPECT_DEATH(static_cast<void>(transaction->state(1)), "Transaction::state: the ordinal is not one");
 }
 
 }  // namespace

@@ -374,7 +374,7 @@ TEST(MisuseDeathTest, Aborts) {
   world.execute(*transaction);
   EXPECT_DEATH(world.engine.submit(*transaction), "Database::submit: .*call Transaction::begin");
   EXPECT_DEATH(transaction->create(row_of(1)), "Transaction::create: .*call Transaction::begin");
-  EXPECT_DEATH(static_cast<void>(transaction->created(1)), "Transaction::created: the ordinal is none");
+  EXPECT_DEATH(static_cast<void>(transaction->created(1)), "Transaction::created: the ordinal is not one");
   Terms beyond;
   beyond.importance = max_importance + 1;
   EXPECT_DEATH(transaction->begin(beyond), "max_importance");

@@ -80,13 +80,12 @@ TEST(ReportText, SaysWhatAModbusUnitDidNotTakeOrGive) {
         plc + "6 output values that no register can carry (not a number): the register kept its value\n",
         plc + "7 input values that were not a finite number: the signal kept its value\n",
         plc + "8 sets of outputs not sent: the unit was too slow, and a newer set came first\n",
-        plc + "9 times that an input grew older than max_age: it then reads its safe value\n",
+        plc + "9 times an input grew older than max_age and reads its safe value\n",
         std::string("  modbus.panel: 1 connection closed for bytes that are not Modbus TCP\n"),
         std::string(
             "  modbus.panel: 10 connections refused: no place was free (max_clients), or the system had "
             "no descriptor\n"),
-        std::string(
-            "  modbus.panel: 11 idle connections closed to make room for another client (max_clients)\n"),
+        std::string("  modbus.panel: 11 idle connections closed in favour of another client (max_clients)\n"),
         std::string(
             "  modbus.panel: 12 connections dropped: the client was silent, or did not take its replies\n")})
     EXPECT_NE(text.find(line), std::string::npos) << line << text;

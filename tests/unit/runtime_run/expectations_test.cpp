@@ -445,12 +445,12 @@ TEST_F(Arriving, RequestsWhileTheReplyingBusIsAwayAreCountedApart) {
   const auto result = claim->result({5'000 * ms, 1, ms});
   EXPECT_EQ(result.result, Result::held) << result.detail;
   EXPECT_TRUE(says(result, "40 requests, 0 unanswered")) << result.detail;
-  EXPECT_TRUE(says(result, "1 more while the replying device was not connected")) << result.detail;
-  EXPECT_TRUE(says(result, "1 more too late in the run to be judged")) << result.detail;
-  EXPECT_EQ(claim->response_times(5'000 * ms)->no_chance, 2U);
+  EXPECT_TRUE(says(result, "1 more came while the replying device was not connected")) << result.detail;
+  EXPECT_TRUE(says(result, "1 more came too late in the run to be judged")) << result.detail;
+  EXPECT_EQ(claim->response_times(5'000 * ms)->not_judged, 2U);
 }
 
-TEST_F(Arriving, TooManyRequestsWithoutAChanceWereNotChecked) {
+TEST_F(Arriving, TooManyRequestsThatWereNotJudgedAreNotChecked) {
   const auto claim = judge(config::Response{
       .request = {"ego.speed", {}}, .reply = {"can.car.Reply.Value", {}}, .within_ns = 50 * ms});
   table_.write(connected_, 1.0, 0);
