@@ -1,0 +1,87 @@
+#include "rtstdb/option_check.hpp"
+
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include <rtstdb/limits.hpp>
+
+namespace rtstdb {
+namespace {
+
+bool is_option_duration(Nanoseconds duration) {
+  return duration >= Nanoseconds(0) && duration <= Nanoseconds(max_option_duration_ns);
+}
+
+std::string refused_duration(const char* name, Nanoseconds duration) {
+  return std::string(name) + " is " + std::to_string(duration.count()) + " ns; 0 to " +
+         std::to_string(max_option_duration_ns) + " are possible";
+}
+
+}  // namespace
+
+Result<void> check_options(const DatabaseOptions& options) {
+  struct Count {
+    const char* name;
+    std::uint64_t value, limit;
+  };
+  for (const auto& [name, value, limit] :
+       {Count{"max_entities", options.max_entities, max_entities},
+        Count{"max_geometries", options.max_geometries, max_geometries},
+        Count{"queue_capacity", options.queue_capacity, max_queue_capacity},
+        Count{"retained_changes", options.retained_changes, max_retained_changes},
+        Count{"followed_changes", options.followed_changes, max_retained_changes}}) {
+    if (value == 0 || value > limit)
+      return Error{ErrorCode::capacity, std::string(name) + " is " + std::to_string(value) + "; 1 to " +
+                                            std::to_string(limit) + " are possible"};
+  }
+  for (const auto& [name, duration] : {std::pair("chunk", options.chunk), std::pair("spin", options.spin)})
+    if (!is_option_duration(duration)) return Error{ErrorCode::bad_input, refused_duration(name, duration)};
+  if (!(options.max_reserved_share > 0.0 && options.max_reserved_share <= 1.0)) {
+    char share[40];
+    std::snprintf(share, sizeof share, "%.9g", options.max_reserved_share);
+    return Error{ErrorCode::bad_input,
+                 "max_reserved_share is " + std::string(share) + "; above 0 to 1 is possible"};
+  }
+  if (options.thread_priority < 0 || options.thread_priority > 99)
+    return Error{ErrorCode::bad_input, "thread_priority is " + std::to_string(options.thread_priority) +
+                                           "; 0, ordinary, and 1 to 99 are possible"};
+  return {};
+}
+
+Result<void> check_options(const DurabilityOptions& options) {
+  const auto refuse = [](const std::string& what) {
+    return Error{ErrorCode::bad_input, "durability: " + what};
+  };
+  const std::string mode = to_string(options.mode);
+  if (options.directory.empty()) {
+    if (options.mode == DurabilityMode::group || options.mode == DurabilityMode::sync)
+      return refuse("mode " + mode + " needs a directory");
+    return {};
+  }
+  if (options.mode == DurabilityMode::volatile_only)
+    return refuse("mode volatile writes nothing into " + options.directory.string());
+  if (!is_option_duration(options.flush_interval))
+    return refuse(refused_duration("flush_interval", options.flush_interval));
+  if (options.ring_bytes < min_ring_bytes || options.ring_bytes > max_ring_bytes)
+    return refuse("ring_bytes is " + std::to_string(options.ring_bytes) + "; " +
+                  std::to_string(min_ring_bytes) + " to " + std::to_string(max_ring_bytes) + " are possible");
+  if (options.segment_bytes < min_segment_bytes)
+    return refuse("segment_bytes is " + std::to_string(options.segment_bytes) + "; " +
+                  std::to_string(min_segment_bytes) + " and more are possible");
+  return {};
+}
+
+Result<void> check_options(const GeometryOptions& options) {
+  if (!options.deforms) return {};
+  if (options.kept_shapes == 0 || options.kept_shapes > max_kept_shapes)
+    return Error{ErrorCode::bad_input, "kept_shapes is " + std::to_string(options.kept_shapes) + "; 1 to " +
+                                           std::to_string(max_kept_shapes) + " are possible"};
+  if (!(options.rebuild_growth >= 1.0f)) {
+    return Error{ErrorCode::bad_input,
+                 "rebuild_growth is " + std::to_string(options.rebuild_growth) + "; 1 and more are possible"};
+  }
+  return {};
+}
+
+}  // namespace rtstdb
