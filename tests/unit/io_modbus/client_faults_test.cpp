@@ -4,66 +4,11 @@
 #include <algorithm>
 #include <atomic>
 
-#include "bench.hpp"
-#include "io/modbus/client_device.hpp"
+#include "client_exchange.hpp"
 #include "io/modbus/server_device.hpp"
 
 namespace hil::io::modbus {
 namespace {
-
-using bench::Bytes;
-using bench::entry;
-using bench::eventually;
-using bench::FakeConnection;
-using bench::FakeServer;
-using bench::latched;
-using std::chrono::milliseconds;
-using Wall = std::chrono::steady_clock;
-
-RegisterMap two_words() {
-  return {{entry("out", Table::holding, 0, ValueType::u16, true),
-           entry("in", Table::holding, 10, ValueType::u16, false)}};
-}
-
-ClientSettings quick(std::uint16_t port) {
-  ClientSettings settings;
-  settings.name = "plc";
-  settings.endpoint.port = port;
-  settings.response_timeout = milliseconds(30);
-  settings.start_limit = milliseconds(500);
-  settings.reconnect_pause_min = milliseconds(5);
-  settings.reconnect_pause_max = milliseconds(40);
-  settings.lockstep_limit = milliseconds(100);
-  return settings;
-}
-
-/// For a server that answers: no machine is so busy that it takes that long.
-ClientSettings patient(std::uint16_t port) {
-  ClientSettings settings = quick(port);
-  settings.response_timeout = milliseconds(5000);
-  settings.lockstep_limit = milliseconds(10'000);
-  return settings;
-}
-
-/// Serves soundly until the client leaves.
-void behave(FakeConnection& connection, std::uint16_t value) {
-  for (Bytes request = connection.receive(); !request.empty(); request = connection.receive()) {
-    connection.send(FakeConnection::reply_to(request, value));
-  }
-}
-
-/// One lockstep exchange: what it returned, and how long it took.
-struct Exchange {
-  bool good = false;
-  milliseconds took{0};
-};
-
-Exchange exchange_once(ClientDevice& client, double value, RunTimeNs tick_ns) {
-  const auto before = Wall::now();
-  client.release_outputs(std::vector{value}, tick_ns);
-  const bool good = client.exchange(tick_ns);
-  return {good, std::chrono::duration_cast<milliseconds>(Wall::now() - before)};
-}
 
 /// A first connection by `fault`, all later ones sound with the value 7: the exchange fails within the limit,
 /// the fault is counted and named, and a later exchange is right again.
@@ -259,114 +204,6 @@ TEST(ClientFaults, ADuplicateReplyIsThrownAwayWithItsConnection) {
   ASSERT_TRUE(eventually([&] { return exchange_once(client, 2, 1).good; }));
   EXPECT_EQ(latched(client)[0].value, 7.0);
   EXPECT_EQ(client.counters().reconnects, 1U);
-  client.stop();
-}
-
-TEST(ClientFaults, AnExceptionIsCountedNamedAndCostsNoConnection) {
-  RegisterMap map = two_words();
-  map.entries.push_back(entry("other", Table::input, 0, ValueType::u16, false));
-  FakeServer server([](FakeConnection& connection, int) {
-    for (Bytes request = connection.receive(); !request.empty(); request = connection.receive()) {
-      const auto id = static_cast<std::uint16_t>(request[0] << 8U | request[1]);
-      connection.send(request[7] == 3 ? bench::frame(id, {0x83, 2}) : FakeConnection::reply_to(request, 9));
-    }
-  });
-  bench::HandClock clock;
-  ClientDevice client(patient(server.port()), map);
-  client.start(clock, Pacing::lockstep);
-  for (int round = 0; round < 3; ++round)
-    ASSERT_TRUE(exchange_once(client, round, round).good);
-  EXPECT_FALSE(latched(client)[0].fresh);
-  EXPECT_EQ(latched(client)[1].value, 9.0);  // the requests after it went on
-  EXPECT_EQ(client.counters().exceptions, 3U);
-  EXPECT_EQ(client.counters().errors, 3U);
-  EXPECT_EQ(client.counters().reconnects, 0U);
-  EXPECT_EQ(client.counters().requests, client.counters().replies);
-  EXPECT_TRUE(client.health().connected);
-  EXPECT_NE(client.health().fault.find("reading holding 10: illegal data address (exception 2)"),
-            std::string::npos)
-      << client.health().fault;
-  client.stop();
-}
-
-TEST(ClientFaults, AUnitThatGoesOnRefusingOutputsIsACauseAndOneThatIsBusyForAMomentIsNone) {
-  std::atomic<bool> refuses{true};
-  FakeServer server([&](FakeConnection& connection, int) {
-    for (Bytes request = connection.receive(); !request.empty(); request = connection.receive()) {
-      const auto id = static_cast<std::uint16_t>(request[0] << 8U | request[1]);
-      connection.send(request[7] == 6 && refuses ? bench::frame(id, {0x86, 4})
-                                                 : FakeConnection::reply_to(request, 9));
-    }
-  });
-  bench::HandClock clock;
-  ClientDevice client(patient(server.port()), two_words());
-  client.start(clock, Pacing::lockstep);
-  constexpr RunTimeNs ms = 1'000'000;
-  ASSERT_TRUE(exchange_once(client, 1, 0).good);
-  ASSERT_TRUE(exchange_once(client, 2, 1'000 * ms).good);
-  refuses = false;
-  ASSERT_TRUE(exchange_once(client, 3, 1'500 * ms).good);
-  refuses = true;
-  ASSERT_TRUE(exchange_once(client, 4, 2'000 * ms).good);
-  EXPECT_EQ(client.send_fault(), "");
-  ASSERT_TRUE(exchange_once(client, 5, 3'001 * ms).good);
-  EXPECT_NE(client.send_fault().find("has refused outputs for more than 1000 ms: writing holding 0: "),
-            std::string::npos)
-      << client.send_fault();
-  EXPECT_TRUE(client.connected()) << "it answers";
-  client.stop();
-}
-
-/// A unit that has holding registers 0, 5 and 20 only.
-void behave_with_gaps(FakeConnection& connection) {
-  for (Bytes request = connection.receive(); !request.empty(); request = connection.receive()) {
-    const auto id = static_cast<std::uint16_t>(request[0] << 8U | request[1]);
-    const unsigned first = static_cast<unsigned>(request[8]) << 8U | request[9];
-    const unsigned count = request[7] == 3 ? static_cast<unsigned>(request[10]) << 8U | request[11] : 1;
-    const bool is_there = count == 1 && (first == 0 || first == 5 || first == 20);
-    connection.send(is_there ? FakeConnection::reply_to(request, static_cast<std::uint16_t>(first + 1))
-                             : bench::frame(id, {static_cast<std::uint8_t>(request[7] | 0x80U), 2}));
-  }
-}
-
-RegisterMap with_gaps() {
-  return {{entry("w", Table::holding, 20, ValueType::u16, true),
-           entry("a", Table::holding, 0, ValueType::u16, false),
-           entry("b", Table::holding, 5, ValueType::u16, false)}};
-}
-
-TEST(ClientFaults, AReadAcrossAGapThatIsRefusedIsSplitAndStaysSplit) {
-  FakeServer server([](FakeConnection& connection, int) { behave_with_gaps(connection); });
-  bench::HandClock clock;
-  ClientSettings settings = patient(server.port());
-  settings.max_gap = 8;
-  ClientDevice client(settings, with_gaps());
-  client.start(clock, Pacing::lockstep);
-  for (int round = 1; round <= 3; ++round) {
-    ASSERT_TRUE(exchange_once(client, round, round).good);
-    EXPECT_EQ(latched(client)[0].value, 1.0);
-    EXPECT_EQ(latched(client)[1].value, 6.0);
-    EXPECT_EQ(client.health().fault, "");
-    EXPECT_EQ(client.counters().by_code[2], 1U) << "once, in the first cycle";
-    EXPECT_EQ(client.counters().requests, 1U + 3U * static_cast<unsigned>(round));
-  }
-  const std::vector<DeviceEvent> events = client.events_since(0);
-  ASSERT_EQ(events.size(), 1U);
-  EXPECT_EQ(
-      events[0].text,
-      "unit plc: it refused to read holding 0..5 (exception 2), which has gaps; from now on it is read in "
-      "2 requests");
-  client.stop();
-}
-
-TEST(ClientFaults, NoReadCrossesAGapUnlessItIsTold) {
-  FakeServer server([](FakeConnection& connection, int) { behave_with_gaps(connection); });
-  bench::HandClock clock;
-  ClientDevice client(patient(server.port()), with_gaps());
-  client.start(clock, Pacing::lockstep);
-  ASSERT_TRUE(exchange_once(client, 1, 1).good);
-  EXPECT_EQ(client.counters().exceptions, 0U);
-  EXPECT_EQ(latched(client)[1].value, 6.0);
   client.stop();
 }
 

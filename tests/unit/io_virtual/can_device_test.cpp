@@ -4,10 +4,8 @@
 #include "io/can/can_device.hpp"
 
 #include <gtest/gtest.h>
-#include <linux/can/error.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -15,6 +13,7 @@
 #include <iterator>
 #include <thread>
 
+#include "driven_bus.hpp"
 #include "fake_clock.hpp"
 #include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
@@ -24,9 +23,6 @@
 namespace hil::io::can {
 namespace {
 
-constexpr std::int64_t ms = 1'000'000;
-const Protection protection{"Counter", "Checksum"};
-
 std::filesystem::path scratch(const std::string& name) {
   return std::filesystem::path(::testing::TempDir()) / (name + "-" + std::to_string(::getpid()));
 }
@@ -34,17 +30,6 @@ std::filesystem::path scratch(const std::string& name) {
 std::string content_of(const std::filesystem::path& file) {
   std::ifstream stream(file);
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
-CanDeviceConfig crossing_config() {
-  CanDeviceConfig config;
-  config.name = "car";
-  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
-  config.send.push_back({"EgoStatus", 10 * ms, 0, protection, {}});
-  config.send.push_back({"Object0", 100 * ms, 0, {}, {}});
-  config.send.push_back({"ObjectHeader", 100 * ms, 0, protection, {}});
-  config.receive.push_back({"BrakeCommand", 250 * ms, protection, {{"Deceleration", 1.5}}});
-  return config;
 }
 
 std::size_t channel(std::span<const ChannelInfo> channels, const std::string& name) {
@@ -397,178 +382,11 @@ TEST_F(RealtimeDevice, ALogThatCanNotBeWrittenIsSaid) {
   EXPECT_GT(device_->counters().log_dropped, 0U);
 }
 
-/// A bus whose send queue is full when told so.
-class FullBus final : public Bus {
- public:
-  const std::string& name() const noexcept override { return name_; }
-  std::string description() const override { return name_; }
-  void open(const RunClock&, Pacing) override {}
-  void close() noexcept override {}
-  int fd() const noexcept override { return -1; }
-  SendResult send(const Frame& frame) noexcept override {
-    ++tries;
-    if (full) return SendResult::no_buffer;
-    if (error != 0) return SendResult::error;
-    sent.push_back(frame);
-    return SendResult::sent;
-  }
-  int send_error() const noexcept override { return error; }
-  ReceiveResult receive(Frame& frame) noexcept override {
-    if (arriving.empty()) return ReceiveResult::empty;
-    frame = arriving.front();
-    arriving.erase(arriving.begin());
-    return ReceiveResult::frame;
-  }
-  void set_filters(std::span<const can_filter>) override {}
-  SettleResult settle(RunTimeNs) override { return {}; }
-  BusCounters counters() const noexcept override { return {}; }
-  std::string fault() const override { return {}; }
-
-  bool full = false;
-  int error = 0;  ///< of every send, when it is not 0
-  int tries = 0;
-  std::vector<Frame> sent, arriving;
-
- private:
-  std::string name_ = "full";
-};
-
-TEST(CanDevice, AFullQueueIsTriedOnceMoreAtTheNextTickAndNeverSpunOn) {
-  CanDeviceConfig config = crossing_config();
-  config.send = {{"EgoStatus", 10 * ms, 0, protection, {}}};
-  auto owned = std::make_unique<FullBus>();
-  FullBus& bus = *owned;
-  SetClock clock;
-  CanDevice device(std::move(config), std::move(owned));
-  device.start(clock, Pacing::lockstep);
-  const std::vector<double> outputs(device.outputs().size(), 0.0);
-  const auto tick = [&](RunTimeNs now) {
-    device.release_outputs(outputs, now);
-    EXPECT_TRUE(device.exchange(now));
-  };
-  bus.full = true;
-  tick(0);
-  EXPECT_EQ(bus.tries, 1);
-  tick(1 * ms);
-  EXPECT_EQ(bus.tries, 2) << "once more";
-  tick(2 * ms);
-  EXPECT_EQ(bus.tries, 2) << "and no more until it is due";
-  tick(10 * ms);
-  EXPECT_EQ(bus.tries, 3);
-  bus.full = false;
-  tick(11 * ms);
-  tick(20 * ms);
-  ASSERT_EQ(bus.sent.size(), 2U);
-  EXPECT_EQ(bus.sent[0].raw.data[4] & 0xF, 0) << "the counter counts frames that were sent";
-  EXPECT_EQ(bus.sent[1].raw.data[4] & 0xF, 1);
-  EXPECT_EQ(device.counters().no_buffer, 3U);
-  EXPECT_EQ(device.counters().tx, 2U);
-}
-
-/// One message sent every 10 ms, one received with a time-out of 200 ms, over a bus that the test drives.
-class DrivenDevice : public ::testing::Test {
- protected:
-  explicit DrivenDevice(bool may_be_lost = false) {
-    CanDeviceConfig config = crossing_config();
-    config.send = {{"EgoStatus", 10 * ms, 0, protection, {}}};
-    config.may_be_lost = may_be_lost;
-    for (ReceivedMessageConfig& received : config.receive)
-      received.timeout_ns = 200 * ms;
-    auto owned = std::make_unique<FullBus>();
-    bus_ = owned.get();
-    device_ = std::make_unique<CanDevice>(std::move(config), std::move(owned));
-    device_->start(clock_, Pacing::lockstep);
-  }
-  void ticks(RunTimeNs from_ms, RunTimeNs to_ms) {
-    const std::vector<double> outputs(device_->outputs().size(), 0.0);
-    for (RunTimeNs now = from_ms * ms; now < to_ms * ms; now += 10 * ms) {
-      clock_.set(now);
-      device_->release_outputs(outputs, now);
-      EXPECT_TRUE(device_->exchange(now));
-    }
-  }
-  static Frame error_frame(canid_t classes) {
-    Frame frame;
-    frame.raw.can_id = CAN_ERR_FLAG | classes;
-    frame.raw.len = CAN_ERR_DLC;
-    return frame;
-  }
-
-  SetClock clock_;
-  FullBus* bus_ = nullptr;
-  std::unique_ptr<CanDevice> device_;
-};
-
-class DrivenDeviceThatMayBeLost : public DrivenDevice {
- protected:
-  DrivenDeviceThatMayBeLost() : DrivenDevice(true) {}
-};
-
-TEST_F(DrivenDevice, AFrameThatIsRefusedIsNamedWithItsBusAndCause) {
-  ticks(0, 100);
-  EXPECT_EQ(device_->send_fault(), "");
-  bus_->error = EINVAL;
-  ticks(100, 200);
-  EXPECT_EQ(device_->send_fault(),
-            "message EgoStatus could not be sent on CAN bus 'car' (full): Invalid argument");
-  EXPECT_EQ(device_->counters().send_errors, 10U);
-  bus_->error = ENETDOWN;
-  ticks(200, 300);
-  EXPECT_NE(device_->send_fault().find("Invalid argument"), std::string::npos) << "the first one stays";
-}
-
-TEST_F(DrivenDeviceThatMayBeLost, FramesThatALossSwallowsAreNoFaultAndRefusedOnesAre) {
-  bus_->error = ENETDOWN;
-  ticks(0, 100);
-  EXPECT_EQ(device_->send_fault(), "");
-  EXPECT_EQ(device_->counters().send_errors, 10U);
-  bus_->error = EINVAL;
-  ticks(100, 200);
-  EXPECT_NE(device_->send_fault(), "");
-}
-
-TEST_F(DrivenDevice, AQueueThatIsFullForAMomentIsNoFaultAndOneThatStaysFullIs) {
-  bus_->full = true;
-  ticks(0, 190);
-  bus_->full = false;
-  ticks(190, 400);
-  EXPECT_EQ(device_->send_fault(), "");
-  bus_->full = true;
-  ticks(400, 700);
-  EXPECT_NE(device_->send_fault().find("took no frame for more than 200 ms"), std::string::npos)
-      << device_->send_fault();
-}
-
-TEST_F(DrivenDevice, ABusThatIsOffIsNotConnectedUntilItIsRestarted) {
-  ticks(0, 10);
-  EXPECT_TRUE(device_->connected());
-  bus_->arriving = {error_frame(CAN_ERR_BUSOFF)};
-  ticks(10, 20);
-  EXPECT_FALSE(device_->connected());
-  EXPECT_NE(device_->health().fault.find("bus-off"), std::string::npos) << device_->health().fault;
-  bus_->arriving = {error_frame(CAN_ERR_CRTL)};
-  ticks(20, 30);
-  EXPECT_FALSE(device_->connected()) << "another error says nothing of a restart";
-  bus_->arriving = {error_frame(CAN_ERR_RESTARTED)};
-  ticks(30, 40);
-  EXPECT_TRUE(device_->connected());
-  EXPECT_EQ(device_->health().fault, "");
-}
-
-TEST_F(DrivenDevice, TheShortestTimeOutDecidesWhenTheBusIsLost) {
-  EXPECT_EQ(device_->loss_timeout_ns(), 200 * ms);
-  ASSERT_FALSE(device_->input_groups().empty());
-  const InputGroup& group = device_->input_groups().front();
-  EXPECT_EQ(group.name, "BrakeCommand");
-  EXPECT_TRUE(device_->inputs()[group.first].name.starts_with("BrakeCommand."));
-  EXPECT_EQ(group.timeout_ns, 200 * ms);
-}
-
 TEST(CanDevice, PeriodsFollowTheReleasesWithoutDrift) {
   CanDeviceConfig config = crossing_config();
   config.send = {{"EgoStatus", 10 * ms, 5 * ms, protection, {}}};
-  auto owned = std::make_unique<FullBus>();
-  const FullBus& bus = *owned;
+  auto owned = std::make_unique<DrivenBus>();
+  const DrivenBus& bus = *owned;
   SetClock clock;
   CanDevice device(std::move(config), std::move(owned));
   device.start(clock, Pacing::lockstep);

@@ -179,8 +179,9 @@ TEST(RefusedMesh, AnStlWhoseCountContradictsItsSize) {
                  "its header gives 0 triangles, which take 84 bytes, and the file has 684");
   expect_refused(with_count(13), ErrorCode::file,
                  "its header gives 13 triangles, which take 734 bytes, and the file has 684");
-  expect_refused(with_count(0x7FFFFFFF), ErrorCode::file,
-                 "its header gives 2147483647 triangles, which take 107374182434 bytes, and the file has 684");
+  expect_refused(
+      with_count(0x7FFFFFFF), ErrorCode::file,
+      "its header gives 2147483647 triangles, which take 107374182434 bytes, and the file has 684");
   // A binary file may begin as a text does.
   std::string solid = whole;
   solid.replace(0, 5, "solid");

@@ -1,0 +1,148 @@
+// A CAN device whose bus does not take frames, or whose controller is bus-off.
+
+#include <gtest/gtest.h>
+#include <linux/can/error.h>
+
+#include <cerrno>
+#include <memory>
+#include <vector>
+
+#include "driven_bus.hpp"
+#include "fake_clock.hpp"
+
+namespace hil::io::can {
+namespace {
+
+TEST(CanSendFaults, AFullQueueIsTriedOnceMoreAtTheNextTickAndNeverSpunOn) {
+  CanDeviceConfig config = crossing_config();
+  config.send = {{"EgoStatus", 10 * ms, 0, protection, {}}};
+  auto owned = std::make_unique<DrivenBus>();
+  DrivenBus& bus = *owned;
+  SetClock clock;
+  CanDevice device(std::move(config), std::move(owned));
+  device.start(clock, Pacing::lockstep);
+  const std::vector<double> outputs(device.outputs().size(), 0.0);
+  const auto tick = [&](RunTimeNs now) {
+    device.release_outputs(outputs, now);
+    EXPECT_TRUE(device.exchange(now));
+  };
+  bus.full = true;
+  tick(0);
+  EXPECT_EQ(bus.tries, 1);
+  tick(1 * ms);
+  EXPECT_EQ(bus.tries, 2) << "once more";
+  tick(2 * ms);
+  EXPECT_EQ(bus.tries, 2) << "and no more until it is due";
+  tick(10 * ms);
+  EXPECT_EQ(bus.tries, 3);
+  bus.full = false;
+  tick(11 * ms);
+  tick(20 * ms);
+  ASSERT_EQ(bus.sent.size(), 2U);
+  EXPECT_EQ(bus.sent[0].raw.data[4] & 0xF, 0) << "the counter counts frames that were sent";
+  EXPECT_EQ(bus.sent[1].raw.data[4] & 0xF, 1);
+  EXPECT_EQ(device.counters().no_buffer, 3U);
+  EXPECT_EQ(device.counters().tx, 2U);
+}
+
+/// One message sent every 10 ms, one received with a time-out of 200 ms, over a bus that the test drives.
+class DrivenDevice : public ::testing::Test {
+ protected:
+  explicit DrivenDevice(bool may_be_lost = false) {
+    CanDeviceConfig config = crossing_config();
+    config.send = {{"EgoStatus", 10 * ms, 0, protection, {}}};
+    config.may_be_lost = may_be_lost;
+    for (ReceivedMessageConfig& received : config.receive)
+      received.timeout_ns = 200 * ms;
+    auto owned = std::make_unique<DrivenBus>();
+    bus_ = owned.get();
+    device_ = std::make_unique<CanDevice>(std::move(config), std::move(owned));
+    device_->start(clock_, Pacing::lockstep);
+  }
+  void ticks(RunTimeNs from_ms, RunTimeNs to_ms) {
+    const std::vector<double> outputs(device_->outputs().size(), 0.0);
+    for (RunTimeNs now = from_ms * ms; now < to_ms * ms; now += 10 * ms) {
+      clock_.set(now);
+      device_->release_outputs(outputs, now);
+      EXPECT_TRUE(device_->exchange(now));
+    }
+  }
+  static Frame error_frame(canid_t classes) {
+    Frame frame;
+    frame.raw.can_id = CAN_ERR_FLAG | classes;
+    frame.raw.len = CAN_ERR_DLC;
+    return frame;
+  }
+
+  SetClock clock_;
+  DrivenBus* bus_ = nullptr;
+  std::unique_ptr<CanDevice> device_;
+};
+
+class DrivenDeviceThatMayBeLost : public DrivenDevice {
+ protected:
+  DrivenDeviceThatMayBeLost() : DrivenDevice(true) {}
+};
+
+TEST_F(DrivenDevice, AFrameThatIsRefusedIsNamedWithItsBusAndCause) {
+  ticks(0, 100);
+  EXPECT_EQ(device_->send_fault(), "");
+  bus_->error = EINVAL;
+  ticks(100, 200);
+  EXPECT_EQ(device_->send_fault(),
+            "message EgoStatus could not be sent on CAN bus 'car' (full): Invalid argument");
+  EXPECT_EQ(device_->counters().send_errors, 10U);
+  bus_->error = ENETDOWN;
+  ticks(200, 300);
+  EXPECT_NE(device_->send_fault().find("Invalid argument"), std::string::npos) << "the first one stays";
+}
+
+TEST_F(DrivenDeviceThatMayBeLost, FramesThatALossSwallowsAreNoFaultAndRefusedOnesAre) {
+  bus_->error = ENETDOWN;
+  ticks(0, 100);
+  EXPECT_EQ(device_->send_fault(), "");
+  EXPECT_EQ(device_->counters().send_errors, 10U);
+  bus_->error = EINVAL;
+  ticks(100, 200);
+  EXPECT_NE(device_->send_fault(), "");
+}
+
+TEST_F(DrivenDevice, AQueueThatIsFullForAMomentIsNoFaultAndOneThatStaysFullIs) {
+  bus_->full = true;
+  ticks(0, 190);
+  bus_->full = false;
+  ticks(190, 400);
+  EXPECT_EQ(device_->send_fault(), "");
+  bus_->full = true;
+  ticks(400, 700);
+  EXPECT_NE(device_->send_fault().find("took no frame for more than 200 ms"), std::string::npos)
+      << device_->send_fault();
+}
+
+TEST_F(DrivenDevice, ABusThatIsOffIsNotConnectedUntilItIsRestarted) {
+  ticks(0, 10);
+  EXPECT_TRUE(device_->connected());
+  bus_->arriving = {error_frame(CAN_ERR_BUSOFF)};
+  ticks(10, 20);
+  EXPECT_FALSE(device_->connected());
+  EXPECT_NE(device_->health().fault.find("bus-off"), std::string::npos) << device_->health().fault;
+  bus_->arriving = {error_frame(CAN_ERR_CRTL)};
+  ticks(20, 30);
+  EXPECT_FALSE(device_->connected()) << "another error says nothing of a restart";
+  bus_->arriving = {error_frame(CAN_ERR_RESTARTED)};
+  ticks(30, 40);
+  EXPECT_TRUE(device_->connected());
+  EXPECT_EQ(device_->health().fault, "");
+}
+
+TEST_F(DrivenDevice, TheShortestTimeOutDecidesWhenTheBusIsLost) {
+  EXPECT_EQ(device_->loss_timeout_ns(), 200 * ms);
+  ASSERT_FALSE(device_->input_groups().empty());
+  const InputGroup& group = device_->input_groups().front();
+  EXPECT_EQ(group.name, "BrakeCommand");
+  EXPECT_TRUE(device_->inputs()[group.first].name.starts_with("BrakeCommand."));
+  EXPECT_EQ(group.timeout_ns, 200 * ms);
+}
+
+}  // namespace
+}  // namespace hil::io::can

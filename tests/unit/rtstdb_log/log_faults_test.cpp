@@ -1,0 +1,92 @@
+// A log whose disk fails or loses power at every single call.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <string>
+
+#include "live_world.hpp"
+#include "manual_clock.hpp"
+#include "rtstdb/log/writer.hpp"
+#include "tests/support/simulated_disk.hpp"
+
+namespace rtstdb::log::test {
+namespace {
+
+using hil::test::SimulatedDisk;
+
+constexpr std::uint64_t id_of_log = 77;
+
+/// The same life of a log each time, with whatever faults the disk has been told of; the watermark at its end.
+struct Life {
+  History history;
+  Version told = 0;
+  std::uint64_t calls = 0;
+};
+Life live(SimulatedDisk& disk) {
+  Life life;
+  ManualClock clock;
+  LiveWorld world(5, life.history, 1 << 12);
+  auto writer = Writer::start(disk, clock, world.ring(), world,
+                              {.segment_bytes = 4096, .checkpoint_every_bytes = 6000, .rows_per_slice = 5},
+                              start_after(recover(disk).value(), id_of_log));
+  if (writer) {
+    for (int k = 0; k < 40; ++k) {
+      if (k == 5 || k == 20) world.add_geometry(disk, id_of_log, static_cast<std::uint64_t>(k));
+      if (k % 9 == 4) world.commit_and_take_back();
+      world.commit();
+      writer.value()->step(0);
+      if (k % 4 == 0) clock.advance(Nanoseconds(2'000'000'000));
+      life.told = std::max(life.told, writer.value()->durable());
+    }
+    world.recorder().tend();
+    if (writer.value()->close(0).ok()) life.told = world.latest();
+  }
+  life.calls = disk.calls();
+  return life;
+}
+
+void expect_nothing_lost(SimulatedDisk& disk, const Life& life) {
+  disk.crash();
+  const auto recovered = recover(disk);
+  ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+  const Version version = recovered.value().world.latest.version;
+  ASSERT_TRUE(life.history.images.at(version) == image_of(recovered.value().world));
+  ASSERT_GE(version, life.history.newest_standing(life.told)) << recovered.value().report.in_words();
+}
+
+TEST(LogFaults, AnErrorAtAnyCallLosesNothingThatWasTold) {
+  SimulatedDisk whole(1);
+  const std::uint64_t calls = live(whole).calls;
+  ASSERT_GT(calls, 150u);
+  for (const int number : {EIO, ENOSPC}) {
+    for (std::uint64_t call = 3; call < calls; ++call) {  // before that the empty directory is read
+      SCOPED_TRACE("error " + std::to_string(number) + " at call " + std::to_string(call));
+      SimulatedDisk disk(call);
+      disk.fail_call(call, number);
+      const Life life = live(disk);
+      ASSERT_NO_FATAL_FAILURE(expect_nothing_lost(disk, life));
+    }
+  }
+}
+
+TEST(LogFaults, ACrashAtAnyCallLosesNothingThatWasTold) {
+  SimulatedDisk whole(1);
+  const std::uint64_t calls = live(whole).calls;
+  for (std::uint64_t call = 3; call < calls; ++call) {
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      SCOPED_TRACE("crash at call " + std::to_string(call) + ", seed " + std::to_string(seed));
+      SimulatedDisk disk(100 * call + seed);
+      for (std::uint64_t later = call; later < calls + 500; ++later)
+        disk.fail_call(later, EIO);
+      const Life life = live(disk);
+      for (std::uint64_t later = call; later < disk.calls() + 500; ++later)
+        disk.fail_call(later, 0);
+      ASSERT_NO_FATAL_FAILURE(expect_nothing_lost(disk, life));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace rtstdb::log::test

@@ -1,0 +1,67 @@
+#pragma once
+// Signals, and expectations over them, for tests that judge tick by tick.
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "runtime/config/parse.hpp"
+#include "runtime/run/expectations.hpp"
+
+namespace hil::run {
+
+inline constexpr std::int64_t ms = 1'000'000;
+using Result = report::ExpectationResult;
+
+inline config::Condition condition(const std::string& text) {
+  config::Diagnostics diagnostics;
+  const auto value = config::parse_text("test", '"' + text + '"', config::Schema::text(), diagnostics);
+  auto parsed = config::Condition::parse(value.value(), diagnostics);
+  if (!parsed) throw std::runtime_error(diagnostics.to_text());
+  return std::move(*parsed);
+}
+
+class Expectations : public ::testing::Test {
+ protected:
+  signals::SignalTable table_;
+  const signals::SignalId speed_ = table_.add({.name = "ego.speed", .unit = "m/s", .writer = "ego"});
+  const signals::SignalId request_ = table_.add({.name = "bus.Header.Counter", .unit = "", .writer = "bus"});
+  const signals::SignalId reply_ = table_.add({.name = "bus.Command.AnswerTo", .unit = "", .writer = "bus"});
+
+  const Arrivals no_arrivals_{};
+
+  std::unique_ptr<Judge> judge(decltype(config::Expectation::claim) claim,
+                               std::uint64_t most_samples = 1000) {
+    return make_judge({.name = "claim", .place = {}, .claim = std::move(claim)}, table_, no_arrivals_,
+                      most_samples);
+  }
+  std::unique_ptr<Judge> responses(std::int64_t within_ns, std::uint64_t at_least = 1,
+                                   std::uint64_t most_samples = 1000) {
+    return judge(config::Response{.request = {"bus.Header.Counter", {}},
+                                  .reply = {"bus.Command.AnswerTo", {}},
+                                  .within_ns = within_ns,
+                                  .at_least = at_least},
+                 most_samples);
+  }
+  /// Of a run that had at least one tick.
+  static Extent until(std::int64_t end_ns, std::uint64_t ticks = 1) { return {end_ns, ticks, ms}; }
+
+  void look(Judge& judge, double speed, std::int64_t time_ns) {
+    table_.write(speed_, speed, time_ns);
+    judge.look(table_, {}, time_ns);
+  }
+  void ask(Judge& judge, double value, std::int64_t time_ns) {
+    table_.write(request_, value, time_ns);
+    judge.look(table_, {}, time_ns);
+  }
+  void answer(Judge& judge, double value, std::int64_t time_ns) {
+    table_.write(reply_, value, time_ns);
+    judge.look(table_, {}, time_ns);
+  }
+};
+
+}  // namespace hil::run
