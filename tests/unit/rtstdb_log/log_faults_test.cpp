@@ -18,7 +18,8 @@ using hil::test::SimulatedDisk;
 
 constexpr std::uint64_t id_of_log = 77;
 
-/// The same life of a log each time, with whatever faults the disk has been told of; the watermark at its end.
+/// The same life of a log each time, with whatever faults the disk has been told of; the watermark at its
+/// end.
 struct Life {
   History history;
   Version told = 0;
