@@ -20,7 +20,7 @@ class DeviceWatch {
   explicit DeviceWatch(const std::vector<const io::Device*>& devices);
 
   /// Compares each device's health with the last look, takes its events, and calls `tell` with a sentence for
-  /// each change and event. The first look tells only what is lost.
+  /// each change and event. The first look reports only what is lost.
   void look(std::int64_t run_time_ns, const std::function<void(bool good, const std::string&)>& tell);
   /// After the run: takes the events since the last look. Ignores the health of the devices, which are
   /// stopped.

@@ -127,7 +127,8 @@ thead{position:absolute;width:1px;height:1px;overflow:hidden;clip-path:inset(50%
 table,tbody,tr{display:block}
 tr{padding:7px 0;border-bottom:1px solid var(--line)}
 tbody tr:last-child{border-bottom:0}
-td,.n,.n:first-child,.n+:not(.n),.first,.key,.nowrap,.name,.bar-cell{display:grid;grid-template-columns:7.5em minmax(0,1fr);gap:10px;
+td,.n,.n:first-child,.n+:not(.n),.first,.key,.nowrap,.name,.bar-cell{display:grid;
+grid-template-columns:7.5em minmax(0,1fr);gap:10px;
 width:auto;min-width:0;padding:1px 0;border:0;text-align:left;white-space:normal}
 td::before{content:attr(data-label);color:var(--soft);font-weight:400}
 td:first-child{font-weight:600}
