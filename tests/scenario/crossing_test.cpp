@@ -19,7 +19,7 @@ double greatest(const std::vector<double>& values) {
 void leave_out_measurements(nlohmann::json& node) {
   static const std::vector<std::string> measured{
       "started_at", "wall_ns", "cpu_ns", "gpu_ns", "blocked_ns", "wake_latency_ns", "slack_ns", "page_faults",
-      "per_tick_ns", "total_ns", "driver", "command",
+      "per_tick_ns", "total_ns", "driver", "command", "checksum",
       // of the log: how commits came together into writes
       "all_writes_ns", "longest_write_ns", "groups", "bytes", "segments", "ring_high_water_bytes"};
   if (node.is_object()) {
