@@ -1,5 +1,6 @@
 #include "mesh_files.hpp"
 
+#include <glm/common.hpp>
 #include <unistd.h>
 
 #include <algorithm>
@@ -62,9 +63,19 @@ std::string gltf_buffer(const TriangleMesh& mesh) {
   return bytes;
 }
 
+/// Those of a glTF accessor: also of a mesh whose indices lead beyond its positions.
+Bounds bounds_of_positions(const TriangleMesh& mesh) {
+  Bounds bounds{mesh.positions_m.at(0), mesh.positions_m.at(0)};
+  for (const glm::vec3& position : mesh.positions_m) {
+    bounds.minimum_m = glm::min(bounds.minimum_m, position);
+    bounds.maximum_m = glm::max(bounds.maximum_m, position);
+  }
+  return bounds;
+}
+
 /// Names an embedded image as well: pictures are none of a mesh's business.
 std::string gltf_json(const TriangleMesh& mesh, const std::string& nodes, const std::string& buffer_uri) {
-  const Bounds bounds = bounds_of(mesh);
+  const Bounds bounds = bounds_of_positions(mesh);
   const std::size_t positions_bytes = mesh.positions_m.size() * 12;
   const std::size_t indices_bytes = mesh.triangles.size() * 12;
   std::ostringstream text;
