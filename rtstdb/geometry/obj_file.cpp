@@ -18,7 +18,7 @@ namespace rtstdb {
 namespace {
 
 constexpr std::string_view blanks = " \t\r\f\v";
-constexpr std::size_t most_quoted = 60;
+constexpr std::size_t max_quoted = 60;
 
 /// Statements one by one, continued lines joined.
 class Statements {
@@ -47,8 +47,8 @@ class Statements {
     quoted.remove_prefix(std::min(quoted.find_first_not_of(blanks), quoted.size()));
     quoted = quoted.substr(0, quoted.find_last_not_of(blanks) + 1);
     throw std::runtime_error("line " + std::to_string(line_) + ": '" +
-                             std::string(quoted.substr(0, most_quoted)) +
-                             (quoted.size() > most_quoted ? "..." : "") + "' " + fault);
+                             std::string(quoted.substr(0, max_quoted)) +
+                             (quoted.size() > max_quoted ? "..." : "") + "' " + fault);
   }
 
  private:

@@ -79,10 +79,10 @@ class TextReader {
 
  private:
   [[noreturn]] void refuse(std::string_view found, const std::string& wanted) const {
-    constexpr std::size_t most_quoted = 40;
+    constexpr std::size_t max_quoted = 40;
     throw std::runtime_error(
         "line " + std::to_string(line_) + ": " +
-        (found.empty() ? "the file ends" : "'" + std::string(found.substr(0, most_quoted)) + "' stands") +
+        (found.empty() ? "the file ends" : "'" + std::string(found.substr(0, max_quoted)) + "' stands") +
         " where " + wanted + " is due");
   }
 
