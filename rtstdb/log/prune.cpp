@@ -19,14 +19,14 @@ DiskResult<std::uint64_t> prune_log(Disk& disk) {
   // A checkpoint without its segment is damage: the removal of the checkpoints is durable before segments go.
   if (oldest_kept != checkpoints.begin())
     if (auto fault = disk.sync_directory()) return *fault;
+  // A later segment may repeat the first group of an earlier one. Removals become durable one by one, oldest
+  // first, so that a crash never leaves an earlier segment without the later one that replaces its groups.
   std::uint64_t removed = 0;
   for (const std::uint64_t number : listing.value().segments) {
     if (number >= header.value().segment) break;
     if (auto fault = disk.remove(segment_name(number))) return *fault;
-    // Once the removal of the first segment is durable, a log begins with a checkpoint, whichever of the
-    // other segments a crash leaves.
-    if (++removed > 1) continue;
     if (auto fault = disk.sync_directory()) return *fault;
+    ++removed;
   }
   return removed;
 }

@@ -13,6 +13,7 @@
 #include "live_world.hpp"
 #include "manual_clock.hpp"
 #include "rtstdb/log/checkpoint_reader.hpp"
+#include "rtstdb/log/prune.hpp"
 #include "rtstdb/log/stretch.hpp"
 #include "tests/support/allocation_guard.hpp"
 #include "tests/support/simulated_disk.hpp"
@@ -137,6 +138,35 @@ TEST_F(WriterTest, WhatCheckpointsHaveLeftBehindIsPruned) {
   EXPECT_EQ(recover(disk).value().world.latest.version, 400u);
   start(options);
   EXPECT_EQ(writer->durable(), 400u);
+}
+
+TEST_F(WriterTest, ACrashWhileTheLogIsPrunedLeavesALogThatCanBeRead) {
+  start();
+  start();  // the first segments have no groups, and each begins with group 1
+  start({.segment_bytes = 2048, .checkpoint_every_bytes = 4096});
+  for (int k = 0; k < 100; ++k) {
+    commit(1);
+    settle();
+  }
+  writer.reset();
+  const auto contents = disk.contents();
+  std::uint64_t removed = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    for (std::uint64_t call = 1; call <= 20; ++call) {
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", call " + std::to_string(call));
+      SimulatedDisk crashing(seed);
+      crashing.set_contents(contents);
+      crashing.fail_call(call, EIO);
+      const auto pruned = prune_log(crashing);
+      crashing.crash();
+      removed += contents.size() - crashing.contents().size();
+      const auto extent = read_extent(crashing, false);
+      ASSERT_TRUE(extent.ok()) << extent.error().message;
+      EXPECT_EQ(extent.value().last.version, 100u);
+      EXPECT_EQ(recover(crashing).value().world.latest.version, 100u);
+    }
+  }
+  EXPECT_GT(removed, 1000u);
 }
 
 TEST_F(WriterTest, NothingIsPrunedUnlessThatIsAsked) {
