@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <set>
 
 #include "io/can/socketcan_bus.hpp"
 #include "runtime/run/can_wiring.hpp"
@@ -37,6 +38,8 @@ struct Known {
   std::vector<std::string> undeclared;
   /// Why a double can not hold a signal exactly, by the signal's index.
   std::map<std::uint32_t, std::string> imprecise = {};
+  /// Received signals to which neither the scenario nor the DBC file gives a time-out, by index.
+  std::set<std::uint32_t> never_stale = {};
 };
 
 signals::SignalId find_signal(const Known& known, const Word& word, Diagnostics& diagnostics) {
@@ -174,7 +177,7 @@ struct CanProbe {
   WiredCan wired;
 };
 
-/// Adds the short names, value names and precision of the bus's signals.
+/// Adds the short names, value names, precision and lack of a time-out of the bus's signals.
 void describe_can_signals(const CanProbe& probe, Wiring& wiring, Known& known) {
   const std::string prefix = "can." + probe.wired.section->bus.text + ".";
   const auto describe = [&](const std::string& message_name) {
@@ -193,8 +196,16 @@ void describe_can_signals(const CanProbe& probe, Wiring& wiring, Known& known) {
   };
   for (const auto& sent : probe.wired.device.send)
     describe(sent.message);
-  for (const auto& received : probe.wired.device.receive)
+  for (std::size_t i = 0; i < probe.wired.device.receive.size(); ++i) {
+    const io::can::ReceivedMessageConfig& received = probe.wired.device.receive[i];
     describe(received.message);
+    if (received.timeout_ns > 0 || probe.wired.section->receive[i].timeout_ns) continue;
+    for (const io::can::DbcSignal& signal :
+         probe.wired.device.database.find_message(received.message)->signals) {
+      if (const auto id = wiring.signals.find(prefix + received.message + "." + signal.name))
+        known.never_stale.insert(id->index);
+    }
+  }
 }
 
 std::vector<CanProbe> declare_can(Wiring& wiring, Known& known, Diagnostics& diagnostics) {
@@ -302,9 +313,22 @@ void check_expectations(const config::Scenario& scenario, const Known& known, Di
         value_named(known.table.info(*id).named_values, value.name, signal, diagnostics);
     }
   };
+  const auto check_every_tick = [&](const config::Condition& condition) {
+    check(condition);
+    for (const Word& mention : condition.mentions()) {
+      const auto id = known.table.find(mention.text);
+      if (!id || !known.never_stale.contains(id->index)) continue;
+      diagnostics.warn(mention.place,
+                       "'" + mention.text +
+                           "' has no time-out, so the expectation counts as checked after its sender has "
+                           "stopped; give its message a 'timeout' ('0 ms' if that is meant)");
+    }
+  };
   for (const config::Expectation& expectation : scenario.expectations) {
-    if (const auto* never = std::get_if<config::Never>(&expectation.claim)) check(never->condition);
-    if (const auto* always = std::get_if<config::Always>(&expectation.claim)) check(always->condition);
+    if (const auto* never = std::get_if<config::Never>(&expectation.claim))
+      check_every_tick(never->condition);
+    if (const auto* always = std::get_if<config::Always>(&expectation.claim))
+      check_every_tick(always->condition);
     if (const auto* eventually = std::get_if<config::Eventually>(&expectation.claim))
       check(eventually->condition);
     if (const auto* response = std::get_if<config::Response>(&expectation.claim)) {

@@ -28,6 +28,8 @@ BO_ 768 Status: 8 ECU
  SG_ Total : 16|32@1+ (1,0) [0|0] "" HIL
 BO_ 769 Wide: 8 ECU
  SG_ Big : 0|64@1+ (1,0) [0|0] "" HIL
+BO_ 772 Plain: 8 ECU
+ SG_ Level : 0|8@1+ (1,0) [0|255] "" HIL
 BO_ 770 WideCommand: 8 HIL
  SG_ Big : 0|64@1+ (1,0) [0|0] "" ECU
 BO_ 4096 Unmarked: 8 ECU
@@ -136,6 +138,28 @@ TEST_F(CanWiring, ASignalThatNothingSetsAndThatHasNoStartValueIsAWarning) {
   EXPECT_EQ(diagnostics_.warnings()[0].place.line, 10U);
   EXPECT_NE(diagnostics_.warnings()[0].message.find("their safe values: 'KeyState'"), std::string::npos)
       << diagnostics_.to_text();
+}
+
+TEST_F(CanWiring, AnExpectationOverASignalWithoutATimeOutIsAWarning) {
+  const std::string received = "- message: Status\n      - message: Wide\n";
+  const auto expecting = [&](const std::string& claim, const std::string& from_wide) {
+    std::string text = changed("- message: Status\n", received, scenario);
+    text = changed("- message: Wide\n", from_wide, text);
+    return changed("eventually: can.car.Status.Mode == LimpHome", claim, text);
+  };
+  for (const char* claim : {"never: can.car.Plain.Level > 9", "always: can.car.Plain.Level < 9"}) {
+    ASSERT_TRUE(wired(expecting(claim, "- message: Plain\n"))) << diagnostics_.to_text();
+    ASSERT_EQ(diagnostics_.warning_count(), 1U) << claim;
+    EXPECT_NE(diagnostics_.warnings()[0].message.find("'can.car.Plain.Level' has no time-out"),
+              std::string::npos)
+        << diagnostics_.to_text();
+    for (const char* timeout : {"0 ms", "50 ms"}) {
+      ASSERT_TRUE(wired(expecting(claim, std::string("- {message: Plain, timeout: ") + timeout + "}\n")));
+      EXPECT_EQ(diagnostics_.warning_count(), 0U) << diagnostics_.to_text();
+    }
+  }
+  ASSERT_TRUE(wired(expecting("eventually: can.car.Plain.Level > 9", "- message: Plain\n")));
+  EXPECT_EQ(diagnostics_.warning_count(), 0U) << "once is enough: " << diagnostics_.to_text();
 }
 
 TEST_F(CanWiring, ValueNamesStandWhereverANumberCan) {
