@@ -124,8 +124,7 @@ Reply ClientSession::send_whole(std::size_t size, std::chrono::steady_clock::tim
     } else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) {
       return close_with(Reply::broken, words_of(errno));
     } else if (!wait_for(socket_.get(), POLLOUT, until)) {
-      return close_with(Reply::timeout,
-                        "the request could not be sent within " + std::to_string(limit_.count()) + " us");
+      return close_with(Reply::timeout, "the request could not be sent within " + in_milliseconds(limit_));
     }
   }
   return Reply::good;
@@ -139,7 +138,7 @@ Reply ClientSession::receive_up_to(std::size_t size, std::chrono::steady_clock::
     } else if (rc == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
       return close_with(Reply::broken, words_of(rc == 0 ? ECONNRESET : errno));
     } else if (!wait_for(socket_.get(), POLLIN, until)) {
-      return close_with(Reply::timeout, "no whole reply within " + std::to_string(limit_.count()) + " us");
+      return close_with(Reply::timeout, "no whole reply within " + in_milliseconds(limit_));
     }
   }
   return Reply::good;

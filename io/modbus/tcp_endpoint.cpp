@@ -6,7 +6,9 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <system_error>
 #include <utility>
@@ -109,6 +111,12 @@ SocketAddress resolve(const Endpoint& endpoint) {
   return address;
 }
 
+std::string in_milliseconds(std::chrono::microseconds limit) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.6g ms", static_cast<double>(limit.count()) * 1e-3);
+  return text.data();
+}
+
 Connection connect_within(const SocketAddress& address, std::chrono::microseconds limit) {
   const auto until = std::chrono::steady_clock::now() + limit;
   Descriptor socket(::socket(address.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
@@ -119,7 +127,7 @@ Connection connect_within(const SocketAddress& address, std::chrono::microsecond
   if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address.storage), address.size) != 0) {
     error = errno == EINPROGRESS ? finish_connect(socket.get(), until) : errno;
   }
-  if (error == ETIMEDOUT) return {Descriptor(), "no answer within " + std::to_string(limit.count()) + " us"};
+  if (error == ETIMEDOUT) return {Descriptor(), "no answer within " + in_milliseconds(limit)};
   if (error != 0) return {Descriptor(), words_of(error)};
   return {std::move(socket), ""};
 }

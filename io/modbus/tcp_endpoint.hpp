@@ -60,8 +60,11 @@ SocketAddress resolve(const Endpoint& endpoint);
 /// What came of an attempt to connect; `fault` is empty exactly when `socket` is open.
 struct Connection {
   Descriptor socket;
-  std::string fault;  ///< the system's words: "Connection refused", "no answer within 200000 us"
+  std::string fault;  ///< the system's words: "Connection refused", "no answer within 200 ms"
 };
+
+/// "200 ms", "0.5 ms"
+std::string in_milliseconds(std::chrono::microseconds limit);
 
 /// A non-blocking connection without delay (TCP_NODELAY). Blocks for `limit` at most.
 Connection connect_within(const SocketAddress& address, std::chrono::microseconds limit);

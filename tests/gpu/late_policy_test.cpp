@@ -145,9 +145,9 @@ TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
     SCOPED_TRACE(prepared.name);
     // Two readings before the first gap, some in each.
     const Outcome partial = run(prepared, firm(Nanoseconds(1'800'000)));
+    ASSERT_TRUE(partial.partial) << describe(partial);
     const AnswerInfo info = prepared.query->answer_info();
     const std::vector<std::string> some = prepared.answers();
-    ASSERT_TRUE(partial.partial) << describe(partial);
     EXPECT_EQ(some.size(), capacity);
     EXPECT_GT(info.missing, 0u);
     EXPECT_LT(info.missing, capacity);
