@@ -269,8 +269,9 @@ class Kill9 : public testing::Test {
     while (at_ < version)
       for (const std::uint32_t index : written_by(++at_))
         written_[index] = static_cast<std::uint32_t>(at_);
-    ASSERT_EQ(world.rows.size(), entities);
-    for (std::uint32_t index = 0; index < entities; ++index)
+    // In async mode the first commit, which creates all entities, can be lost, too.
+    ASSERT_EQ(world.rows.size(), version == 0 ? 0 : entities);
+    for (std::uint32_t index = 0; index < world.rows.size(); ++index)
       ASSERT_EQ(world.rows[index].row.material, written_[index])
           << "entity " << index << " of version " << version << "; " << found;
     const Version lost = told.done > version ? told.done - version : 0;
