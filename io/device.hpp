@@ -134,9 +134,12 @@ class Device {
   virtual void stop() noexcept = 0;
 
   /// Whether the other side can be reached: the interface of a CAN bus is up and its controller not bus-off;
-  /// a Modbus unit answered all requests of the last cycle; a Modbus server has a client. Any thread; never
-  /// blocks.
+  /// a Modbus unit has accepted the connection and answered all requests of the last cycle; a Modbus server
+  /// has a client. False, too, while the device's own thread makes no progress. Any thread; never blocks.
   virtual bool connected() const noexcept = 0;
+  /// Whether the other side has shown since the start that it is there. A Modbus unit: it has answered a
+  /// request. Any thread; never blocks.
+  virtual bool has_answered() const noexcept { return connected(); }
   virtual DeviceHealth health() const = 0;
   /// The first reason why outputs that were due could not be sent, in one sentence. A queue that was full for
   /// a moment is no such reason. Empty: there was none. Any ordinary thread.

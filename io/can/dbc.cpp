@@ -63,7 +63,7 @@ std::string describe_problems(const DbcResult& result, std::string_view file_nam
   for (const DbcProblem& problem : result.problems) {
     text.append(file_name).append(":").append(std::to_string(problem.line)).append(":");
     text.append(std::to_string(problem.column));
-    text.append(problem.severity == DbcProblem::Severity::warning ? ": warning: " : ": error: ");
+    text.append(problem.severity <= DbcProblem::Severity::warning ? ": warning: " : ": error: ");
     text.append(problem.text).append("\n");
   }
   const std::size_t all = result.error_count + result.warning_count;

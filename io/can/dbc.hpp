@@ -93,9 +93,10 @@ struct Dbc {
 
 struct DbcProblem {
   enum class Severity : std::uint8_t {
-    warning,  ///< understood, but not usable as it is: an unusable message, names of unknown signals
-    error,    ///< a statement was not understood and is left out; the rest of the file is usable
-    fatal,    ///< the file is not usable
+    unusable,  ///< a message that no frame can carry: using it is refused with this reason
+    warning,   ///< a statement that was understood has no effect: names of unknown messages or signals
+    error,     ///< a statement was not understood and is left out; the rest of the file is usable
+    fatal,     ///< the file is not usable
   };
   Severity severity = Severity::error;
   std::size_t line = 0;    ///< from 1
@@ -110,7 +111,7 @@ struct DbcResult {
   std::vector<DbcProblem> problems;  ///< the first 200, in the order they were found
   std::size_t error_count = 0;       ///< all of them, fatal ones too
   std::size_t fatal_count = 0;
-  std::size_t warning_count = 0;
+  std::size_t warning_count = 0;  ///< `unusable` ones, too
 
   bool ok() const noexcept { return error_count == 0; }
   bool is_usable() const noexcept { return fatal_count == 0; }

@@ -104,8 +104,11 @@ std::optional<std::int64_t> DbcParser::cycle_time_of(const AttributeValue& value
 
 void DbcParser::take_message_attribute(std::string_view name, std::uint32_t file_id,
                                        const AttributeValue& value) {
+  constexpr std::string_view used[] = {"VFrameFormat", "CANFD_BRS", "SystemMessageLongSymbol",
+                                       "GenMsgCycleTime"};
+  if (std::ranges::find(used, name) == std::end(used)) return;
   DbcMessage* const message = message_of_id(file_id);
-  if (message == nullptr) return;
+  if (message == nullptr) return report_unknown_message(file_id, statement_position_);
   MessageNote& note = note_of(*message);
   if (name == "VFrameFormat") note.frame_format = value;
   if (name == "CANFD_BRS") note.bit_rate_switch = value;

@@ -90,7 +90,7 @@ void DbcParser::find_overlaps(DbcMessage& message, const MessageNote& note) {
         break;
       }
       if (!can_be_present_together(message, signal, other, overlap_steps_)) continue;
-      report(Severity::warning, note.signals[index].position,
+      report(Severity::unusable, note.signals[index].position,
              "signal '" + signal.name + "' overlaps signal '" + other.name + "' of message '" + message.name +
                  "'");
       break;

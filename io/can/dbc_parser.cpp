@@ -336,11 +336,15 @@ DbcMessage* DbcParser::message_of_id(std::uint32_t file_id) {
   return found == message_by_id_.end() ? nullptr : &result_.database.messages[found->second];
 }
 
+void DbcParser::report_unknown_message(std::uint32_t file_id, std::size_t position) {
+  if (file_id == pseudo_message_id) return;
+  report(Severity::warning, position, "no message has the identifier " + std::to_string(file_id));
+}
+
 DbcSignal* DbcParser::signal_of(std::uint32_t file_id, std::string_view name, std::size_t position) {
-  if (file_id == pseudo_message_id) return nullptr;
   DbcMessage* const message = message_of_id(file_id);
   if (message == nullptr) {
-    report(Severity::warning, position, "no message has the identifier " + std::to_string(file_id));
+    report_unknown_message(file_id, position);
     return nullptr;
   }
   const auto& signals = note_of(*message).signal_by_name;
@@ -388,11 +392,11 @@ bool DbcParser::fail_unfinished() {
 void DbcParser::make_unusable(DbcMessage& message, std::size_t position, const std::string& reason) {
   if (std::find(message.unusable.begin(), message.unusable.end(), reason) != message.unusable.end()) return;
   message.unusable.push_back(reason);
-  report(Severity::warning, position, "message '" + message.name + "' can not be used: " + reason);
+  report(Severity::unusable, position, "message '" + message.name + "' can not be used: " + reason);
 }
 
 void DbcParser::report(Severity severity, std::size_t position, std::string text) {
-  ++(severity == Severity::warning ? result_.warning_count : result_.error_count);
+  ++(severity <= Severity::warning ? result_.warning_count : result_.error_count);
   if (severity == Severity::fatal) ++result_.fatal_count;
   if (severity != Severity::fatal && result_.problems.size() >= DbcResult::kept_problems) return;
   if (result_.problems.size() >= DbcResult::kept_problems) {

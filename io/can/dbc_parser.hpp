@@ -95,6 +95,7 @@ class DbcParser {
     return notes_[static_cast<std::size_t>(&message - result_.database.messages.data())];
   }
   DbcMessage* message_of_id(std::uint32_t file_id);
+  void report_unknown_message(std::uint32_t file_id, std::size_t position);
   DbcSignal* signal_of(std::uint32_t file_id, std::string_view name, std::size_t position);
   std::optional<double> number_of(const AttributeValue& value) const;
   std::optional<std::int64_t> cycle_time_of(const AttributeValue& value) const;

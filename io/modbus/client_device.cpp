@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <csignal>
-#include <ctime>
 #include <iterator>
 #include <numeric>
 #include <utility>
@@ -43,14 +41,6 @@ std::pair<double, double> heartbeat_range(const RegisterEntry& entry) {
   return {first, decode(entry, registers).value};
 }
 
-timespec monotonic_after(std::chrono::nanoseconds wait) {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  constexpr std::int64_t second = 1'000'000'000;
-  const std::int64_t total = now.tv_sec * second + now.tv_nsec + std::max<std::int64_t>(wait.count(), 0);
-  return {total / second, total % second};
-}
-
 /// The executive's signals belong to the main thread.
 void block_all_signals() {
   sigset_t all;
@@ -83,12 +73,10 @@ ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
           "ClientDevice: a time limit is not positive");
   build_channels();
   build_requests();
-  sem_init(&wake_signal_, 0, 0);
 }
 
 ClientDevice::~ClientDevice() {
   stop();
-  sem_destroy(&wake_signal_);
 }
 
 void ClientDevice::build_channels() {
@@ -154,6 +142,8 @@ void ClientDevice::start(const RunClock& clock, Pacing pacing) {
     std::this_thread::sleep_for(settings_.reconnect_pause_min);
   }
   set_fault("");
+  connected_.store(true, relaxed);
+  answered_.store(false, relaxed);
   started_ = true;
   if (pacing_ == Pacing::realtime) thread_ = std::thread([this] { run(); });
 }
@@ -162,7 +152,7 @@ void ClientDevice::stop() noexcept {
   if (!started_) return;
   if (thread_.joinable()) {
     stopping_.store(true);
-    wake();
+    wake_signal_.wake();
     thread_.join();
   }
   const std::scoped_lock lock(lockstep_mutex_, health_mutex_);
@@ -202,16 +192,12 @@ void ClientDevice::release_outputs(std::span<const double> values, RunTimeNs tic
   require(values.size() == outputs_.size(),
           "ClientDevice::release_outputs: as many values as outputs are needed");
   if (clock_ == nullptr) return;
+  cycle_watch_.release(tick_ns);
   Release& release = releases_.draft();
   std::copy(values.begin(), values.end(), release.values.begin());
   release.tick_ns = tick_ns;
   if (releases_.publish()) counters_.superseded.fetch_add(1, relaxed);
-  if (pacing_ == Pacing::realtime) wake();
-}
-
-void ClientDevice::wake() noexcept {
-  // One post at a time is enough, and the semaphore can not overflow while the unit is dead.
-  if (!wake_pending_.exchange(true)) sem_post(&wake_signal_);
+  if (pacing_ == Pacing::realtime) wake_signal_.wake();
 }
 
 bool ClientDevice::exchange(RunTimeNs tick_ns) {
@@ -225,7 +211,7 @@ bool ClientDevice::exchange(RunTimeNs tick_ns) {
 void ClientDevice::enter_safe_state() noexcept {
   safe_requested_.store(true);
   if (clock_ == nullptr) return;
-  if (pacing_ == Pacing::realtime) return wake();
+  if (pacing_ == Pacing::realtime) return wake_signal_.wake();
   const std::scoped_lock lock(lockstep_mutex_);
   take_work();
   if (due_ && started_) cycle(WallClock::now() + settings_.lockstep_limit);
@@ -247,17 +233,9 @@ void ClientDevice::run() noexcept {
 }
 
 void ClientDevice::wait_for_work() {
-  if (due_ && !session_.connected()) {
-    // A cycle failed: go on when the pause is over, whether or not new outputs come.
-    const timespec until = monotonic_after(next_connect_ - WallClock::now());
-    while (sem_clockwait(&wake_signal_, CLOCK_MONOTONIC, &until) != 0 && errno == EINTR) {
-    }
-  } else {
-    while (sem_wait(&wake_signal_) != 0 && errno == EINTR) {
-    }
-  }
-  // An exchange, not a store: it has to see what was released before the wake-up it swallows.
-  wake_pending_.exchange(false);
+  // After a failed cycle: until the pause is over, whether or not new outputs come.
+  if (due_ && !session_.connected()) return wake_signal_.wait_for(next_connect_ - WallClock::now());
+  wake_signal_.wait();
 }
 
 void ClientDevice::take_work() noexcept {
@@ -279,6 +257,12 @@ void ClientDevice::take_work() noexcept {
 }
 
 bool ClientDevice::cycle(WallTime until) {
+  const bool good = run_cycle(until);
+  cycle_watch_.end_cycle();
+  return good;
+}
+
+bool ClientDevice::run_cycle(WallTime until) {
   cycle_fault_.clear();
   if (session_.connected() && !session_.usable()) {
     // Closed, or bytes that nobody asked for, while nothing was under way: no request is lost, so connect
@@ -337,8 +321,9 @@ void ClientDevice::encode_outputs() {
 }
 
 bool ClientDevice::write_all(WallTime until) {
+  const bool is_due = read_requests_.empty() && now_ns() - last_reply_ns_ >= loss_timeout_ns() / 2;
   for (WriteRequest& request : write_requests_) {
-    if (!settings_.write_unchanged && request.image == request.written) continue;
+    if (!settings_.write_unchanged && !is_due && request.image == request.written) continue;
     const Reply reply =
         session_.write(request.plan.table, request.plan.address, request.image, request_limit(until));
     if (!settle(reply, "writing", request.plan)) return false;
@@ -356,9 +341,8 @@ bool ClientDevice::write_all(WallTime until) {
 /// A busy unit refuses a write for a moment. A unit that refuses it for longer than max_age does not get its
 /// outputs.
 void ClientDevice::note_refusal(WriteRequest& request) {
-  const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? wanted_tick_ns_ : clock_->now_ns();
-  if (!request.refused_since_ns) request.refused_since_ns = now_ns;
-  if (now_ns - *request.refused_since_ns <= loss_timeout_ns()) return;
+  if (!request.refused_since_ns) request.refused_since_ns = now_ns();
+  if (now_ns() - *request.refused_since_ns <= loss_timeout_ns()) return;
   const std::scoped_lock lock(health_mutex_);
   if (!send_fault_.empty()) return;
   send_fault_ = who_ + " has refused outputs for more than " + std::to_string(settings_.max_age.count()) +
@@ -379,13 +363,13 @@ bool ClientDevice::read_all(WallTime until) {
     }
     ++i;
     if (reply != Reply::good) continue;
-    const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? wanted_tick_ns_ : clock_->now_ns();
+    const RunTimeNs read_ns = now_ns();
     for (const std::size_t index : plan.entries) {
       const RegisterEntry& entry = map_.entries[index];
       const Decoded decoded = decode(entry, image.subspan(entry.address - plan.address));
-      values_.note(index, decoded.conversion, decoded.held, now_ns);
+      values_.note(index, decoded.conversion, decoded.held, read_ns);
       if (decoded.conversion != Conversion::refused)
-        newest_readings_[channel_of_input_[index]] = {decoded.value, now_ns, true};
+        newest_readings_[channel_of_input_[index]] = {decoded.value, read_ns, true};
     }
   }
   readings_.draft() = newest_readings_;
@@ -416,6 +400,10 @@ void ClientDevice::split_at_gaps(std::size_t read_request) {
 /// True when the cycle can go on with the next request.
 bool ClientDevice::settle(Reply reply, const char* verb, const PlannedRequest& plan) {
   counters_.requests.fetch_add(1, relaxed);
+  if (reply == Reply::good || reply == Reply::exception) {
+    answered_.store(true, relaxed);
+    last_reply_ns_ = now_ns();
+  }
   if (reply == Reply::good) {
     counters_.replies.fetch_add(1, relaxed);
     return true;
@@ -432,6 +420,20 @@ bool ClientDevice::settle(Reply reply, const char* verb, const PlannedRequest& p
   (reply == Reply::timeout ? counters_.timeouts : counters_.errors).fetch_add(1, relaxed);
   lose_connection(fault);
   return false;
+}
+
+RunTimeNs ClientDevice::now_ns() const noexcept {
+  return pacing_ == Pacing::lockstep ? wanted_tick_ns_ : clock_->now_ns();
+}
+
+bool ClientDevice::connected() const noexcept {
+  return connected_.load(relaxed) && !is_stalled();
+}
+
+bool ClientDevice::is_stalled() const noexcept {
+  if (pacing_ == Pacing::lockstep || clock_ == nullptr) return false;
+  const auto since_ns = cycle_watch_.waits_since();
+  return since_ns && clock_->now_ns() - *since_ns > loss_timeout_ns();
 }
 
 std::chrono::microseconds ClientDevice::request_limit(WallTime until) const {
@@ -464,7 +466,9 @@ std::string ClientDevice::send_fault() const {
 
 DeviceHealth ClientDevice::health() const {
   const std::scoped_lock lock(health_mutex_);
-  return {connected(), fault_};
+  if (!fault_.empty() || !is_stalled()) return {connected(), fault_};
+  return {false,
+          who_ + ": no cycle has ended for more than " + std::to_string(settings_.max_age.count()) + " ms"};
 }
 
 std::vector<DeviceEvent> ClientDevice::events_since(std::size_t first) const {

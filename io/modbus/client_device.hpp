@@ -15,9 +15,11 @@
 // that a late reply can never be taken for another's (client_session.hpp); the connection is made again with
 // a pause that doubles from `reconnect_pause_min` to `reconnect_pause_max` while cycles fail.
 //
+// The unit counts as connected from the start on, and as not connected after a failed cycle or while a
+// release waits for longer than `max_age` and no cycle ends. A unit without inputs gets its outputs again
+// after half of `max_age` without a reply, so that its loss is noticed.
+//
 // Threads: as in io/device.hpp; counters() and health() from any ordinary thread.
-
-#include <semaphore.h>
 
 #include <atomic>
 #include <chrono>
@@ -32,6 +34,7 @@
 #include "io/device.hpp"
 #include "io/handover/latest_value.hpp"
 #include "io/modbus/client_session.hpp"
+#include "io/modbus/cycle_watch.hpp"
 #include "io/modbus/event_list.hpp"
 #include "io/modbus/exception_counts.hpp"
 #include "io/modbus/freshness_watch.hpp"
@@ -39,6 +42,7 @@
 #include "io/modbus/request_plan.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
 #include "io/modbus/value_watch.hpp"
+#include "io/modbus/wake_signal.hpp"
 
 namespace hil::io::modbus {
 
@@ -109,7 +113,8 @@ class ClientDevice final : public Device {
   /// is under way).
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
-  bool connected() const noexcept override { return connected_.load(std::memory_order_relaxed); }
+  bool connected() const noexcept override;
+  bool has_answered() const noexcept override { return answered_.load(std::memory_order_relaxed); }
   DeviceHealth health() const override;
   /// A write that the unit refuses with exceptions for longer than `max_age` is a send fault.
   std::string send_fault() const override;
@@ -145,15 +150,17 @@ class ClientDevice final : public Device {
   void build_requests();
   void run() noexcept;
   void wait_for_work();
-  void wake() noexcept;
   void take_work() noexcept;
   bool cycle(WallTime until);
+  bool run_cycle(WallTime until);
   bool connect_until(WallTime until);
   bool write_all(WallTime until);
   void note_refusal(WriteRequest& request);
   bool read_all(WallTime until);
   void encode_outputs();
   Conversion encode_into(WriteRequest& request, std::size_t entry, double value);
+  RunTimeNs now_ns() const noexcept;
+  bool is_stalled() const noexcept;
   bool refused_for_its_gaps(Reply reply, const PlannedRequest& plan) const;
   void split_at_gaps(std::size_t read_request);
   bool settle(Reply reply, const char* verb, const PlannedRequest& plan);
@@ -176,10 +183,10 @@ class ClientDevice final : public Device {
   LatestValue<Release> releases_;
   LatestValue<std::vector<Reading>> readings_;
   FreshnessWatch freshness_;
-  std::atomic<bool> wake_pending_{false};
+  CycleWatch cycle_watch_;
   std::atomic<bool> safe_requested_{false};
   std::atomic<bool> stopping_{false};
-  sem_t wake_signal_{};
+  WakeSignal wake_signal_;
   const RunClock* clock_ = nullptr;
   Pacing pacing_ = Pacing::realtime;
   bool started_ = false;
@@ -203,8 +210,10 @@ class ClientDevice final : public Device {
   std::thread thread_;
 
   AtomicCounters counters_;
-  std::atomic<bool> connected_{false};  ///< the unit answered all requests of the last cycle
-  mutable std::mutex health_mutex_;     ///< never taken by the tick
+  std::atomic<bool> connected_{false};  ///< the last cycle succeeded, or there was none since the start
+  std::atomic<bool> answered_{false};   ///< the unit has answered a request
+  RunTimeNs last_reply_ns_ = 0;
+  mutable std::mutex health_mutex_;  ///< never taken by the tick
   std::string fault_, send_fault_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -231,8 +232,20 @@ void apply_override(TreeNode& root, const Schema& schema, const std::string& opt
 
 void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::string> overrides,
                      Diagnostics& diagnostics) {
-  for (const std::string& option : overrides)
-    apply_override(root, schema, option, diagnostics);
+  std::map<std::string, std::string> values;
+  for (const std::string& option : overrides) {
+    const std::size_t equals = std::min(option.find('='), option.size());
+    const std::string path = option.substr(0, equals);
+    const std::string value = option.substr(std::min(equals + 1, option.size()));
+    const auto [first, is_new] = values.emplace(path, value);
+    if (is_new) {
+      apply_override(root, schema, option, diagnostics);
+    } else {
+      diagnostics.add({"--set " + path, 1, 1}, in_quotes(path) +
+                                                   " is set twice: " + in_quotes(first->second) + " and " +
+                                                   in_quotes(value) + "; set it once");
+    }
+  }
 }
 
 }  // namespace hil::config

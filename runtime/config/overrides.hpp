@@ -9,7 +9,7 @@
 //   world.entities.0.mask=[static]             or by its index, from 0
 //
 // The value is YAML. What the schema knows may be set even where the file leaves it out; list entries and, on
-// the way to a value, the user's own names have to be there. Of two settings of one path the later one holds.
+// the way to a value, the user's own names have to be there. A path that is set twice is a mistake.
 
 #include <span>
 #include <string>

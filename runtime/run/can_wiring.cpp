@@ -27,7 +27,7 @@ std::string milliseconds(std::int64_t duration_ns) {
 std::optional<io::can::Dbc> load_database(const config::CanSection& section, Diagnostics& diagnostics) {
   io::can::DbcResult loaded = io::can::load_dbc(section.database);
   for (const io::can::DbcProblem& problem : loaded.problems) {
-    if (problem.severity == io::can::DbcProblem::Severity::warning) continue;
+    if (problem.severity == io::can::DbcProblem::Severity::unusable) continue;
     const config::Place place{section.database, static_cast<std::uint32_t>(problem.line),
                               static_cast<std::uint32_t>(problem.column)};
     if (loaded.is_usable()) {
@@ -239,7 +239,7 @@ std::optional<double> start_value_of(const io::can::DbcSignal& signal) {
 
 void warn_of_unset_signals(const config::SentMessage& sent, const io::can::DbcMessage& message,
                            Diagnostics& diagnostics) {
-  std::string unset;
+  std::string unset, unfit;
   for (const io::can::DbcSignal& signal : message.signals) {
     const auto is_this = [&](const std::string& name) { return message.find_signal(name) == &signal; };
     const bool fills_itself =
@@ -247,7 +247,16 @@ void warn_of_unset_signals(const config::SentMessage& sent, const io::can::DbcMe
     const bool is_set = std::any_of(sent.signals.begin(), sent.signals.end(),
                                     [&](const auto& source) { return is_this(source.dbc_signal.text); });
     if (fills_itself || is_set || start_value_of(signal)) continue;
-    unset += (unset.empty() ? "'" : ", '") + signal.name + "'";
+    std::string& list = signal.start_raw ? unfit : unset;
+    list += (list.empty() ? "'" : ", '") + signal.name + "'";
+    if (signal.start_raw) list += " (" + config::format_number(*signal.start_raw) + ")";
+  }
+  if (!unfit.empty()) {
+    diagnostics.warn(sent.message.place,
+                     "nothing sets these signals of " + message.name +
+                         ", and their start values in the DBC file (GenSigStartValue, which is raw) do not "
+                         "fit their bits; they carry their safe values: " +
+                         unfit);
   }
   if (unset.empty()) return;
   diagnostics.warn(sent.message.place,

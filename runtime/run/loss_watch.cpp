@@ -7,7 +7,7 @@ namespace hil::run {
 
 LossWatch::LossWatch(std::vector<Subject> subjects) {
   for (Subject& subject : subjects)
-    watched_.push_back({.subject = std::move(subject), .away_since_ns = {}});
+    watched_.push_back({.subject = std::move(subject), .away_since_ns = {}, .first_look_ns = {}});
 }
 
 bool LossWatch::is_loss(const Watched& watched, std::int64_t until_ns) noexcept {
@@ -15,9 +15,17 @@ bool LossWatch::is_loss(const Watched& watched, std::int64_t until_ns) noexcept 
   return watched.away_since_ns && timeout_ns > 0 && until_ns - *watched.away_since_ns > timeout_ns;
 }
 
+bool LossWatch::never_answered(const Watched& watched) noexcept {
+  const io::Device& device = *watched.subject.device;
+  return device.loss_timeout_ns() > 0 && watched.first_look_ns && !watched.has_answered &&
+         !device.has_answered();
+}
+
 void LossWatch::look(std::int64_t time_ns) noexcept {
   outputs_must_be_safe_ = false;
   for (Watched& watched : watched_) {
+    if (!watched.first_look_ns) watched.first_look_ns = time_ns;
+    if (!watched.has_answered) watched.has_answered = watched.subject.device->has_answered();
     if (!watched.subject.device->connected()) {
       if (!watched.away_since_ns) watched.away_since_ns = time_ns;
       if (is_loss(watched, time_ns) && !watched.subject.may_be_lost) outputs_must_be_safe_ = true;
@@ -45,6 +53,10 @@ std::vector<report::Loss> LossWatch::losses(std::int64_t end_ns) const {
                      .permitted = watched.subject.may_be_lost,
                      .cause = to_the_end ? watched.subject.device->health().fault : std::string()});
     };
+    if (never_answered(watched)) {
+      add({*watched.first_look_ns, end_ns}, true);
+      continue;
+    }
     for (std::size_t i = 0; i < watched.kept_count; ++i)
       add(watched.kept[i], false);
     if (is_loss(watched, end_ns)) add({*watched.away_since_ns, end_ns}, true);

@@ -1,7 +1,7 @@
 #pragma once
 // Detects the devices that are lost during a run. A device is lost when it is not connected for longer than
-// its time-out (io::Device::loss_timeout_ns), counted from the first tick on: one that never connects is
-// lost, too.
+// its time-out (io::Device::loss_timeout_ns), counted from the first tick on. A device that has a time-out
+// and never answered is lost, too, however short the run is.
 //
 // Threads: look and outputs_must_be_safe from the base thread; losses after the run.
 
@@ -44,10 +44,13 @@ class LossWatch {
   struct Watched {
     Subject subject;
     std::optional<std::int64_t> away_since_ns;
+    std::optional<std::int64_t> first_look_ns;
+    bool has_answered = false;
     std::array<Stretch, 100> kept{};
     std::size_t kept_count = 0;
     std::uint64_t not_kept = 0;
   };
+  static bool never_answered(const Watched& watched) noexcept;
   static bool is_loss(const Watched& watched, std::int64_t until_ns) noexcept;
 
   std::vector<Watched> watched_;

@@ -1,5 +1,6 @@
 #include "runtime/run/verdict.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "runtime/report/quantities.hpp"
@@ -39,6 +40,15 @@ std::string lost_beyond_limit(const report::RunRecord& record, double max_lost) 
                        " got no answer from the world",
                    max_lost);
     }
+  }
+  for (const report::CanBus& bus : record.can) {
+    const std::string task_name = "can." + bus.bus;
+    const auto task = std::ranges::find(record.tasks, task_name, &report::Task::name);
+    if (task == record.tasks.end() || !exceeds(bus.dropped_releases, task->runs, max_lost)) continue;
+    return above("task " + task_name + ": the outputs of " + std::to_string(bus.dropped_releases) + " of " +
+                     report::counted(task->runs, "run", "runs") +
+                     " were not sent: the bus's thread was too slow",
+                 max_lost);
   }
   return {};
 }

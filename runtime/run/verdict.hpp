@@ -28,7 +28,8 @@ struct VerdictInputs {
   const executive::RunResult& result;
   bool gpu_lost = false;
   bool interrupted = false;
-  double max_lost = 1.0;  ///< share of base ticks, and of each task's releases, that may be lost
+  double max_lost =
+      1.0;  ///< share of base ticks, of each task's releases and of each CAN bus's outputs that may be lost
   const std::optional<config::Condition>& fail_on;
 };
 
@@ -36,7 +37,7 @@ struct VerdictInputs {
 /// about I/O.
 void decide(const VerdictInputs& inputs, report::RunRecord& record);
 
-/// The first share of ticks or releases above `max_lost`, in a sentence; empty: there is none.
+/// The first share of ticks, releases or unsent outputs above `max_lost`, in a sentence; empty: there is none.
 std::string lost_beyond_limit(const report::RunRecord& record, double max_lost);
 
 }  // namespace hil::run

@@ -61,8 +61,9 @@ TEST(Overrides, WriteAShortFormOut) {
             30'000'000);
 }
 
-TEST(Overrides, TheLaterOneHolds) {
-  EXPECT_EQ(load_with({"seed=1", "seed=2"}).seed, 2U);
+TEST(Overrides, APathThatIsSetTwiceIsAMistakeWithBothValues) {
+  EXPECT_EQ(mistakes_with({"seed=1", "seed=2"}),
+            "--set seed:1:1: 'seed' is set twice: '1' and '2'; set it once\n");
 }
 
 TEST(Overrides, UnknownPathsNameTheNearest) {

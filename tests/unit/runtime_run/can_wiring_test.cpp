@@ -140,6 +140,31 @@ TEST_F(CanWiring, ASignalThatNothingSetsAndThatHasNoStartValueIsAWarning) {
       << diagnostics_.to_text();
 }
 
+TEST_F(CanWiring, AStartValueThatDoesNotFitIsAWarningWithTheValue) {
+  folder_.write("test.dbc", changed("SG_ 256 Level 7", "SG_ 256 Level 9999", database));
+  ASSERT_TRUE(wired(scenario)) << diagnostics_.to_text();
+  ASSERT_EQ(diagnostics_.warning_count(), 1U) << diagnostics_.to_text();
+  EXPECT_NE(diagnostics_.warnings()[0].message.find("do not fit their bits; they carry their safe values: "
+                                                    "'Level' (9999)"),
+            std::string::npos)
+      << diagnostics_.to_text();
+}
+
+TEST_F(CanWiring, StatementsAboutUnknownMessagesAndSignalsAreWarnings) {
+  for (const char* statement :
+       {"VAL_ 777 Mode 0 \"a\" ;", "VAL_ 768 Modee 0 \"a\" ;", "SIG_VALTYPE_ 768 Modee : 1;",
+        "SG_MUL_VAL_ 768 Mode Modee 1-2;", "BA_ \"GenSigStartValue\" SG_ 777 Mode 1;",
+        "BA_ \"GenMsgCycleTime\" BO_ 777 10;"}) {
+    folder_.write("test.dbc", database + statement + "\n");
+    ASSERT_TRUE(wired(scenario)) << diagnostics_.to_text();
+    ASSERT_EQ(diagnostics_.warning_count(), 1U) << statement << '\n' << diagnostics_.to_text();
+    const std::string& text = diagnostics_.warnings()[0].message;
+    EXPECT_TRUE(text.find("no message has the identifier 777") != std::string::npos ||
+                text.find("has no signal 'Modee'") != std::string::npos)
+        << text;
+  }
+}
+
 TEST_F(CanWiring, AnExpectationOverASignalWithoutATimeOutIsAWarning) {
   const std::string received = "- message: Status\n      - message: Wide\n";
   const auto expecting = [&](const std::string& claim, const std::string& from_wide) {

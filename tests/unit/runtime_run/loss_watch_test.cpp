@@ -64,6 +64,21 @@ TEST(LossWatch, WhatNeverConnectsIsLostFromTheFirstTickToTheEnd) {
   EXPECT_TRUE(losses[0].to_the_end);
 }
 
+TEST(LossWatch, WhatNeverAnswersIsLostInAShortRunToo) {
+  Plug plc(1'000 * ms);
+  LossWatch never_run({{&plc, "Modbus unit plc", false}});
+  EXPECT_TRUE(never_run.losses(0).empty()) << "no tick ran";
+  plc.is_in = false;
+  LossWatch watch({{&plc, "Modbus unit plc", false}});
+  look(watch, 0, 50);
+  ASSERT_EQ(watch.losses(50 * ms).size(), 1U);
+  EXPECT_EQ(watch.losses(50 * ms)[0].duration_ns, 50 * ms);
+  EXPECT_TRUE(watch.losses(50 * ms)[0].to_the_end);
+  plc.is_in = true;
+  look(watch, 50, 51);
+  EXPECT_TRUE(watch.losses(51 * ms).empty());
+}
+
 TEST(LossWatch, ALossThatIsPermittedHoldsNoOutputs) {
   Plug plc(10 * ms), bus(10 * ms);
   plc.is_in = false;

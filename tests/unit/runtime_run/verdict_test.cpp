@@ -75,6 +75,19 @@ TEST_F(Verdicts, RunsWithoutAnAnswerFromTheWorldBreakItToo) {
   EXPECT_NE(record_.reason.find("6 of 100 runs got no answer"), std::string::npos) << record_.reason;
 }
 
+TEST_F(Verdicts, OutputsThatABusDidNotSendBreakItToo) {
+  record_.tasks[0].name = "can.car";
+  record_.can.resize(1);
+  record_.can[0].bus = "car";
+  record_.can[0].dropped_releases = 5;
+  EXPECT_EQ(exit_code(), exit_passed);
+  record_.can[0].dropped_releases = 6;
+  EXPECT_EQ(exit_code(), exit_timing_broken);
+  EXPECT_NE(record_.reason.find("task can.car: the outputs of 6 of 100 runs were not sent"),
+            std::string::npos)
+      << record_.reason;
+}
+
 TEST_F(Verdicts, TheGpuComesBeforeIoThatBeforeTimingThatBeforeInterruption) {
   record_.expectations[0].result = ExpectationResult::failed;
   EXPECT_EQ(exit_code(), exit_expectation_failed);
