@@ -54,7 +54,8 @@ std::vector<std::string> coding_problems(const DbcMessage& message, const Protec
                signal->length_bits > longest || signal->multiplexer >= 0 || signal->is_multiplexer) {
       problems.push_back("signal '" + name + "'" + of_message + "can not be its " + role +
                          ": that takes an unsigned, " + "not multiplexed integer of " +
-                         std::to_string(shortest) + " to " + std::to_string(longest) + " bits");
+                         (shortest == longest ? "" : std::to_string(shortest) + " to ") +
+                         std::to_string(longest) + " bits");
     }
   };
   check(protection.counter_signal, "counter", 2, 32);

@@ -82,15 +82,34 @@ void check_constant(const io::can::DbcSignal& signal, const Word& written, doubl
                                      config::format_number(codec.physical_maximum()));
 }
 
+/// Leaves `protection` empty after a mistake. The message can be used otherwise.
 template <class Section>
-void take_protection(const Section& section, const io::can::DbcMessage& message,
+void take_protection(const Section& section, const io::can::DbcMessage& message, io::can::Use use,
                      io::can::Protection& protection, Diagnostics& diagnostics) {
   const auto name_of = [&](const std::optional<Word>& word) -> std::string {
     const io::can::DbcSignal* const signal = word ? find_dbc_signal(message, *word, diagnostics) : nullptr;
     return signal == nullptr ? std::string() : signal->name;
   };
-  protection.counter_signal = name_of(section.counter);
-  protection.checksum_signal = name_of(section.checksum);
+  io::can::Protection wanted;
+  const std::size_t before = diagnostics.count();
+  const auto check = [&](const std::optional<Word>& word, std::string& signal) {
+    if (!word) return;
+    signal = name_of(word);
+    if (diagnostics.count() != before) return;
+    for (const std::string& problem : io::can::coding_problems(message, wanted, use))
+      diagnostics.add(word->place, problem);
+  };
+  check(section.counter, wanted.counter_signal);
+  check(section.checksum, wanted.checksum_signal);
+  if (diagnostics.count() == before) protection = wanted;
+}
+
+template <class Configured>
+bool is_named_twice(const Word& word, const io::can::DbcMessage& message,
+                    const std::vector<Configured>& configured, Diagnostics& diagnostics) {
+  if (std::ranges::find(configured, message.name, &Configured::message) == configured.end()) return false;
+  diagnostics.add(word.place, "message '" + word.text + "' is named twice");
+  return true;
 }
 
 std::map<std::string, double> safe_values_of(const std::vector<config::SafeValue>& written,
@@ -137,13 +156,13 @@ void describe_sent(const config::SentMessage& sent, std::int64_t bus_period_ns,
                    io::can::CanDeviceConfig& device, Diagnostics& diagnostics) {
   const io::can::DbcMessage* const message =
       find_message(device.database, sent.message, io::can::Use::send, diagnostics);
-  if (message == nullptr) return;
+  if (message == nullptr || is_named_twice(sent.message, *message, device.send, diagnostics)) return;
   io::can::SentMessageConfig config{.message = message->name,
                                     .period_ns = period_of(sent, *message, bus_period_ns, diagnostics),
                                     .offset_ns = sent.offset_ns,
                                     .protection = {},
                                     .safe_values = safe_values_of(sent.safe, *message, true, diagnostics)};
-  take_protection(sent, *message, config.protection, diagnostics);
+  take_protection(sent, *message, io::can::Use::send, config.protection, diagnostics);
   std::vector<const io::can::DbcSignal*> fed;
   for (const config::SignalSource& source : sent.signals) {
     const io::can::DbcSignal* const signal = find_dbc_signal(*message, source.dbc_signal, diagnostics);
@@ -162,14 +181,14 @@ void describe_received(const config::ReceivedMessage& received, io::can::CanDevi
                        Diagnostics& diagnostics) {
   const io::can::DbcMessage* const message =
       find_message(device.database, received.message, io::can::Use::receive, diagnostics);
-  if (message == nullptr) return;
+  if (message == nullptr || is_named_twice(received.message, *message, device.receive, diagnostics)) return;
   constexpr std::int64_t cycles = 3;
   io::can::ReceivedMessageConfig config{
       .message = message->name,
       .timeout_ns = received.timeout_ns.value_or(cycles * message->cycle_time_ms * 1'000'000),
       .protection = {},
       .safe_values = safe_values_of(received.safe, *message, false, diagnostics)};
-  take_protection(received, *message, config.protection, diagnostics);
+  take_protection(received, *message, io::can::Use::receive, config.protection, diagnostics);
   device.receive.push_back(std::move(config));
 }
 
@@ -178,7 +197,6 @@ void describe_received(const config::ReceivedMessage& received, io::can::CanDevi
 std::optional<io::can::CanDeviceConfig> describe_can_device(const config::Scenario& scenario,
                                                             const config::CanSection& section,
                                                             Diagnostics& diagnostics) {
-  const std::size_t before = diagnostics.count();
   auto database = load_database(section, diagnostics);
   if (!database) return std::nullopt;
   io::can::CanDeviceConfig device;
@@ -191,10 +209,10 @@ std::optional<io::can::CanDeviceConfig> describe_can_device(const config::Scenar
     describe_sent(sent, bus_period_ns, device, diagnostics);
   for (const config::ReceivedMessage& received : section.receive)
     describe_received(received, device, diagnostics);
-  if (diagnostics.count() != before) return std::nullopt;
-  for (const std::string& problem : io::can::configuration_problems(device))
+  const std::vector<std::string> problems = io::can::configuration_problems(device);
+  for (const std::string& problem : problems)
     diagnostics.add(section.bus.place, problem);
-  if (diagnostics.count() != before) return std::nullopt;
+  if (!problems.empty()) return std::nullopt;
   return device;
 }
 

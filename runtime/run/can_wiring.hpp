@@ -11,8 +11,9 @@
 
 namespace hil::run {
 
-/// Empty when the section does not fit the DBC file. Each mistake has the place in the scenario that uses
-/// what is wrong, or the place in the DBC file. Statements of the file that are not understood give warnings.
+/// What of the section fits the DBC file; messages that do not are left out, each with a mistake. Empty when
+/// nothing of the bus can be used. Each mistake has the place in the scenario that uses what is wrong, or the
+/// place in the DBC file. Statements of the file that are not understood give warnings.
 std::optional<io::can::CanDeviceConfig> describe_can_device(const config::Scenario& scenario,
                                                             const config::CanSection& section,
                                                             config::Diagnostics& diagnostics);

@@ -175,13 +175,35 @@ std::size_t output_index(const io::Device& device, const std::string& channel) {
 struct CanProbe {
   std::unique_ptr<io::can::CanDevice> device;  // never opened: tells the channels
   WiredCan wired;
+
+  /// Null for a message that was left out.
+  const io::can::DbcMessage* sent(const config::SentMessage& message) const {
+    return used(message.message, wired.device.send);
+  }
+  const io::can::DbcMessage* received(const config::ReceivedMessage& message) const {
+    return used(message.message, wired.device.receive);
+  }
+
+ private:
+  template <class Configured>
+  const io::can::DbcMessage* used(const Word& name, const std::vector<Configured>& configured) const {
+    const io::can::DbcMessage* const message = wired.device.database.find_message(name.text);
+    const bool is_used = message != nullptr && std::ranges::find(configured, message->name,
+                                                                 &Configured::message) != configured.end();
+    return is_used ? message : nullptr;
+  }
 };
 
 /// Adds the short names, value names, precision and lack of a time-out of the bus's signals.
 void describe_can_signals(const CanProbe& probe, Wiring& wiring, Known& known) {
   const std::string prefix = "can." + probe.wired.section->bus.text + ".";
-  const auto describe = [&](const std::string& message_name) {
-    const io::can::DbcMessage& message = *probe.wired.device.database.find_message(message_name);
+  const auto describe = [&](const Word& name, const io::can::DbcMessage* used) {
+    if (used == nullptr) {
+      // Signals may be right where the name of their message is misspelled here.
+      const bool is_known = probe.wired.device.database.find_message(name.text) != nullptr;
+      return known.undeclared.push_back(is_known ? prefix + name.text + "." : prefix);
+    }
+    const io::can::DbcMessage& message = *used;
     for (const io::can::DbcSignal& signal : message.signals) {
       const auto id = wiring.signals.find(prefix + message.name + "." + signal.name);
       if (!id) continue;
@@ -194,16 +216,15 @@ void describe_can_signals(const CanProbe& probe, Wiring& wiring, Known& known) {
       if (!warning.empty()) known.imprecise.emplace(id->index, warning);
     }
   };
-  for (const auto& sent : probe.wired.device.send)
-    describe(sent.message);
-  for (std::size_t i = 0; i < probe.wired.device.receive.size(); ++i) {
-    const io::can::ReceivedMessageConfig& received = probe.wired.device.receive[i];
-    describe(received.message);
-    if (received.timeout_ns > 0 || probe.wired.section->receive[i].timeout_ns) continue;
-    for (const io::can::DbcSignal& signal :
-         probe.wired.device.database.find_message(received.message)->signals) {
-      if (const auto id = wiring.signals.find(prefix + received.message + "." + signal.name))
-        known.never_stale.insert(id->index);
+  for (const config::SentMessage& sent : probe.wired.section->send)
+    describe(sent.message, probe.sent(sent));
+  for (const config::ReceivedMessage& received : probe.wired.section->receive) {
+    const io::can::DbcMessage* const message = probe.received(received);
+    describe(received.message, message);
+    if (message == nullptr || received.timeout_ns) continue;
+    for (const io::can::DbcSignal& signal : message->signals) {
+      const auto id = wiring.signals.find(prefix + message->name + "." + signal.name);
+      if (id && wiring.signals.info(*id).timeout_ns == 0) known.never_stale.insert(id->index);
     }
   }
 }
@@ -246,7 +267,9 @@ void connect_can_output(const Word& word, const io::can::DbcSignal& signal, cons
 
 void connect_can(CanProbe& probe, const Known& known, Diagnostics& diagnostics) {
   for (const config::SentMessage& sent : probe.wired.section->send) {
-    const io::can::DbcMessage& message = *probe.wired.device.database.find_message(sent.message.text);
+    const io::can::DbcMessage* const used = probe.sent(sent);
+    if (used == nullptr) continue;
+    const io::can::DbcMessage& message = *used;
     for (const io::can::DbcSignal& signal : message.signals) {
       const std::size_t index = output_index(*probe.device, message.name + "." + signal.name);
       const auto start = start_value_of(signal);
@@ -255,7 +278,9 @@ void connect_can(CanProbe& probe, const Known& known, Diagnostics& diagnostics) 
     }
     warn_of_unset_signals(sent, message, diagnostics);
     for (const config::SignalSource& source : sent.signals) {
-      const io::can::DbcSignal& signal = *message.find_signal(source.dbc_signal.text);
+      const io::can::DbcSignal* const found = message.find_signal(source.dbc_signal.text);
+      if (found == nullptr) continue;
+      const io::can::DbcSignal& signal = *found;
       const std::size_t index = output_index(*probe.device, message.name + "." + signal.name);
       if (index == probe.wired.links.outputs.size()) {
         diagnostics.add(source.dbc_signal.place,

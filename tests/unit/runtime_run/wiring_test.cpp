@@ -365,6 +365,16 @@ TEST_F(WiringOf, AMistakeInOnePartDoesNotHideThoseOfOthers) {
   EXPECT_TRUE(has_mistake(text, "collision.hit}", "there is no signal"));
 }
 
+TEST_F(WiringOf, AMistakeInOneMessageDoesNotHideThoseOfTheSameBus) {
+  std::string text = scenario_text;
+  text = changed("{message: BrakeCommand,", "{message: BrakeComand,", text);
+  text = changed("Mode: 3", "Mode: traffic.ego.sped", text);
+  EXPECT_FALSE(wired(text));
+  EXPECT_EQ(diagnostics_.count(), 2U) << diagnostics_.to_text();
+  EXPECT_TRUE(has_mistake(text, "BrakeComand", "no message"));
+  EXPECT_TRUE(has_mistake(text, "traffic.ego.sped", "there is no signal"));
+}
+
 TEST_F(WiringOf, TheCrossingOfTheRepositoryIsWired) {
   auto loaded = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing.yaml", {},
                                       module_schemas(), diagnostics_);
