@@ -251,7 +251,7 @@ void CanDevice::handle(const Frame& frame) {
   if (frame.is_error()) counts_.errors.add();
   update_bus_off(frame);
   if (frame.is_error()) return;
-  if (frame.direction == Direction::tx) return;
+  if (frame.direction == Direction::tx) return send_order_.came_back(frame.raw.can_id);
   counts_.rx.add();
   const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
@@ -269,8 +269,9 @@ void CanDevice::handle(const Frame& frame) {
   const std::size_t length = received.decoder.layout().frame_length();
   if (frame.raw.len > length) received.longer->add();
   if (frame.raw.len < length) received.shorter->add();
+  const RunTimeNs time_ns = std::max(frame.time_ns, send_order_.earliest_ns());
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
-    take_in(received.first_input + signal, value, frame.time_ns);
+    take_in(received.first_input + signal, value, time_ns);
   });
 }
 
@@ -328,6 +329,7 @@ void CanDevice::send_message(Sent& sent) {
   switch (bus_->send(frame)) {
     case SendResult::sent: {
       counts_.tx.add();
+      send_order_.sent(frame.raw.can_id, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
       sent.retry = false;
       full_since_ns_.reset();
       const std::uint64_t counter = sent.encoder.confirm_sent();

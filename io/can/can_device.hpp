@@ -30,6 +30,7 @@
 #include "io/can/candump_log.hpp"
 #include "io/can/dbc.hpp"
 #include "io/can/message_coder.hpp"
+#include "io/can/send_order.hpp"
 #include "io/device.hpp"
 #include "io/handover/latest_value.hpp"
 #include "io/handover/timed_row_ring.hpp"
@@ -181,6 +182,7 @@ class CanDevice final : public Device {
   std::optional<RunTimeNs> full_since_ns_;  ///< since when the queue towards the bus is full
   std::optional<RunTimeNs> last_tick_ns_;   ///< lock-step: of the last exchange
 
+  SendOrder send_order_;
   Counts counts_;
   BusLoadMeter load_;
   mutable std::mutex health_mutex_;  ///< protects fault_ and send_fault_

@@ -25,19 +25,25 @@ std::int64_t read_clock_ns(clockid_t clock) noexcept {
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-/// The same instant on both clocks. A thread may lose its CPU between two readings: the closest of three
+struct Instant {
+  ReceiveTime::Clocks clocks;
+  RunTimeNs run_ns = 0;
+};
+
+/// The same instant on all clocks. A thread may lose its CPU between two readings: the closest of three
 /// attempts counts.
-ReceiveTime::Clocks read_both_clocks() noexcept {
+Instant read_clocks(const RunClock& run_clock) noexcept {
   constexpr std::int64_t close_enough_ns = 5'000;
-  ReceiveTime::Clocks best{};
+  Instant best;
   std::int64_t best_width_ns = std::numeric_limits<std::int64_t>::max();
   for (int attempt = 0; attempt < 3 && best_width_ns > close_enough_ns; ++attempt) {
     const std::int64_t before_ns = read_clock_ns(CLOCK_MONOTONIC);
     const std::int64_t wall_ns = read_clock_ns(CLOCK_REALTIME);
+    const RunTimeNs run_ns = run_clock.now_ns();
     const std::int64_t width_ns = read_clock_ns(CLOCK_MONOTONIC) - before_ns;
     if (width_ns >= best_width_ns) continue;
     best_width_ns = width_ns;
-    best = {before_ns + width_ns / 2, wall_ns};
+    best = {{before_ns + width_ns / 2, wall_ns}, run_ns};
   }
   return best;
 }
@@ -86,7 +92,7 @@ std::string SocketCanBus::try_open() {
            "virtual), or " +
            "run under tools/vcan-run";
   }
-  receive_time_.socket_empty(read_both_clocks());
+  receive_time_.socket_empty(read_clocks(*clock_).clocks);
   std::string problem = bind_to_interface();
   if (problem.empty()) problem = set_options();
   if (problem.empty()) problem = apply_filters();
@@ -202,7 +208,7 @@ ReceiveResult SocketCanBus::receive(Frame& frame) noexcept {
     if (errno == EINTR) continue;
     if (errno == EAGAIN) {
       if (!lost_) {
-        receive_time_.socket_empty(read_both_clocks());
+        receive_time_.socket_empty(read_clocks(*clock_).clocks);
         return ReceiveResult::empty;
       }
       close();  // everything that came before the loss has been delivered
@@ -244,9 +250,8 @@ bool SocketCanBus::fill(Frame& frame, msghdr& message, std::size_t size) noexcep
   if (!frame.is_fd) frame.raw.flags = 0;
   if (!valid_length(frame.raw.len, frame.is_fd)) return false;
   frame.direction = (message.msg_flags & MSG_CONFIRM) != 0 ? Direction::tx : Direction::rx;
-  const RunTimeNs run_ns = clock_->now_ns();
-  const ReceiveTime::Clocks now = read_both_clocks();
-  frame.wall_ns = now.wall_ns;
+  const Instant now = read_clocks(*clock_);
+  frame.wall_ns = now.clocks.wall_ns;
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET) continue;
     if (part->cmsg_type == SCM_TIMESTAMPNS) {
@@ -260,7 +265,7 @@ bool SocketCanBus::fill(Frame& frame, msghdr& message, std::size_t size) noexcep
       last_overflow_ = overflow;
     }
   }
-  frame.time_ns = run_ns - receive_time_.age_ns(frame.wall_ns, now);
+  frame.time_ns = now.run_ns - receive_time_.age_ns(frame.wall_ns, now.clocks);
   return true;
 }
 

@@ -135,6 +135,37 @@ TEST_F(DrivenDevice, ABusThatIsOffIsNotConnectedUntilItIsRestarted) {
   EXPECT_EQ(device_->health().fault, "");
 }
 
+TEST_F(DrivenDevice, AFrameBehindAnOwnFrameIsNotDatedBeforeThatWasSent) {
+  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  const DbcMessage& message = *database.find_message("BrakeCommand");
+  MessageEncoder encoder(message, protection);
+  MessageEncoder::Tally tally;
+  const auto reply_at = [&](RunTimeNs time_ns) {
+    Frame reply = encoder.build(std::vector<double>(message.signals.size(), 1.0), tally);
+    encoder.confirm_sent();
+    reply.direction = Direction::rx;
+    reply.time_ns = time_ns;
+    return reply;
+  };
+  const auto received_at = [&] {
+    std::vector<Sample> samples(device_->inputs().size());
+    device_->latch_inputs(samples);
+    return samples[device_->input_groups().front().first].time_ns;
+  };
+  ticks(0, 10);
+  Frame own = bus_->sent.back();
+  own.direction = Direction::tx;
+  bus_->arriving = {reply_at(-1 * ms)};
+  ticks(10, 20);
+  EXPECT_EQ(received_at(), -1 * ms) << "it may have come before the own frame";
+  bus_->arriving = {own, own, reply_at(8 * ms)};
+  ticks(20, 30);
+  EXPECT_EQ(received_at(), 10 * ms) << "behind the frame that was sent at 10 ms";
+  bus_->arriving = {reply_at(12 * ms)};
+  ticks(30, 40);
+  EXPECT_EQ(received_at(), 12 * ms);
+}
+
 TEST_F(DrivenDevice, TheShortestTimeOutDecidesWhenTheBusIsLost) {
   EXPECT_EQ(device_->loss_timeout_ns(), 200 * ms);
   ASSERT_FALSE(device_->input_groups().empty());

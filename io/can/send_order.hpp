@@ -1,0 +1,54 @@
+#pragma once
+// The order of a bus tells that a frame which comes after an own frame was not on the bus before that was
+// sent. Receive times are computed from two clocks and can be early by the time between two readings; this
+// order holds all the same.
+//
+// Threads: one at a time.
+
+#include <linux/can.h>
+
+#include <array>
+#include <cstddef>
+#include <limits>
+
+#include "io/device.hpp"
+
+namespace hil::io::can {
+
+class SendOrder {
+ public:
+  /// A frame with this identifier was handed to the bus. Of more than 256 that have not come back the oldest
+  /// are forgotten.
+  void sent(canid_t id, RunTimeNs send_ns) noexcept {
+    waiting_[(first_ + count_) % waiting_.size()] = {id, send_ns};
+    if (count_ < waiting_.size()) {
+      ++count_;
+    } else {
+      first_ = (first_ + 1) % waiting_.size();
+    }
+  }
+  /// An own frame with this identifier came back from the bus.
+  void came_back(canid_t id) noexcept {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Sent& sent = waiting_[(first_ + i) % waiting_.size()];
+      if (sent.id != id) continue;
+      earliest_ns_ = sent.send_ns;
+      first_ = (first_ + i + 1) % waiting_.size();
+      count_ -= i + 1;
+      return;
+    }
+  }
+  /// The next frame of another station was not on the bus before this time.
+  RunTimeNs earliest_ns() const noexcept { return earliest_ns_; }
+
+ private:
+  struct Sent {
+    canid_t id = 0;
+    RunTimeNs send_ns = 0;
+  };
+  std::array<Sent, 256> waiting_{};  ///< a ring
+  std::size_t first_ = 0, count_ = 0;
+  RunTimeNs earliest_ns_ = std::numeric_limits<RunTimeNs>::min();
+};
+
+}  // namespace hil::io::can
