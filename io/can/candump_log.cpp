@@ -1,5 +1,8 @@
 #include "io/can/candump_log.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -170,13 +173,23 @@ CandumpLog read_candump_log(const std::filesystem::path& file) {
   return log;
 }
 
+namespace {
+
+/// An empty file. Null with errno when it can not be created.
+std::FILE* open_to_append(const std::string& file) {
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
+  return descriptor < 0 ? nullptr : ::fdopen(descriptor, "a");
+}
+
+}  // namespace
+
 CandumpLogWriter::CandumpLogWriter(const std::filesystem::path& file, std::string interface,
                                    WhenFull when_full, std::size_t capacity)
     : file_name_(file.string()),
       interface_(std::move(interface)),
       when_full_(when_full),
       capacity_(capacity),
-      stream_(std::fopen(file_name_.c_str(), "we")) {
+      stream_(open_to_append(file_name_)) {
   require(capacity_ > 0, "a log's queue has room for a frame");
   if (stream_ == nullptr) {
     throw DeviceError("the CAN log '" + file_name_ + "' can not be created: " + std::strerror(errno) +
@@ -194,7 +207,13 @@ void CandumpLogWriter::close() noexcept {
   }
   has_frames_.notify_one();
   thread_.join();
+  struct stat state {};
+  const bool was_cut = ::fstat(::fileno(stream_), &state) == 0 && S_ISREG(state.st_mode) &&
+                       static_cast<std::uint64_t>(state.st_size) != bytes_;
   static_cast<void>(std::fclose(stream_));  // every batch was flushed and checked
+  const std::lock_guard lock(mutex_);
+  if (was_cut && fault_.empty())
+    fault_ = "the CAN log '" + file_name_ + "' was changed by another program while the run wrote it";
 }
 
 void CandumpLogWriter::push(const Frame& frame) {
@@ -254,7 +273,10 @@ bool CandumpLogWriter::write(const std::vector<Frame>& frames, std::string& text
     append_candump_line(text, frame, interface_);
     text.push_back('\n');
   }
-  return std::fwrite(text.data(), 1, text.size(), stream_) == text.size() && std::fflush(stream_) == 0;
+  if (std::fwrite(text.data(), 1, text.size(), stream_) != text.size() || std::fflush(stream_) != 0)
+    return false;
+  bytes_ += text.size();
+  return true;
 }
 
 }  // namespace hil::io::can

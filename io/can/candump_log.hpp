@@ -65,8 +65,8 @@ class CandumpLogWriter {
   void close() noexcept;
 
   std::uint64_t dropped() const;
-  /// The first failure to write (disk full), in words; empty: none. Frames after it are lost and counted as
-  /// dropped.
+  /// The first failure to write (disk full), in words; frames after it are lost and counted as dropped. After
+  /// close also: another program changed the file. Empty: none.
   std::string fault() const;
 
  private:
@@ -79,7 +79,8 @@ class CandumpLogWriter {
   const std::string interface_;
   const WhenFull when_full_;
   const std::size_t capacity_;
-  std::FILE* stream_;
+  std::FILE* stream_;        ///< appends, so that a file that was cut is shorter than what was written
+  std::uint64_t bytes_ = 0;  ///< written
 
   mutable std::mutex mutex_;
   std::condition_variable has_frames_;

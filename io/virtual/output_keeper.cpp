@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <pthread.h>
 #include <sys/eventfd.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -23,7 +24,8 @@ constexpr std::string_view rest_left_out =
 }  // namespace
 
 OutputKeeper::OutputKeeper(const std::filesystem::path& file)
-    : file_name_(file.string()), file_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
+    : file_name_(file.string()),
+      file_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644)) {
   if (file_.get() < 0) return;
   std::array<int, 2> ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return;
@@ -54,11 +56,16 @@ void OutputKeeper::finish() noexcept {
   finishing_.store(true);
   static_cast<void>(::eventfd_write(wake_.get(), 1));
   thread_.join();
+  struct stat state {};
+  was_cut_ = ::fstat(file_.get(), &state) == 0 && S_ISREG(state.st_mode) &&
+             static_cast<std::uint64_t>(state.st_size) != written_;
   file_.reset();
   from_.reset();
 }
 
 std::string OutputKeeper::fault() const {
+  if (write_error_ == 0 && was_cut_)
+    return "the output of a program in '" + file_name_ + "' was changed by another program";
   if (write_error_ == 0) return {};
   return "the output of a program can not be written whole to '" + file_name_ +
          "': " + std::generic_category().message(write_error_);
@@ -96,6 +103,7 @@ void OutputKeeper::keep(const char* bytes, std::size_t count) noexcept {
         if (write_error_ == 0) write_error_ = written < 0 ? errno : EIO;
         return;
       }
+      written_ += static_cast<std::uint64_t>(written);
       text.remove_prefix(static_cast<std::size_t>(written));
     }
   };

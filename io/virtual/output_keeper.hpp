@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -33,8 +34,8 @@ class OutputKeeper {
   bool begin();
   /// Takes in what has been printed so far, and ends. What is printed later has no reader.
   void finish() noexcept;
-  /// After finish(): why the file lacks some of what was printed, in a sentence. Empty: it lacks nothing, or
-  /// only what is beyond the limit.
+  /// After finish(): why the file lacks some of what was printed, in a sentence: it could not be written, or
+  /// another program changed it. Empty: it lacks nothing, or only what is beyond the limit.
   std::string fault() const;
 
  private:
@@ -44,7 +45,9 @@ class OutputKeeper {
   void keep(const char* bytes, std::size_t count) noexcept;
 
   const std::string file_name_;
-  int write_error_ = 0;  ///< the first one
+  int write_error_ = 0;        ///< the first one
+  std::uint64_t written_ = 0;  ///< bytes; the file is opened to append
+  bool was_cut_ = false;
   Descriptor file_;
   Descriptor from_, into_;  ///< the ends of the pipe
   Descriptor wake_;

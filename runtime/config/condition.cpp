@@ -36,7 +36,7 @@ class ConditionParser {
       return std::nullopt;
     }
     const Index whole = parse_any_of();
-    if (whole && at_ < text_.size()) fail(at_, unexpected("and, or, or the end of the condition"));
+    if (whole && at_ < text_.size()) fail(at_, unexpected("'and', 'or' or the end of the condition"));
     if (failed_) return std::nullopt;
     condition_.text_ = text_;
     condition_.place_ = value_.place();
@@ -132,7 +132,7 @@ class ConditionParser {
     const Index inner = parse_any_of();
     if (!inner) return std::nullopt;
     if (take_word(")")) return inner;
-    fail(at_, unexpected("and, or, or ')'"));
+    fail(at_, unexpected("'and', 'or' or ')'"));
     return std::nullopt;
   }
 

@@ -97,6 +97,22 @@ void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
   }
 }
 
+/// A client touches only the registers that the scenario names; without `read`, it reads all that can be read.
+void keep_used_registers(ModbusSection& section) {
+  const auto is_named = [](const std::optional<Word>& word, const RegisterEntry& entry) {
+    return word && word->text == entry.name;
+  };
+  std::erase_if(section.registers.entries, [&](const RegisterEntry& entry) {
+    if (!entry.writable)
+      return !section.read.empty() &&
+             std::ranges::find(section.read, entry.name, &Word::text) == section.read.end();
+    const bool is_written = std::ranges::any_of(
+        section.write, [&](const RegisterWrite& write) { return write.entry.text == entry.name; });
+    return !is_written && !is_named(section.run_time_entry, entry) &&
+           !is_named(section.heartbeat_entry, entry);
+  });
+}
+
 /// What a register is written from. Empty with a mistake when it is neither a signal nor a number.
 std::optional<std::variant<Word, double>> source_of_register(const std::string& entry, const Value& value,
                                                              Diagnostics& diagnostics) {
@@ -145,7 +161,13 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   std::optional<RegisterMap> map = load_register_map(section.registers_file, section.role, diagnostics);
   if (!map) return;
   section.registers = std::move(*map);
+  const std::size_t before = diagnostics.count();
   check_registers(section, diagnostics);
+  if (section.role == Role::server || diagnostics.count() != before) return;
+  keep_used_registers(section);
+  if (section.registers.entries.empty())
+    diagnostics.add(value["registers"].place(),
+                    "the scenario neither reads nor writes a register of this map; name some under 'write'");
 }
 
 /// Warns of a max_age that values exceed without a fault: a value is read once per period, and its reply may

@@ -283,9 +283,13 @@ Schema modbus_schema() {
                   "for longer than max_age."),
       Field::optional("priority", thread_priority(),
                       "The real-time priority of its thread; left out: an ordinary thread."),
-      Field::with_default("write", Schema::map(Schema::text()), "{}",
-                          "What each register is written from: a signal of the run, or a number."),
-      Field::with_default("read", Schema::list(Schema::name()), "[]", "The registers that become signals."),
+      Field::with_default(
+          "write", Schema::map(Schema::text()), "{}",
+          "What each register is written from: a signal of the run, or a number. As a client, "
+          "hil writes no other register."),
+      Field::with_default("read", Schema::list(Schema::name()), "[]",
+                          "As a client: the registers that are read and become signals; none listed: all of "
+                          "the map that are not written. As a server: all that clients write are signals."),
   });
 }
 
@@ -335,8 +339,8 @@ Schema expectation_schema() {
                           "With eventually: the run time by which the condition has to have held."),
           Field::with_default(
               "coverage", Schema::quantity(Quantity::share, 0.0, 1.0), "95 %",
-              "The least share of the ticks it covers on which it has to be evaluated; below it the "
-              "expectation is not checked, and the run does not pass."),
+              "The least share of the ticks it covers on which it has to be evaluated, and on one of them "
+              "at least; below it the expectation is not checked, and the run does not pass."),
       });
 }
 

@@ -89,8 +89,9 @@ std::vector<std::string> unit_shortfalls(const ModbusUnit& unit) {
                 "that no register can carry (not a number): the register kept its value");
   sentences.add(unit.not_a_number_inputs, "input value", "input values",
                 "that were not a finite number: the signal kept its value");
-  sentences.add(unit.superseded, "set of outputs", "sets of outputs",
-                "not sent: the unit was too slow, and a newer set came first");
+  sentences.add(unit.superseded, "tick", "ticks",
+                "whose outputs were replaced by newer ones before they were sent: the unit or hil's own "
+                "thread was too slow");
   sentences.add(unit.stale, "time", "times", "an input grew older than max_age and reads its safe value");
   sentences.add(unit.refused_connections, "connection", "connections",
                 "refused: no place was free (max_clients), or the system had no descriptor");

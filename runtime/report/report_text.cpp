@@ -35,9 +35,10 @@ std::vector<std::string> live_fields(const LiveStatus& status) {
 void add_expectations(std::string& out, const RunRecord& record) {
   for (const Expectation& expectation : record.expectations) {
     if (expectation.result == ExpectationResult::held) continue;
+    const bool is_in_reason = record.reason.find(expectation.detail) != std::string::npos;
+    if (is_in_reason && !expectation.first_failure_ns) continue;
     out += std::string("  ") + to_string(expectation.result) + ": " + one_line(expectation.name);
     if (expectation.first_failure_ns) out += " at " + to_ascii(instant(*expectation.first_failure_ns));
-    const bool is_in_reason = record.reason.find(expectation.detail) != std::string::npos;
     if (!is_in_reason) out += ": " + one_line(expectation.detail);
     out += '\n';
   }
@@ -124,7 +125,7 @@ std::string ticks_given_up(const RunRecord& record) {
   const std::uint64_t due = record.ticks + record.skipped_ticks;
   return count_text(record.skipped_ticks) + " of " + counted(due, "tick", "ticks") + " given up (" +
          percent(static_cast<double>(record.skipped_ticks) / static_cast<double>(due)) +
-         "): real time had run ahead";
+         "): they were more than four periods late";
 }
 
 std::string releases_lost(const Task& task) {
@@ -138,7 +139,10 @@ std::string releases_lost(const Task& task) {
 }
 
 std::string sentence_of(const Loss& loss) {
-  return loss.what + " was lost from " + instant(loss.begin_ns) + " on for " + chosen_time(loss.duration_ns) +
+  constexpr std::int64_t ms = 1'000'000;
+  const std::int64_t duration_ns =
+      loss.duration_ns >= ms ? (loss.duration_ns + ms / 2) / ms * ms : loss.duration_ns;
+  return loss.what + " was lost from " + instant(loss.begin_ns) + " on for " + chosen_time(duration_ns) +
          (loss.to_the_end ? ", to the end of the run" : "") + (loss.cause.empty() ? "" : ": " + loss.cause);
 }
 

@@ -3,8 +3,8 @@
 //
 // A signal that comes from outside (SignalInfo::arrives) is unknown while it is not fresh. A tick on which
 // the expectation's truth depends on an unknown signal is not evaluated. An expectation that did not fail is
-// not checked when it was evaluated on too small a share of the ticks it covers, or when such a signal was
-// not fresh for longer than its own time-out.
+// not checked when it was evaluated on too small a share of the ticks it covers, on none of them, or when
+// such a signal was not fresh for longer than its own time-out.
 //
 // Threads: look from the base thread; shortfall after the run.
 
@@ -40,9 +40,9 @@ class Coverage {
   /// Why too few of `covered_ticks` were evaluated, or a signal was not fresh for too long, in words. Empty:
   /// neither.
   std::string shortfall(std::uint64_t covered_ticks) const;
-  /// Whether `part` is at least the least share of `whole`.
+  /// Whether `part` is at least the least share of `whole`, and not 0.
   bool suffices(std::uint64_t part, std::uint64_t whole) const noexcept;
-  /// "188 of 10000 ticks (1.8 %), less than its coverage of 95 %"
+  /// "188 of 10000 ticks (1.8 %), less than its coverage of 95 %", "none of 10000 ticks"
   std::string share_text(std::uint64_t part, std::uint64_t whole, const std::string& what) const;
 
  private:

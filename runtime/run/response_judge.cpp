@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "runtime/report/quantities.hpp"
+
 namespace hil::run {
 namespace {
 
@@ -71,10 +73,11 @@ std::string ResponseJudge::figures(const Unanswered& unanswered) const {
                      std::to_string(unanswered.judged) + " unanswered, " + std::to_string(late_) + " late";
   if (answered_ > 0) text += ", slowest " + milliseconds_text(slowest_ns_);
   if (unanswered.disconnected > 0)
-    text += "; " + std::to_string(unanswered.disconnected) +
-            " more came while the replying device was not connected";
+    text += "; " + report::counted(unanswered.disconnected, "further request", "further requests") +
+            " not judged, since the replying device was not connected";
   if (unanswered.cut_off > 0)
-    text += "; " + std::to_string(unanswered.cut_off) + " more came too late in the run to be judged";
+    text += "; " + report::counted(unanswered.cut_off, "further request", "further requests") +
+            " not judged, since the run ended before their time was over";
   if (!is_list_whole())
     text += " (the list of times holds the first " + std::to_string(samples_ns_.size()) + ")";
   return text;

@@ -33,11 +33,14 @@ SignalLog::SignalLog(const std::filesystem::path& file, const signals::SignalTab
       ring_(ring_rows * columns_),
       times_ns_(ring_rows),
       file_(file) {
+  file_.close();
+  file_.open(file, std::ios::app);
   if (!file_) throw io::DeviceError(file.string() + " can not be written");
-  file_ << "time_s";
+  text_ = "time_s";
   for (std::uint32_t i = 0; i < columns_; ++i)
-    file_ << ',' << table.info({i}).name;
-  file_ << '\n';
+    text_ += ',' + table.info({i}).name;
+  text_ += '\n';
+  write_text();
   if (!virtual_clock_) thread_ = std::thread([this] { serve(); });
 }
 
@@ -62,6 +65,11 @@ void SignalLog::take(const signals::SignalTable& table, std::int64_t time_ns) no
   written_.store(place + 1, std::memory_order_release);
 }
 
+void SignalLog::write_text() {
+  file_ << text_;
+  bytes_ += text_.size();
+}
+
 void SignalLog::drain() {
   const std::uint64_t end = written_.load(std::memory_order_acquire);
   for (std::uint64_t place = read_.load(std::memory_order_relaxed); place < end; ++place) {
@@ -73,7 +81,7 @@ void SignalLog::drain() {
       append_number(text_, row[i]);
     }
     text_ += '\n';
-    file_ << text_;
+    write_text();
     read_.store(place + 1, std::memory_order_release);
   }
 }
@@ -91,7 +99,11 @@ std::string SignalLog::close() {
   if (!file_.is_open()) return {};
   drain();
   file_.close();
-  return file_ ? std::string() : path_.string() + " could not be written whole";
+  if (!file_) return path_.string() + " could not be written whole";
+  std::error_code error;
+  const bool was_cut =
+      std::filesystem::is_regular_file(path_, error) && std::filesystem::file_size(path_, error) != bytes_;
+  return was_cut ? path_.string() + " was changed by another program while the run wrote it" : std::string();
 }
 
 }  // namespace hil::run

@@ -27,13 +27,15 @@ class SignalLog {
 
   /// Base thread. Under the real-time clock without waiting or allocating.
   void take(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
-  /// Writes what is left and closes. The words of a write error, or empty.
+  /// Writes what is left and closes. Why the file lacks something, in a sentence: it could not be written, or
+  /// another program changed it. Empty: it lacks nothing.
   std::string close();
   std::uint64_t lost_rows() const noexcept { return lost_.load(); }
 
  private:
   void serve();
   void drain();
+  void write_text();
 
   static constexpr std::size_t ring_rows = 512;
   const std::filesystem::path path_;
@@ -44,7 +46,8 @@ class SignalLog {
   std::atomic<std::uint64_t> written_{0}, read_{0};
   std::atomic<std::uint64_t> lost_{0};
   std::atomic<bool> stopping_{false};
-  std::ofstream file_;
+  std::ofstream file_;  ///< appends, so that a file that was cut is shorter than what was written
+  std::uint64_t bytes_ = 0;
   std::string text_;
   std::thread thread_;
 };

@@ -74,7 +74,7 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
   }
   if (inputs.interrupted) {
     return conclude(report::Verdict::interrupted, exit_interrupted,
-                    "interrupted after " + std::to_string(record.ticks) + " ticks");
+                    "stopped after " + report::counted(record.ticks, "tick", "ticks"));
   }
   if (const report::Expectation* failed = first_with(record, report::ExpectationResult::failed)) {
     return conclude(report::Verdict::failed, exit_expectation_failed,

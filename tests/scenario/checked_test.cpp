@@ -93,7 +93,7 @@ TEST(Checked, AUnitThatNeverAnswersEndsInExitCode4AndWhatReadsItWasNotChecked) {
   EXPECT_EQ(permitted.code, 1) << "the expectation was still not checked\n" << permitted.output;
   const Ended asked =
       run_hil(scenario.run({"--set", "modbus.plc.may_be_lost=true", "--set",
-                            "expectations=[{name: away, always: modbus.plc.connected == 0}]"}));
+                            "expectations=[{name: away, eventually: modbus.plc.connected == 0}]"}));
   EXPECT_EQ(asked.code, 0) << asked.output;
 }
 
@@ -207,6 +207,21 @@ TEST(Checked, WhatARunLeavesAndCanNotBeWrittenIsNamed) {
     const Ended ended = run_hil(scenario.run());
     EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
     EXPECT_NE(ended.output.find(file), std::string::npos) << ended.output;
+  }
+}
+
+TEST(Checked, AFileThatAnotherProgramCutsIsNamed) {
+  for (const std::string file : {"signals.csv", "tool.out"}) {
+    const SmallScenario scenario(
+        std::string("duration: 1 s\n") + quiet_machine +
+        "processes:\n"
+        "  tool: {command: [sh, \"-c\", \"echo hello; sleep 0.5; : > $0; echo again; "
+        "exec sleep 100\", out/" +
+        file + "]}\n");
+    const Ended ended = run_hil(scenario.run());
+    EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
+    EXPECT_NE(ended.output.find(file), std::string::npos) << ended.output;
+    EXPECT_NE(ended.output.find("was changed by another program"), std::string::npos) << ended.output;
   }
 }
 

@@ -153,6 +153,18 @@ TEST(CandumpLog, AFullDiskIsSaid) {
   EXPECT_EQ(writer.dropped(), 1U);
 }
 
+TEST(CandumpLog, AFileThatAnotherProgramCutsIsSaid) {
+  const auto file = scratch_file("cut");
+  CandumpLogWriter writer(file, "car", CandumpLogWriter::WhenFull::wait, 1);
+  writer.push(make_frame(1, {}));
+  writer.push(make_frame(2, {}));
+  writer.push(make_frame(3, {}));  // the first is in the file
+  std::filesystem::resize_file(file, 0);
+  writer.close();
+  EXPECT_NE(writer.fault().find("was changed by another program"), std::string::npos) << writer.fault();
+  std::filesystem::remove(file);
+}
+
 TEST(CandumpLog, FilesThatCanNotBeHadAreSaid) {
   EXPECT_THROW(CandumpLogWriter("/nowhere/x.log", "car", CandumpLogWriter::WhenFull::drop), DeviceError);
   EXPECT_NE(read_candump_log("/nowhere/x.log").fault.find("No such file"), std::string::npos);

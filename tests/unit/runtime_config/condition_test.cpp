@@ -159,7 +159,7 @@ TEST(Condition, MistakesStandAtTheirCharacter) {
   EXPECT_TRUE(is_only_mistake(mistakes_in("a.b == 'open"), 1, 15, "not closed"));
   EXPECT_TRUE(is_only_mistake(mistakes_in("a > 50 km/h"), 1, 15, "found 'km'"));
   EXPECT_TRUE(is_only_mistake(mistakes_in("a > 50km"), 1, 14, "numbers have no unit here"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("(a > 1"), 1, 14, "the condition ends where and, or, or ')'"));
+  EXPECT_TRUE(is_only_mistake(mistakes_in("(a > 1"), 1, 14, "the condition ends where 'and', 'or' or ')'"));
   EXPECT_TRUE(is_only_mistake(mistakes_in("a > 1)"), 1, 13, "found ')'"));
   EXPECT_TRUE(is_only_mistake(mistakes_in("a > 1 b < 2"), 1, 14, "found 'b'"));
   EXPECT_TRUE(is_only_mistake(mistakes_in("a > 010"), 1, 12, "leading zero"));

@@ -47,7 +47,8 @@ TEST(ReportText, SaysVerdictReasonsMissesAndPlace) {
           "  traffic: 2 of 9900 runs missed the deadline (late wake-up 1, own work 1; latest by 402 us)\n"),
       std::string::npos);
   EXPECT_EQ(text.find("detectors"), std::string::npos);
-  EXPECT_NE(text.find("  20 of 10000 ticks given up (0.2 %): real time had run ahead\n"), std::string::npos)
+  EXPECT_NE(text.find("  20 of 10000 ticks given up (0.2 %): they were more than four periods late\n"),
+            std::string::npos)
       << text;
   EXPECT_NE(text.find("  degraded: SCHED_FIFO"), std::string::npos);
   EXPECT_TRUE(text.ends_with("  9980 ticks in 10.0 s, report in out/run-1\n"));
@@ -79,7 +80,8 @@ TEST(ReportText, SaysWhatAModbusUnitDidNotTakeOrGive) {
         plc + "5 input values beyond the range of the register: its limit was read instead\n",
         plc + "6 output values that no register can carry (not a number): the register kept its value\n",
         plc + "7 input values that were not a finite number: the signal kept its value\n",
-        plc + "8 sets of outputs not sent: the unit was too slow, and a newer set came first\n",
+        plc + "8 ticks whose outputs were replaced by newer ones before they were sent: the unit or hil's "
+              "own thread was too slow\n",
         plc + "9 times an input grew older than max_age and reads its safe value\n",
         std::string("  modbus.panel: 1 connection closed for bytes that are not Modbus TCP\n"),
         std::string(
