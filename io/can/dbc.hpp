@@ -52,6 +52,7 @@ struct DbcSignal {
   bool fits = true;  ///< false: a bit lies beyond the message's length; its message is unusable
   std::map<std::int64_t, std::string> value_names;  ///< by raw value
   std::optional<double> start_raw;                  ///< GenSigStartValue, or its default
+  bool start_is_default = false;                    ///< start_raw is the default of all signals
 
   bool has_range() const noexcept { return minimum < maximum; }
   /// True for an integer of more than 53 bits (without its sign): a double can not hold all of its values.

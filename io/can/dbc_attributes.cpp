@@ -177,7 +177,9 @@ void DbcParser::apply_attributes(DbcMessage& message, const MessageNote& note) {
   if (initial("GenSigStartValue")) {
     const auto start_raw = number_of(*initial("GenSigStartValue"));
     for (DbcSignal& signal : message.signals) {
-      if (!signal.start_raw) signal.start_raw = start_raw;
+      if (signal.start_raw || !start_raw) continue;
+      signal.start_raw = start_raw;
+      signal.start_is_default = true;
     }
   }
   const auto& written = note.frame_format ? note.frame_format : initial("VFrameFormat");

@@ -257,17 +257,24 @@ std::optional<double> start_value_of(const io::can::DbcSignal& signal) {
 
 void warn_of_unset_signals(const config::SentMessage& sent, const io::can::DbcMessage& message,
                            Diagnostics& diagnostics) {
-  std::string unset, unfit;
+  std::string unset, unfit, by_default;
   for (const io::can::DbcSignal& signal : message.signals) {
     const auto is_this = [&](const std::string& name) { return message.find_signal(name) == &signal; };
     const bool fills_itself =
         (sent.counter && is_this(sent.counter->text)) || (sent.checksum && is_this(sent.checksum->text));
     const bool is_set = std::any_of(sent.signals.begin(), sent.signals.end(),
                                     [&](const auto& source) { return is_this(source.dbc_signal.text); });
-    if (fills_itself || is_set || start_value_of(signal)) continue;
-    std::string& list = signal.start_raw ? unfit : unset;
+    const bool has_start = start_value_of(signal).has_value();
+    if (fills_itself || is_set || (has_start && !signal.start_is_default)) continue;
+    std::string& list = has_start ? by_default : signal.start_raw ? unfit : unset;
     list += (list.empty() ? "'" : ", '") + signal.name + "'";
     if (signal.start_raw) list += " (" + config::format_number(*signal.start_raw) + ")";
+  }
+  if (!by_default.empty()) {
+    diagnostics.warn(sent.message.place, "nothing sets these signals of " + message.name +
+                                             "; they carry the start value that the DBC file gives to all "
+                                             "signals (BA_DEF_DEF_ GenSigStartValue): " +
+                                             by_default);
   }
   if (!unfit.empty()) {
     diagnostics.warn(sent.message.place,

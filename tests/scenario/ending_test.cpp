@@ -211,7 +211,7 @@ TEST(Ending, AUnitThatStopsAnsweringAndComesBackIsInTheReportWithItsTimes) {
   EXPECT_TRUE(std::ranges::any_of(
       told, [](const std::string& sentence) { return sentence.starts_with("device plc is lost: "); }));
   EXPECT_EQ(told.back(), "device plc works again");
-  EXPECT_NE(read_text(log).find("exit code 130: interrupted"), std::string::npos) << read_text(log);
+  EXPECT_NE(read_text(log).find("exit code 130: stopped"), std::string::npos) << read_text(log);
 }
 
 TEST(Ending, ARunThatWasStoppedAndWentOnNamesThePause) {

@@ -150,6 +150,15 @@ TEST_F(CanWiring, AStartValueThatDoesNotFitIsAWarningWithTheValue) {
       << diagnostics_.to_text();
 }
 
+TEST_F(CanWiring, AStartValueOfAllSignalsIsAWarningWhereNothingElseSetsASignal) {
+  folder_.write("test.dbc", database + "BA_DEF_DEF_ \"GenSigStartValue\" 0;\n");
+  ASSERT_TRUE(wired(changed("{KeyState: On}", "{Level: 3}"))) << diagnostics_.to_text();
+  ASSERT_EQ(diagnostics_.warning_count(), 1U) << diagnostics_.to_text();
+  EXPECT_NE(diagnostics_.warnings()[0].message.find("(BA_DEF_DEF_ GenSigStartValue): 'KeyState' (0)"),
+            std::string::npos)
+      << diagnostics_.to_text();
+}
+
 TEST_F(CanWiring, StatementsAboutUnknownMessagesAndSignalsAreWarnings) {
   for (const char* statement :
        {"VAL_ 777 Mode 0 \"a\" ;", "VAL_ 768 Modee 0 \"a\" ;", "SIG_VALTYPE_ 768 Modee : 1;",

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <sstream>
 #include <thread>
@@ -52,6 +53,18 @@ TEST(SignalLog, NamesTheSignalsInTheirOrderAndKeepsTheRowsInTheirs) {
             "0.000000000,10,0\n"
             "0.001000000,9.5,2\n"
             "12.345678901,9.5,2\n");
+}
+
+TEST(SignalLog, AFileThatAnotherProgramCutsIsSaid) {
+  const Folder folder;
+  signals::SignalTable table = table_of(10);
+  SignalLog log(folder.path() / "signals.csv", table, true);
+  for (int row = 0; row < 2'000; ++row)
+    log.take(table, row * ms);
+  ASSERT_GT(std::filesystem::file_size(folder.path() / "signals.csv"), 10'000U);
+  std::filesystem::resize_file(folder.path() / "signals.csv", 0);
+  log.take(table, 2'000 * ms);
+  EXPECT_NE(log.close().find("signals.csv was changed by another program"), std::string::npos);
 }
 
 TEST(SignalLog, NumbersAreTheShortestThatReadBackTheSame) {
