@@ -243,7 +243,7 @@ TEST(RefusedMesh, AGltfIndexBeyondThePositions) {
   EXPECT_EQ(whole.value().triangles.size(), 1u);
   expect_refused(
       load(gltf_of(two_positions + comma + three_indices, indexed)), ErrorCode::file,
-      "mesh 0, primitive 0: index 2 (accessor 1) is 2, and there are 2 positions (accessor 0)");
+      "mesh 0, primitive 0: index 2 (accessor 1) is 2, and the count of positions (accessor 0) is 2");
   const std::string four_indices =
       R"({"bufferView":0,"byteOffset":36,"componentType":5123,"count":4,"type":"SCALAR"})";
   expect_refused(
@@ -254,7 +254,7 @@ TEST(RefusedMesh, AGltfIndexBeyondThePositions) {
   expect_refused(load(gltf_of(three_positions, indexed)), ErrorCode::file,
                  "its indices names entry 1 of accessors, which has 1");
   expect_refused(load(gltf_of(two_positions, R"({"attributes":{"POSITION":0}})")), ErrorCode::file,
-                 "2 corners are not a multiple of 3");
+                 "the count of its corners is 2, which is not a multiple of 3");
   const std::string shorts =
       R"({"bufferView":0,"componentType":5122,"normalized":true,"count":3,"type":"VEC3"})";
   expect_refused(load(gltf_of(shorts, R"({"attributes":{"POSITION":0}})")), ErrorCode::file,
