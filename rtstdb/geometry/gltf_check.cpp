@@ -52,7 +52,14 @@ std::string_view glb_binary(std::string_view file) noexcept {
 }
 
 std::optional<std::string> glb_fault(std::string_view file) {
-  if (file.size() < header_bytes || word_at(file, 4) != 2) return std::nullopt;
+  constexpr std::size_t least = header_bytes + chunk_header_bytes;
+  constexpr std::uint32_t json_type = 0x4E4F534A;  // "JSON"
+  if (file.size() < least)
+    return "has " + std::to_string(file.size()) + " bytes, and a GLB file has at least " +
+           std::to_string(least);
+  if (!file.starts_with("glTF")) return "does not begin with 'glTF'";
+  if (word_at(file, 4) != 2)
+    return "is GLB version " + std::to_string(word_at(file, 4)) + "; version 2 is read";
   const std::size_t length = word_at(file, 8);
   if (length > file.size())
     return "says that it has " + std::to_string(length) + " bytes, and has " + std::to_string(file.size());
@@ -65,6 +72,7 @@ std::optional<std::string> glb_fault(std::string_view file) {
              " bytes, and " + std::to_string(left - chunk_header_bytes) + " are left";
     chunk += chunk_header_bytes + bytes;
   }
+  if (word_at(file, header_bytes + 4) != json_type) return "has a first chunk that is not of the type JSON";
   return std::nullopt;
 }
 

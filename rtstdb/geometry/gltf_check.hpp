@@ -1,6 +1,5 @@
 #pragma once
-// What is looked at of a glTF file before assimp reads it. How deep its JSON nests: assimp's JSON reader descends by recursion
-// without a limit, and a file of brackets would end the process. And whether the chunks of a GLB file lie in it.
+// Checks of a glTF file before its JSON is parsed: how deep the JSON nests, and whether the chunks of a GLB file lie in it.
 
 #include <cstddef>
 #include <optional>
@@ -18,8 +17,7 @@ std::string_view glb_json(std::string_view file) noexcept;
 /// The binary chunk of a GLB file for which glb_fault is empty; empty when the file has none.
 std::string_view glb_binary(std::string_view file) noexcept;
 
-/// What is wrong with the lengths that a GLB file (version 2) gives of itself and its chunks: assimp's reader takes memory for what a
-/// chunk says, and steps over chunks by sums that wrap. Empty: nothing.
+/// What is wrong with the header of a GLB file and the lengths of its chunks. Empty: nothing.
 std::optional<std::string> glb_fault(std::string_view file);
 
 }  // namespace rtstdb

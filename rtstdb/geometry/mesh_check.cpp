@@ -48,8 +48,8 @@ Result<void> check_triangles(const TriangleMesh& mesh) {
     for (int corner = 0; corner < 3; ++corner) {
       const std::uint32_t index = mesh.triangles[i][corner];
       if (index >= count)
-        return refuse("triangle " + number(i) + " has corner index " + number(index) + ", but there are " +
-                      number(count) + " positions");
+        return refuse("triangle " + number(i) + " has corner index " + number(index) +
+                      ", and the count of positions is " + number(count));
       if (const auto fault = fault_of(mesh.positions_m[index]))
         return refuse("triangle " + number(i) + " has corner " + number(index) + " at " + *fault);
     }
@@ -101,9 +101,9 @@ Result<void> validate(const TriangleMesh& mesh) {
                   [&mesh](const glm::uvec3& triangle) { return has_area(mesh, triangle); });
   if (some_area) return {};
   const glm::uvec3& first = mesh.triangles.front();
-  return refuse("all " + number(mesh.triangles.size()) +
-                " triangles are degenerate, triangle 0 with corners " + in_words(mesh.positions_m[first.x]) +
-                ", " + in_words(mesh.positions_m[first.y]) + ", " + in_words(mesh.positions_m[first.z]));
+  return refuse("every triangle (count " + number(mesh.triangles.size()) +
+                ") is degenerate, triangle 0 with corners " + in_words(mesh.positions_m[first.x]) + ", " +
+                in_words(mesh.positions_m[first.y]) + ", " + in_words(mesh.positions_m[first.z]));
 }
 
 Bounds bounds_of(const TriangleMesh& mesh) {

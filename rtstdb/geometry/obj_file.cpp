@@ -12,6 +12,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/counted.hpp"
 #include "rtstdb/geometry/polygon.hpp"
 
 namespace rtstdb {
@@ -29,11 +30,10 @@ class Statements {
     line_ = next_line_;
     text_.clear();
     for (bool goes_on = true; goes_on && !rest_.empty();) {
-      const std::size_t end = rest_.find('\n');
-      std::string_view line = rest_.substr(0, end);
-      rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+      std::string_view line = rest_.substr(0, rest_.find_first_of("\r\n"));
+      rest_.remove_prefix(line.size());
+      rest_.remove_prefix(rest_.starts_with("\r\n") ? 2 : std::min<std::size_t>(1, rest_.size()));
       ++next_line_;
-      if (line.ends_with('\r')) line.remove_suffix(1);
       goes_on = line.ends_with('\\');
       if (goes_on) line.remove_suffix(1);
       text_.append(line).append(goes_on ? " " : "");
@@ -98,12 +98,12 @@ void append_corners(const Statements& statement, std::string_view rest, std::siz
   for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
     const auto index = number_of<std::int64_t>(word.substr(0, word.find('/')));
     if (!index || *index == 0 || *index > most || *index < -last)
-      statement.refuse("has a corner '" + std::string(word) + "', and there are " + std::to_string(vertices) +
-                       " vertices, " + std::to_string(before) + " of them before it");
+      statement.refuse("has a corner '" + std::string(word) + "'; the count of vertices is " +
+                       std::to_string(vertices) + ", and " + std::to_string(before) + " come before it");
     corners.push_back(static_cast<std::uint32_t>(*index > 0 ? *index - 1 : last + *index));
   }
   if (corners.size() < 3)
-    statement.refuse("has " + std::to_string(corners.size()) + " corners; a face has three or more");
+    statement.refuse("has " + counted(corners.size(), "corner") + "; a face has three or more");
   if (corners.size() > max_polygon_corners)
     statement.refuse("has " + std::to_string(corners.size()) + " corners; up to " +
                      std::to_string(max_polygon_corners) + " are cut into triangles");

@@ -1,6 +1,5 @@
 #pragma once
-// Reads triangle meshes from OBJ files. Our own and not assimp's: that leaves out vertices that it can not read, or that are indented, in
-// silence, so that every index behind them means another one, and tells of a bad index without the line.
+// Reads triangle meshes from OBJ files. A vertex is never left out: every index behind it would name another one.
 
 #include <string_view>
 

@@ -12,6 +12,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/counted.hpp"
 #include "rtstdb/geometry/ply_header.hpp"
 #include "rtstdb/geometry/polygon.hpp"
 
@@ -30,6 +31,12 @@ class Numbers {
       : bytes_(bytes), at_(header.size_bytes), format_(header.format) {}
 
   double next(Type type) { return format_ == Format::text ? next_in_text() : next_in_binary(type); }
+
+  /// Bytes behind the last number taken, but for blanks at the end of the file.
+  std::size_t bytes_left() const {
+    const std::size_t end = bytes_.find_last_not_of(" \t\r\n") + 1;
+    return end > at_ ? end - at_ : 0;
+  }
 
   [[noreturn]] void fail(const std::string& fault) const {
     throw std::runtime_error("PLY data, byte " + std::to_string(at_) + ": " + fault);
@@ -116,11 +123,22 @@ class PlyReader {
         }
       }
     }
+    check_end();
     cut_polygons();
     return std::move(mesh_);
   }
 
  private:
+  void check_end() const {
+    const std::size_t left = numbers_.bytes_left();
+    if (left == 0) return;
+    std::string counts;
+    for (const Element& element : header_.elements)
+      counts += (counts.empty() ? "" : ", ") + element.name + " " + std::to_string(element.count);
+    numbers_.fail("the elements that the header counts (" + counts + ") end here, and the file has " +
+                  counted(left, "more byte"));
+  }
+
   void read_vertex(const Element& element) {
     glm::dvec3 position(0.0);
     for (const Property& property : element.properties) {
@@ -156,7 +174,7 @@ class PlyReader {
     }
     if (is_polygon && count < 3)
       throw std::runtime_error("PLY data: face " + std::to_string(polygon_ends_.size()) + " has " +
-                               std::to_string(count) + " corners; a face has three or more");
+                               counted(count, "corner") + "; a face has three or more");
     if (is_polygon && count > max_polygon_corners)
       throw std::runtime_error("PLY data: face " + std::to_string(polygon_ends_.size()) + " has " +
                                std::to_string(count) + " corners; up to " +
@@ -172,8 +190,8 @@ class PlyReader {
       for (std::size_t i = begin; i < end; ++i) {
         if (corners_[i] >= mesh_.positions_m.size())
           throw std::runtime_error("PLY data: face " + std::to_string(face) + " has corner index " +
-                                   std::to_string(corners_[i]) + ", and there are " +
-                                   std::to_string(mesh_.positions_m.size()) + " positions");
+                                   std::to_string(corners_[i]) + ", and the count of positions is " +
+                                   std::to_string(mesh_.positions_m.size()));
       }
       triangulate_polygon(mesh_.positions_m, std::span(corners_).subspan(begin, end - begin),
                           mesh_.triangles);

@@ -1,6 +1,5 @@
 #pragma once
-// Reads PLY, text and binary of either byte order. Ours and not assimp's, since assimp 5.2 crashes on some
-// binary PLY files whose header or counts are broken.
+// Reads triangle meshes from PLY files, text and binary of either byte order.
 
 #include <string_view>
 

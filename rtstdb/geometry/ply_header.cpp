@@ -77,10 +77,12 @@ Property property_of(const std::vector<std::string_view>& words, std::size_t lin
 }  // namespace
 
 Header read_header(std::string_view bytes) {
+  // Not where every line ends with "\r\n".
+  const char line_end = bytes.starts_with("ply\r") && !bytes.starts_with("ply\r\n") ? '\r' : '\n';
   Header header;
   bool has_format = false;
   for (std::size_t line = 1;; ++line) {
-    const std::size_t end = bytes.find('\n', header.size_bytes);
+    const std::size_t end = bytes.find(line_end, header.size_bytes);
     if (end == std::string_view::npos) fail(line, "the file ends within the header");
     const auto words = words_of(bytes.substr(header.size_bytes, end - header.size_bytes));
     header.size_bytes = end + 1;

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "rtstdb/geometry/counted.hpp"
+
 namespace rtstdb {
 namespace stl {
 namespace {
@@ -46,8 +48,8 @@ TriangleMesh read_binary(std::string_view file, double scale) {
   std::memcpy(&count, file.data() + header_bytes, sizeof count);
   const std::uint64_t wanted = header_bytes + count_bytes + std::uint64_t{count} * facet_bytes;
   if (wanted != file.size())
-    throw std::runtime_error("its header gives " + std::to_string(count) + " triangles, which take " +
-                             std::to_string(wanted) + " bytes, and the file has " +
+    throw std::runtime_error("its header gives " + counted(count, "triangle") +
+                             ", for which the file needs " + std::to_string(wanted) + " bytes, and it has " +
                              std::to_string(file.size()));
   TriangleMesh mesh;
   mesh.positions_m.reserve(std::size_t{3} * count);
@@ -91,13 +93,14 @@ class TextReader {
     std::size_t begin = 0;
     for (; begin < rest_.size() && (rest_[begin] == '\n' || blanks.find(rest_[begin]) != blanks.npos);
          ++begin)
-      line_ += rest_[begin] == '\n' ? 1 : 0;
+      line_ +=
+          rest_[begin] == '\n' || (rest_[begin] == '\r' && !rest_.substr(begin).starts_with("\r\n")) ? 1 : 0;
     rest_.remove_prefix(begin);
     const std::string_view word = rest_.substr(0, rest_.find_first_of(" \t\r\n\f\v"));
     rest_.remove_prefix(word.size());
     return word;
   }
-  void skip_line() { rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size())); }
+  void skip_line() { rest_.remove_prefix(std::min(rest_.find_first_of("\r\n"), rest_.size())); }
   void expect(std::string_view wanted) {
     const std::string_view word = take_word();
     if (!equal_words(word, wanted)) refuse(word, "'" + std::string(wanted) + "'");

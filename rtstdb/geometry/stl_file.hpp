@@ -1,6 +1,5 @@
 #pragma once
-// Reads triangle meshes from STL files, binary and text. assimp is not used: it silently accepts a count that
-// contradicts the file's size, and a facet that lacks a corner.
+// Reads triangle meshes from STL files, binary and text.
 
 #include <string_view>
 

@@ -171,6 +171,7 @@ Result<void> Engine::calibrate(Transaction& transaction) {
                  "the transaction was made by another database");
   RTSTDB_REQUIRE(declared.status() == Status::idle, "Database::calibrate",
                  "the transaction was submitted; call Transaction::begin and declare it first");
+  declared.require_begun("Database::calibrate");
   if (is_past_ && !declared.write_set().empty())
     return Error{ErrorCode::bad_input, "it writes, and nothing is written to the past"};
   if (clock_.is_virtual()) return {};

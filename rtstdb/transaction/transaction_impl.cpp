@@ -42,6 +42,7 @@ void TransactionImpl::begin(const Terms& terms) noexcept {
   asked_.clear();
   reads_.clear();
   outcome_ = Outcome{};
+  begun_ = true;
   status_.set(static_cast<std::uint32_t>(Status::idle));
 }
 
@@ -50,6 +51,11 @@ void TransactionImpl::require_declaring(const char* call) const noexcept {
                  "the transaction is pending; wait for its outcome, then call Transaction::begin");
   RTSTDB_REQUIRE(status() == Status::idle, call,
                  "the transaction has its outcome; call Transaction::begin before it is declared again");
+  require_begun(call);
+}
+
+void TransactionImpl::require_begun(const char* call) const noexcept {
+  RTSTDB_REQUIRE(begun_, call, "the transaction was never begun; call Transaction::begin first");
 }
 
 void TransactionImpl::require_outcome(const char* call) const noexcept {

@@ -64,6 +64,8 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   std::span<const Precondition> preconditions() const noexcept { return preconditions_; }
   store::WriteSet& write_set() noexcept { return write_set_; }
   const store::WriteSet& write_set() const noexcept { return write_set_; }
+  /// Misuse of `call`, a public function, where begin was never called.
+  void require_begun(const char* call) const noexcept;
   std::size_t read_count() const noexcept { return reads_.size(); }
   std::span<const query::Request> requests() const noexcept { return requests_; }
   std::span<query::Request> requests() noexcept { return requests_; }
@@ -112,6 +114,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   std::vector<query::Request> requests_;
   std::vector<std::uint32_t> asked_;  ///< the counts of the requests as declared
   std::vector<EntityState> reads_;    ///< asked for by id; once answered, an invalid id is an absent entity
+  bool begun_ = false;
   Outcome outcome_;
   std::atomic<bool> to_be_cancelled_{false};
   threads::FutexCell status_{static_cast<std::uint32_t>(Status::idle)};

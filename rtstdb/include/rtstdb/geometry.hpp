@@ -47,14 +47,16 @@ Result<void> validate(const TriangleMesh& mesh);
 /// Box of all positions used by triangles, exact. The mesh has passed validate (misuse asserts).
 Bounds bounds_of(const TriangleMesh& mesh);
 
-/// Reads OBJ, STL (text and binary), PLY, glTF or GLB, told apart by the extension. All meshes of the file
+/// Reads OBJ, STL (text and binary), PLY, glTF 2 or GLB 2, told apart by the extension. All meshes of the file
 /// become one: node transforms applied (a mirroring one keeps fronts outside), polygons of up to
 /// max_polygon_corners triangulated, points, lines, materials and textures left out, corners neither welded
 /// nor sorted, axes as the file has them. `scale` multiplies coordinates (files in millimetres: 0.001) and
 /// must be positive. Errors: ErrorCode::file with the path, the place and the fault, among them a face of
-/// fewer than three corners, an index beyond the positions, an STL file whose count contradicts its size, and
-/// in glTF a required extension that changes geometry, positions that are not floats, and sparse accessors;
-/// then the errors of validate, with the path.
+/// fewer than three corners, an index beyond the positions, an STL file whose count contradicts its size, data
+/// behind the last element of a PLY file, and in glTF a required extension that changes geometry, a primitive
+/// without positions, positions that are not floats, sparse accessors, a node with two parents, a transform
+/// with too few or too many numbers, and JSON that nests more than 100 levels deep (nodes may nest as deep as
+/// the file has nodes); then the errors of validate, with the path.
 Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0);
 
 /// Closed surfaces with outward fronts, centred on the origin. Sizes are full extents in metres, finite and

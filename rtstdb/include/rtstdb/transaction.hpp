@@ -202,7 +202,8 @@ class Transaction {
  public:
   virtual ~Transaction() = default;
 
-  /// Empties the transaction and sets its terms; needed before each submit. Misuse while pending.
+  /// Empties the transaction (also of what was declared and not submitted) and sets its terms. Declaring, submitting or
+  /// calibrating without it is misuse, each time anew; so is calling it while pending.
   virtual void begin(const Terms& terms) noexcept = 0;
 
   /// The transaction is a conflict unless the entity exists / was last written by exactly this version.

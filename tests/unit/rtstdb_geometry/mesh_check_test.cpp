@@ -37,7 +37,7 @@ TEST(Validate, RefusesAMeshWithNoTriangle) {
 TEST(Validate, NamesTheTriangleWhoseIndexIsPastThePositions) {
   TriangleMesh mesh = two_triangles();
   mesh.triangles[1].z = 4;
-  expect_refused(mesh, {"triangle 1", "index 4", "4 positions"});
+  expect_refused(mesh, {"triangle 1", "index 4", "the count of positions is 4"});
 }
 
 TEST(Validate, NamesTheTriangleAndItsValues) {
@@ -63,7 +63,7 @@ TEST(Validate, RefusesOnlyMeshesThatAreDegenerateThroughout) {
   mesh.triangles[0] = {1, 1, 2};
   EXPECT_TRUE(validate(mesh).ok());
   mesh.triangles[1] = {0, 3, 3};
-  expect_refused(mesh, {"all 2 triangles are degenerate"});
+  expect_refused(mesh, {"every triangle (count 2) is degenerate"});
   const TriangleMesh on_one_line{{{0, 0, 0}, {1, 2, 3}, {2, 4, 6}}, {{0, 1, 2}}};
   expect_refused(on_one_line, {"degenerate", "(2, 4, 6)"});
   // Thin is not degenerate.

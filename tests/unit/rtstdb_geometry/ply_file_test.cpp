@@ -103,13 +103,36 @@ TEST(ReadPly, SaysWhatIsWrongWithTheData) {
   };
   EXPECT_EQ(with_face("3 0 1 2"), "");
   EXPECT_NE(with_face("3 0 1").find("ends before its data"), std::string::npos);
-  EXPECT_NE(with_face("3 0 1 4").find("corner index 4, and there are 4 positions"), std::string::npos);
+  EXPECT_NE(with_face("3 0 1 4").find("corner index 4, and the count of positions is 4"), std::string::npos);
   EXPECT_NE(with_face("3 0 1 -1").find("no corner index"), std::string::npos);
   EXPECT_NE(with_face("3 0 1 1.5").find("no corner index"), std::string::npos);
   EXPECT_NE(with_face("-3 0 1 2").find("no count of a list"), std::string::npos);
   EXPECT_NE(with_face("nan 0 1 2").find("no count of a list"), std::string::npos);
   EXPECT_NE(with_face("3 0 1 two").find("no number"), std::string::npos);
   EXPECT_NE(with_face("3 0 1 2x").find("no number"), std::string::npos);
+}
+
+TEST(ReadPly, RefusesDataBehindTheLastElement) {
+  const std::string faces = "element face 1\nproperty list uchar int vertex_indices\n";
+  const std::string one = text_ply(vertex_element + faces, square + "3 0 1 2\n");
+  EXPECT_EQ(refusal(one + " \r\n\n"), "");
+  EXPECT_EQ(
+      refusal(one + "3 0 2 3\n"),
+      "PLY data, byte " + std::to_string(one.size() - 1) +
+          ": the elements that the header counts (vertex 4, face 1) end here, and the file has 8 more bytes");
+  std::string binary =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar x\nend_header\n";
+  binary += '\1';
+  EXPECT_EQ(refusal(binary + "\n"), "") << "some programs end a binary file with a line end";
+  EXPECT_NE(refusal(binary + '\2').find("(vertex 1) end here, and the file has 1 more byte"),
+            std::string::npos);
+}
+
+TEST(ReadPly, ReadsLinesThatEndWithACarriageReturn) {
+  std::string text = text_ply(vertex_element + "element face 1\nproperty list uchar int vertex_indices\n",
+                              square + "3 0 1 2\n");
+  std::replace(text.begin(), text.end(), '\n', '\r');
+  EXPECT_EQ(read_ply(text, 1.0).triangles, (std::vector<glm::uvec3>{{0, 1, 2}}));
 }
 
 TEST(ReadPly, IsNotTakenInByHugeCounts) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -141,7 +142,8 @@ TEST(RefusedMesh, AnObjLineThatSaysNothing) {
   for (const char* vertex : {"v 0 0 abc", "v 0 0", "v", "v 0,5 0 0", "v nan 0 0", "v 1e999 0 0",
                              "v 1 2 3 4 5 6 7 8", "v 1 2 3 0.5"})
     refused("# made by hand\n" + std::string(vertex) + "\n" + rest, "line 2: '" + std::string(vertex) + "'");
-  refused(rest + "f 1 2 5\n", "line 6: 'f 1 2 5' has a corner '5', and there are 4 vertices");
+  refused(rest + "f 1 2 5\n",
+          "line 6: 'f 1 2 5' has a corner '5'; the count of vertices is 4, and 4 come before it");
   refused(rest + "f 1 2 0\n", "corner '0'");
   refused(rest + "f 1/1/1 2// x\n", "corner 'x'");
   refused("f -1 -2 -3\n" + rest, "line 1: 'f -1 -2 -3' has a corner '-1'");
@@ -156,13 +158,15 @@ TEST(RefusedMesh, AFaceWithoutThreeCorners) {
                    "line 5: '" + std::string(face) + "' has ");
   expect_refused(folder.write("body.obj", rest + "f\n"), ErrorCode::file,
                  "has 0 corners; a face has three or more");
+  expect_refused(folder.write("body.obj", rest + "f 1\n"), ErrorCode::file,
+                 "has 1 corner; a face has three or more");
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 2\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
   expect_refused(folder.write("body.ply", ply + "2 0 1\n"), ErrorCode::file,
                  "PLY data: face 1 has 2 corners; a face has three or more");
   expect_refused(folder.write("body.ply", ply + "3 0 1 3\n"), ErrorCode::file,
-                 "PLY data: face 1 has corner index 3, and there are 3 positions");
+                 "PLY data: face 1 has corner index 3, and the count of positions is 3");
 }
 
 TEST(RefusedMesh, AnStlWhoseCountContradictsItsSize) {
@@ -176,17 +180,18 @@ TEST(RefusedMesh, AnStlWhoseCountContradictsItsSize) {
   };
   ASSERT_TRUE(load_mesh(with_count(12)).ok());
   expect_refused(with_count(0), ErrorCode::file,
-                 "its header gives 0 triangles, which take 84 bytes, and the file has 684");
+                 "its header gives 0 triangles, for which the file needs 84 bytes, and it has 684");
   expect_refused(with_count(13), ErrorCode::file,
-                 "its header gives 13 triangles, which take 734 bytes, and the file has 684");
+                 "its header gives 13 triangles, for which the file needs 734 bytes, and it has 684");
+  expect_refused(with_count(1), ErrorCode::file, "gives 1 triangle, for which");
   expect_refused(
       with_count(0x7FFFFFFF), ErrorCode::file,
-      "its header gives 2147483647 triangles, which take 107374182434 bytes, and the file has 684");
+      "its header gives 2147483647 triangles, for which the file needs 107374182434 bytes, and it has 684");
   // A binary file may begin as a text does.
   std::string solid = whole;
   solid.replace(0, 5, "solid");
   ASSERT_TRUE(load_mesh(folder.write("solid.stl", solid)).ok());
-  expect_refused(folder.write("solid.stl", solid + "x"), ErrorCode::file, "and the file has 685");
+  expect_refused(folder.write("solid.stl", solid + "x"), ErrorCode::file, "and it has 685");
 }
 
 TEST(RefusedMesh, ATextStlWithADamagedFacet) {
@@ -205,6 +210,10 @@ TEST(RefusedMesh, ATextStlWithADamagedFacet) {
   expect_refused(folder.write("body.stl", begin + "vertex 0 1 0\nvertex 0 0 1\n" + end), ErrorCode::file,
                  "line 7: 'vertex' stands where 'endloop' is due");
   expect_refused(folder.write("body.stl", begin), ErrorCode::file, "the file ends where 'vertex' is due");
+  std::string carriage_returns = begin + end;
+  std::replace(carriage_returns.begin(), carriage_returns.end(), '\n', '\r');
+  expect_refused(folder.write("body.stl", carriage_returns), ErrorCode::file,
+                 "line 6: 'endloop' stands where 'vertex' is due");
 }
 
 /// Three corners, which the accessors below describe.
@@ -232,8 +241,9 @@ TEST(RefusedMesh, AGltfIndexBeyondThePositions) {
   const auto whole = load_mesh(load(gltf_of(three_positions + comma + three_indices, indexed)));
   ASSERT_TRUE(whole.ok()) << whole.error().message;
   EXPECT_EQ(whole.value().triangles.size(), 1u);
-  expect_refused(load(gltf_of(two_positions + comma + three_indices, indexed)), ErrorCode::file,
-                 "mesh 0, primitive 0: index 2 (accessor 1) is 2, and there are 2 positions (accessor 0)");
+  expect_refused(
+      load(gltf_of(two_positions + comma + three_indices, indexed)), ErrorCode::file,
+      "mesh 0, primitive 0: index 2 (accessor 1) is 2, and the count of positions (accessor 0) is 2");
   const std::string four_indices =
       R"({"bufferView":0,"byteOffset":36,"componentType":5123,"count":4,"type":"SCALAR"})";
   expect_refused(
@@ -244,7 +254,7 @@ TEST(RefusedMesh, AGltfIndexBeyondThePositions) {
   expect_refused(load(gltf_of(three_positions, indexed)), ErrorCode::file,
                  "its indices names entry 1 of accessors, which has 1");
   expect_refused(load(gltf_of(two_positions, R"({"attributes":{"POSITION":0}})")), ErrorCode::file,
-                 "2 corners are not a multiple of 3");
+                 "the count of its corners is 2, which is not a multiple of 3");
   const std::string shorts =
       R"({"bufferView":0,"componentType":5122,"normalized":true,"count":3,"type":"VEC3"})";
   expect_refused(load(gltf_of(shorts, R"({"attributes":{"POSITION":0}})")), ErrorCode::file,
@@ -283,6 +293,17 @@ TEST(RefusedMesh, ObjLinesThatAreRead) {
   ASSERT_TRUE(loaded.ok()) << loaded.error().message;
   EXPECT_EQ(loaded.value().triangles.size(), 1u);
   EXPECT_EQ(loaded.value().positions_m.size(), 3u);
+}
+
+/// Line ends of old systems. A refusal quotes the line, not the file.
+TEST(RefusedMesh, ObjLinesThatEndWithACarriageReturn) {
+  const Folder folder;
+  const std::string text = "v 0 0 0\rv 1 0 0\rv 0 1 \\\r 0\rf 1 2 3\r";
+  const auto loaded = load_mesh(folder.write("body.obj", text));
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  EXPECT_EQ(loaded.value().triangles.size(), 1u);
+  expect_refused(folder.write("body.obj", text + "f 1 2\r"), ErrorCode::file,
+                 "line 6: 'f 1 2' has 2 corners; a face has three or more");
 }
 
 /// By sums that wrap the reader would step over the same chunk for ever.

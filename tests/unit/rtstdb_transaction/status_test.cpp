@@ -384,5 +384,36 @@ TEST(MisuseDeathTest, Aborts) {
                "Database::submit: the transaction was made by another database");
 }
 
+TEST(MisuseDeathTest, ATransactionThatWasNeverBegun) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  World world;
+  SimulatedQuery query(1);
+  const auto transaction = world.engine.make_transaction(
+      {.max_writes = 1, .max_preconditions = 1, .max_queries = 1, .max_reads = 1, .max_geometry_updates = 1});
+  Transaction& never = *transaction;
+  const std::string fault = ": the transaction was never begun; call Transaction::begin first";
+  EXPECT_DEATH(never.create(row_of(1)), "Transaction::create" + fault);
+  EXPECT_DEATH(never.update(EntityId{}, row_of(1)), "Transaction::update" + fault);
+  EXPECT_DEATH(never.update_motion(EntityId{}, Motion{}), "Transaction::update_motion" + fault);
+  EXPECT_DEATH(never.remove(EntityId{}), "Transaction::remove" + fault);
+  EXPECT_DEATH(never.update_geometry(GeometryId{}, {}), "Transaction::update_geometry" + fault);
+  EXPECT_DEATH(never.expect_exists(EntityId{}), "Transaction::expect_exists" + fault);
+  EXPECT_DEATH(never.expect_written_by(EntityId{}, 1), "Transaction::expect_written_by" + fault);
+  EXPECT_DEATH(static_cast<void>(never.read(EntityId{})), "Transaction::read" + fault);
+  EXPECT_DEATH(never.ask(query, 1), "Transaction::ask" + fault);
+  EXPECT_DEATH(world.engine.submit(never), "Database::submit" + fault);
+  EXPECT_DEATH(static_cast<void>(world.engine.calibrate(never)), "Database::calibrate" + fault);
+}
+
+/// `begin` empties the transaction: what was declared before and not submitted is gone.
+TEST(Misuse, NoneInASecondBegin) {
+  World world;
+  const auto transaction = world.make(1, 0);
+  transaction->begin({});
+  transaction->create(row_of(1));
+  transaction->begin({});
+  EXPECT_EQ(world.execute(*transaction).version, 0u);
+}
+
 }  // namespace
 }  // namespace rtstdb::transaction::test
