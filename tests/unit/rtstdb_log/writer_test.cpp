@@ -10,57 +10,13 @@
 #include <mutex>
 #include <thread>
 
-#include "live_world.hpp"
-#include "manual_clock.hpp"
 #include "rtstdb/log/checkpoint_reader.hpp"
-#include "rtstdb/log/prune.hpp"
 #include "rtstdb/log/stretch.hpp"
 #include "tests/support/allocation_guard.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "writer_test.hpp"
 
 namespace rtstdb::log::test {
 namespace {
-
-using hil::test::SimulatedDisk;
-
-constexpr std::uint64_t database_id = 77;
-
-class WriterTest : public testing::Test {
- protected:
-  explicit WriterTest(std::size_t ring_bytes = 1 << 14) : world(1, history, ring_bytes) {}
-
-  void start(const WriterOptions& options = {.segment_bytes = 8192, .checkpoint_every_bytes = 0}) {
-    auto started = Writer::start(disk, clock, world.ring(), world, options,
-                                 start_after(recover(disk).value(), database_id));
-    ASSERT_TRUE(started.ok()) << started.error().message;
-    writer = std::move(started).value();
-  }
-  void settle() {
-    while (writer->step(0).worked) {
-    }
-  }
-  void commit(int count) {
-    for (; count > 0; --count)
-      world.commit();
-  }
-  /// What a loss of power leaves, at worst.
-  Version version_after_crash() {
-    disk.at_crash_keep(SimulatedDisk::Keeps::nothing);
-    disk.crash();
-    auto recovered = recover(disk);
-    EXPECT_TRUE(recovered.ok()) << recovered.error().message;
-    if (!recovered) return 0;
-    const Version version = recovered.value().world.latest.version;
-    EXPECT_TRUE(image_of(recovered.value().world) == history.images.at(version));
-    return version;
-  }
-
-  SimulatedDisk disk{1};
-  ManualClock clock;
-  History history;
-  LiveWorld world;
-  std::unique_ptr<Writer> writer;
-};
 
 TEST_F(WriterTest, AGroupIsDurableWhenItWasSynced) {
   start();
@@ -114,69 +70,6 @@ TEST_F(WriterTest, ADiskThatIsNearlyFullTakesALogThatGoesOn) {
   EXPECT_EQ(version_after_crash(), 7u);
   EXPECT_EQ(recover(disk).value().report.log.end, LogEnd::end_of_data)
       << "a file that grows is as long as what was written";
-}
-
-TEST_F(WriterTest, WhatCheckpointsHaveLeftBehindIsPruned) {
-  const WriterOptions options{.segment_bytes = 2048, .checkpoint_every_bytes = 4096, .prune = true};
-  start(options);
-  for (int k = 0; k < 400; ++k) {
-    commit(1);
-    settle();
-  }
-  const auto listing = list_log(disk).value();
-  EXPECT_EQ(listing.checkpoints.size(), 2u);
-  EXPECT_GT(listing.segments.front(), 10u);
-  EXPECT_LT(listing.segments.size(), 20u);
-  EXPECT_EQ(writer->statistics().pruned_segments, listing.segments.front() - 1);
-  const Version oldest = read_checkpoint_header(disk, listing.checkpoints.front()).value().version;
-  EXPECT_EQ(read_extent(disk, false).value().first.version, oldest);
-  EXPECT_EQ(version_after_crash(), 400u);
-  // The older of the two goes on where the newer one is damaged.
-  auto contents = disk.contents();
-  contents[checkpoint_name(listing.checkpoints.back())][40] ^= std::byte{1};
-  disk.set_contents(contents);
-  EXPECT_EQ(recover(disk).value().world.latest.version, 400u);
-  start(options);
-  EXPECT_EQ(writer->durable(), 400u);
-}
-
-TEST_F(WriterTest, ACrashWhileTheLogIsPrunedLeavesALogThatCanBeRead) {
-  start();
-  start();  // the first segments have no groups, and each begins with group 1
-  start({.segment_bytes = 2048, .checkpoint_every_bytes = 4096});
-  for (int k = 0; k < 100; ++k) {
-    commit(1);
-    settle();
-  }
-  writer.reset();
-  const auto contents = disk.contents();
-  std::uint64_t removed = 0;
-  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
-    for (std::uint64_t call = 1; call <= 20; ++call) {
-      SCOPED_TRACE("seed " + std::to_string(seed) + ", call " + std::to_string(call));
-      SimulatedDisk crashing(seed);
-      crashing.set_contents(contents);
-      crashing.fail_call(call, EIO);
-      const auto pruned = prune_log(crashing);
-      crashing.crash();
-      removed += contents.size() - crashing.contents().size();
-      const auto extent = read_extent(crashing, false);
-      ASSERT_TRUE(extent.ok()) << extent.error().message;
-      EXPECT_EQ(extent.value().last.version, 100u);
-      EXPECT_EQ(recover(crashing).value().world.latest.version, 100u);
-    }
-  }
-  EXPECT_GT(removed, 1000u);
-}
-
-TEST_F(WriterTest, NothingIsPrunedUnlessThatIsAsked) {
-  start({.segment_bytes = 2048, .checkpoint_every_bytes = 4096});
-  for (int k = 0; k < 100; ++k) {
-    commit(1);
-    settle();
-  }
-  EXPECT_EQ(list_log(disk).value().segments.front(), 1u);
-  EXPECT_EQ(writer->statistics().pruned_segments, 0u);
 }
 
 TEST_F(WriterTest, SegmentsEndWhereTheyAreFull) {
