@@ -70,8 +70,9 @@ std::string fault_of(const report::Scanner& scanner) {
 report::WorldRecord load_names(const fs::path& directory) {
   std::error_code error;
   if (!fs::exists(directory / "world.json", error))
-    throw HistoryError(Kind::file,
-                       directory.string() + " holds no world.json: the run was ended before its first tick");
+    throw HistoryError(
+        Kind::file, directory.string() +
+                        " holds no world.json: the run ended before its first tick, or the file was removed");
   try {
     report::WorldRecord world = report::load_world(directory);
     if (world.layers.size() > 32)
