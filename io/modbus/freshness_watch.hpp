@@ -9,6 +9,7 @@
 #include <mutex>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/device.hpp"
@@ -58,12 +59,11 @@ class FreshnessWatch {
     const std::scoped_lock lock(mutex_);
     for (const std::size_t end = begun_.load(std::memory_order_acquire); reported_ < end; ++reported_) {
       const Episode& episode = episodes_[reported_];
-      const std::string more =
-          episode.inputs == 1 ? "" : " (and " + std::to_string(episode.inputs - 1) + " more)";
-      events.add(episode.time_ns, device + ": register " + inputs[episode.first_input].name + more + ' ' +
-                                      missed + " for longer than its max_age of " +
-                                      std::to_string(max_age_ns_ / 1'000'000) +
-                                      " ms; it is stale and reads its safe value");
+      std::string text = device + ": register " + inputs[episode.first_input].name;
+      if (episode.inputs > 1) text += " (and " + std::to_string(episode.inputs - 1) + " more)";
+      text += ' ' + missed + " for longer than its max_age of " + std::to_string(max_age_ns_ / 1'000'000) +
+              " ms; it is stale and reads its safe value";
+      events.add(episode.time_ns, std::move(text));
     }
   }
 

@@ -11,10 +11,10 @@ namespace {
 
 std::string decode_base64(std::string_view text) {
   constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::array<std::int8_t, 256> values{};
+  std::array<int, 256> values{};
   values.fill(-1);
   for (std::size_t k = 0; k < digits.size(); ++k)
-    values[static_cast<unsigned char>(digits[k])] = static_cast<std::int8_t>(k);
+    values[static_cast<unsigned char>(digits[k])] = static_cast<int>(k);
   std::string bytes;
   bytes.reserve(text.size() / 4 * 3 + 3);
   std::uint32_t bits = 0;

@@ -238,6 +238,7 @@ std::optional<double> value_named(const std::map<std::string, double>& values, c
     return std::nullopt;
   }
   std::vector<std::string> names;
+  names.reserve(values.size());
   for (const auto& [known, value] : values)
     names.push_back(known);
   diagnostics.add(name.place,

@@ -26,7 +26,7 @@ bool is_known(const signals::SignalTable& table, signals::SignalId signal) noexc
   return !table.info(signal).arrives || table.read(signal).fresh;
 }
 
-Coverage::Coverage(std::vector<signals::SignalId> signals, const signals::SignalTable& table,
+Coverage::Coverage(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
                    double least_share)
     : least_share_(least_share) {
   for (const signals::SignalId signal : signals) {

@@ -31,7 +31,8 @@ class Coverage {
  public:
   /// `signals`: those that the expectation reads. `least_share`: the share of its ticks that must be
   /// evaluated, 0 to 1.
-  Coverage(std::vector<signals::SignalId> signals, const signals::SignalTable& table, double least_share);
+  Coverage(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
+           double least_share);
 
   /// To be called once for each tick that ran and that the expectation covers. Neither allocates nor blocks.
   void look(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "io/can/socketcan_bus.hpp"
 #include "runtime/run/can_wiring.hpp"
@@ -208,8 +209,11 @@ void describe_can_signals(const CanProbe& probe, Wiring& wiring, Known& known) {
       const auto id = wiring.signals.find(prefix + message.name + "." + signal.name);
       if (!id) continue;
       for (const std::string& first : {message.name, message.short_name}) {
-        for (const std::string& second : {signal.name, signal.short_name})
-          wiring.signals.add_alias(prefix + first + "." + second, *id);
+        for (const std::string& second : {signal.name, signal.short_name}) {
+          std::string alias = prefix;
+          alias.append(first).append(".").append(second);
+          wiring.signals.add_alias(alias, *id);
+        }
       }
       wiring.signals.set_named_values(*id, named_values_of(signal));
       const std::string warning = precision_warning(signal);
