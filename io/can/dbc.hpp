@@ -94,7 +94,7 @@ struct Dbc {
 
 struct DbcProblem {
   enum class Severity : std::uint8_t {
-    unusable,  ///< a message that no frame can carry: using it is refused with this reason
+    unusable,  ///< a message that can not be used, or not be sent: its use is refused with this reason
     warning,   ///< a statement that was understood has no effect: names of unknown messages or signals
     error,     ///< a statement was not understood and is left out; the rest of the file is usable
     fatal,     ///< the file is not usable

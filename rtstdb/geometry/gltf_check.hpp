@@ -1,5 +1,6 @@
 #pragma once
-// Checks of a glTF file before its JSON is parsed: how deep the JSON nests, and whether the chunks of a GLB file lie in it.
+// Checks of a glTF file before its JSON is parsed: how deep the JSON nests, and whether the chunks of a GLB
+// file lie in it.
 
 #include <cstddef>
 #include <optional>

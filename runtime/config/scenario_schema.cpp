@@ -58,9 +58,9 @@ Schema realtime_schema() {
                           "The processors the base thread may run on; none listed: any."),
       Field::with_default(
           "max_lost", Schema::quantity(Quantity::share, 0.0, 1.0), "5 %",
-          "The largest share of the base ticks that may be given up, and of each task's releases that "
-          "may be skipped, aborted or left without an answer from the world; above it the run's timing "
-          "is broken (exit code 3)."),
+          "The largest share of the base ticks that may be given up, of each task's releases that may be "
+          "skipped, aborted or left without an answer from the world, and of each CAN bus's outputs that "
+          "may stay unsent; above it the run's timing is broken (exit code 3)."),
       Field::optional("watchdog", duration(1e-3),
                       "A base thread that makes no tick for so long ends the run, outputs in their safe "
                       "state; left out: the longer of 100 ms and 50 base periods."),

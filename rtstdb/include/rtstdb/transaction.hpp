@@ -202,8 +202,8 @@ class Transaction {
  public:
   virtual ~Transaction() = default;
 
-  /// Empties the transaction (also of what was declared and not submitted) and sets its terms. Declaring, submitting or
-  /// calibrating without it is misuse, each time anew; so is calling it while pending.
+  /// Empties the transaction, also of what was declared and not submitted, and sets its terms. Misuse: to
+  /// declare, submit or calibrate without a call of begin since the last outcome; to call begin while pending.
   virtual void begin(const Terms& terms) noexcept = 0;
 
   /// The transaction is a conflict unless the entity exists / was last written by exactly this version.

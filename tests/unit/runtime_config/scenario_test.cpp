@@ -150,6 +150,27 @@ TEST_F(ScenarioTest, Modbus) {
   EXPECT_EQ(plc.registers.find("time_ms")->order, io::modbus::ByteOrder::cdab);
 }
 
+TEST_F(ScenarioTest, AModbusClientKeepsTheRegistersThatTheScenarioNames) {
+  const auto names_after = [](const std::string& from, const std::string& to) {
+    Diagnostics diagnostics;
+    const ScenarioFolder files;
+    const auto changed = files.load(with_change(from, to), diagnostics);
+    std::vector<std::string> names;
+    if (!changed) return names;
+    for (const io::modbus::RegisterEntry& entry : changed->modbus[0].registers.entries)
+      names.push_back(entry.name);
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(names_after("read: [light, demand]", "read: [light]"),
+            (Names{"alive", "detector", "light", "time_ms"}));
+  EXPECT_EQ(names_after("    read: [light, demand]\n", ""),
+            (Names{"alive", "demand", "detector", "light", "time_ms"}));
+  EXPECT_EQ(names_after("    write: {detector: detectors.ego}\n", ""),
+            (Names{"alive", "demand", "light", "time_ms"}));
+}
+
 TEST_F(ScenarioTest, ModbusConstantsAndLimits) {
   EXPECT_EQ(scenario().modbus[0].max_gap, 0);
   EXPECT_EQ(scenario().modbus[0].max_clients, 64U);

@@ -140,6 +140,14 @@ TEST_F(CanWiring, ASignalThatNothingSetsAndThatHasNoStartValueIsAWarning) {
       << diagnostics_.to_text();
 }
 
+TEST_F(CanWiring, MessagesUnderTwoNamesAndUnfitChecksumsAreRefusedAtTheirKeys) {
+  const std::string both = "- message: Status\n      - message: StatusOfTheBatteryManagement\n";
+  EXPECT_TRUE(refuses(changed("- message: Status\n", both), 14,
+                      "message 'StatusOfTheBatteryManagement' is named twice"));
+  EXPECT_TRUE(refuses(changed("- message: Status\n", "- {message: Status, checksum: Mode}\n"), 13,
+                      "not multiplexed integer of 8 bits"));
+}
+
 TEST_F(CanWiring, AStartValueThatDoesNotFitIsAWarningWithTheValue) {
   folder_.write("test.dbc", changed("SG_ 256 Level 7", "SG_ 256 Level 9999", database));
   ASSERT_TRUE(wired(scenario)) << diagnostics_.to_text();
