@@ -22,7 +22,8 @@ void write_wide_node(uint index, WideNode node) {
   // An unused slot is a box turned inside out: no ray enters it.
   uvec3 low_edges[2] = uvec3[2](uvec3(0xFFFFFFFFu), uvec3(0xFFFFFFFFu));
   uvec3 high_edges[2] = uvec3[2](uvec3(0u), uvec3(0u));
-  uint references[8] = uint[8](ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none);
+  uint references[8] =
+      uint[8](ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none);
   uint used = 0u;
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
     const uint slot = k < node.count ? slots >> 3u * k & 7u : 8u;

@@ -8,7 +8,8 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BlasRefitArgs args; };
-layout(set = 0, binding = 0) uniform usamplerBuffer corners;  // and the triangle's own number, in the order of the leaves
+// The corners of each triangle and its own number, in the order of the leaves.
+layout(set = 0, binding = 0) uniform usamplerBuffer corners;
 layout(set = 0, binding = 1) uniform samplerBuffer positions;
 layout(set = 0, binding = 2, scalar) writeonly buffer TrianglesBuffer { vec4 triangles[]; };
 

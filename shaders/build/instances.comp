@@ -49,25 +49,29 @@ EntityRecord fetch_row(uint index) {
   return row;
 }
 
-vec4 geometry_texel(uint index, int texel) { return uintBitsToFloat(texelFetch(geometries, int(index * geometry_texels) + texel)); }
+vec4 geometry_texel(uint index, int texel) {
+  return uintBitsToFloat(texelFetch(geometries, int(index * geometry_texels) + texel));
+}
 
 GeometryRecord fetch_geometry(uint index) {
   const vec4 t0 = geometry_texel(index, 0);
   const vec4 t1 = geometry_texel(index, 1);
-  return GeometryRecord(t0.xyz, floatBitsToUint(t0.w), t1.xyz, floatBitsToUint(t1.w), geometry_texel(index, 2), geometry_texel(index, 3),
-                        geometry_texel(index, 4), geometry_texel(index, 5), geometry_texel(index, 6));
+  return GeometryRecord(t0.xyz, floatBitsToUint(t0.w), t1.xyz, floatBitsToUint(t1.w),
+                        geometry_texel(index, 2), geometry_texel(index, 3), geometry_texel(index, 4),
+                        geometry_texel(index, 5), geometry_texel(index, 6));
 }
 
-#define WRITE_INSTANCE(target, i)                                          \
-  {                                                                        \
-    const uint base = place * instance_texels;                             \
-    target[base] = vec4(i.p, uintBitsToFloat(i.mask));                     \
-    target[base + 1u] = i.q;                                               \
-    target[base + 2u] = vec4(i.v, uintBitsToFloat(i.blas_root));           \
-    target[base + 3u] = vec4(i.w, uintBitsToFloat(i.entity));              \
-    target[base + 4u] = vec4(i.scale, uintBitsToFloat(uint(i.from_ns) | (i.closed ? instance_closed_bit : 0u))); \
-    target[base + 5u] = vec4(i.box_center, 0.0);                           \
-    target[base + 6u] = vec4(i.box_half, 0.0);                             \
+#define WRITE_INSTANCE(target, i)                                                                \
+  {                                                                                              \
+    const uint base = place * instance_texels;                                                   \
+    target[base] = vec4(i.p, uintBitsToFloat(i.mask));                                           \
+    target[base + 1u] = i.q;                                                                     \
+    target[base + 2u] = vec4(i.v, uintBitsToFloat(i.blas_root));                                 \
+    target[base + 3u] = vec4(i.w, uintBitsToFloat(i.entity));                                    \
+    target[base + 4u] =                                                                          \
+        vec4(i.scale, uintBitsToFloat(uint(i.from_ns) | (i.closed ? instance_closed_bit : 0u))); \
+    target[base + 5u] = vec4(i.box_center, 0.0);                                                 \
+    target[base + 6u] = vec4(i.box_half, 0.0);                                                   \
   }
 
 Instance written_down(EntityRecord row, GeometryRecord geometry, uvec2 epoch) {
@@ -81,10 +85,11 @@ Instance written_down(EntityRecord row, GeometryRecord geometry, uvec2 epoch) {
 // instances (they may carry queries) but no place in the tree.
 void main() {
   if (gl_GlobalInvocationID.x >= args.count) return;
-  const uint place = args.listed != 0u ? listed_places[gl_GlobalInvocationID.x] : args.first + gl_GlobalInvocationID.x;
+  const uint place =
+      args.listed != 0u ? listed_places[gl_GlobalInvocationID.x] : args.first + gl_GlobalInvocationID.x;
   const EntityRecord row = fetch_row(live[place]);
-  GeometryRecord geometry =
-      GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u, vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+  GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u, vec4(0.0), vec4(0.0),
+                                           vec4(0.0), vec4(0.0), vec4(0.0));
   if (row.geometry != no_geometry) geometry = fetch_geometry(row.geometry);
   const Instance early = written_down(row, geometry, args.epoch);
   WRITE_INSTANCE(instances, early)
@@ -97,15 +102,16 @@ void main() {
   const OrientedBox still = bounds_at(early, int(args.window_begin.x - args.epoch.x));
   if (args.window_s == 0.0) {
     centers[place * still_center_texels] = vec4(still.center, uintBitsToFloat(early.mask));
-    centers[place * still_center_texels + 1u] =
-        vec4(center_velocity_at(early, int(args.window_begin.x - args.epoch.x)), uintBitsToFloat(early.entity));
+    centers[place * still_center_texels + 1u] = vec4(
+        center_velocity_at(early, int(args.window_begin.x - args.epoch.x)), uintBitsToFloat(early.entity));
     still_bounds[place * still_bounds_texels] = vec4(still.center, uintBitsToFloat(early.mask));
     still_bounds[place * still_bounds_texels + 1u] = vec4(still.half_extent, uintBitsToFloat(early.entity));
     still_bounds[place * still_bounds_texels + 2u] = still.q;
   }
-  const MotionBox box = bounds_of(instance_of(row, geometry, args.window_begin), extents_of(geometry), args.window_s);
+  const MotionBox box =
+      bounds_of(instance_of(row, geometry, args.window_begin), extents_of(geometry), args.window_s);
   bounds[place] = swept(box);
   // Both ends of a window of one instant are the same: in the place of one there is what searches for centres want.
-  motion_boxes[place] =
-      MotionBox(box.begin, args.window_s == 0.0 ? Box(still.center, still.center) : box.end, box.overhang, 0.0);
+  motion_boxes[place] = MotionBox(box.begin, args.window_s == 0.0 ? Box(still.center, still.center) : box.end,
+                                  box.overhang, 0.0);
 }

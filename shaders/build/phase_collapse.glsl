@@ -14,9 +14,7 @@ struct WideChildren {
 bool is_inner(uint child) { return (child & leaf_child_bit) == 0u; }
 
 // What opening this child is worth; negative: it can not be opened.
-float opening_value(uint child) {
-  return is_inner(child) ? box_half_area(box_of_child(child)) : -1.0;
-}
+float opening_value(uint child) { return is_inner(child) ? box_half_area(box_of_child(child)) : -1.0; }
 
 WideChildren choose_children(uint node) {
   WideChildren result;

@@ -21,7 +21,8 @@ Quanta quanta_of(Box all) {
   // Rounding of coordinates in the traversal, absolute; the relative part is widened there.
   const vec3 rounding = max(abs(all.lo), abs(all.hi)) * 2.5e-7;
   const vec3 extent = all.hi - all.lo + 2.0 * rounding;
-  const uvec3 exponent = uvec3(quantum_exponent(extent.x), quantum_exponent(extent.y), quantum_exponent(extent.z));
+  const uvec3 exponent =
+      uvec3(quantum_exponent(extent.x), quantum_exponent(extent.y), quantum_exponent(extent.z));
   const vec3 quantum = uintBitsToFloat(exponent << 23);
   Quanta quanta;
   quanta.per_quantum = 1.0 / quantum;

@@ -8,8 +8,8 @@
 // A gain as a number that grows with it, and in its lowest six bits the child and the slot. Gains that differ by less than 2^-17 of
 // themselves count as the same. Never 0.
 uint gain_key(vec3 to, uint child, uint slot) {
-  const float gain =
-      ((slot & 1u) != 0u ? to.x : -to.x) + ((slot & 2u) != 0u ? to.y : -to.y) + ((slot & 4u) != 0u ? to.z : -to.z);
+  const float gain = ((slot & 1u) != 0u ? to.x : -to.x) + ((slot & 2u) != 0u ? to.y : -to.y) +
+                     ((slot & 4u) != 0u ? to.z : -to.z);
   return (ordered(gain) & ~63u) | child << 3u | slot;
 }
 
@@ -30,7 +30,8 @@ uint choose_slots(vec3 away[8], uint count) {
   do {
     uint best = 0u;
     [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-      [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) best = max(best, key[8u * k + slot] & waits[k] & free[slot]);
+      [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) best =
+          max(best, key[8u * k + slot] & waits[k] & free[slot]);
     }
     const uint child = best >> 3u & 7u;
     const uint slot = best & 7u;

@@ -17,11 +17,13 @@ void write_tlas_node(uint index, Box box[8], uint reference[8], uint count) {
   vec3 away[8];
   [[unroll]] for (uint k = 0u; k < 8u; ++k) away[k] = center_of(box[k]) - center_of(all);
   const uint slots = choose_slots(away, count);
-  uint references[8] = uint[8](ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none);
+  uint references[8] =
+      uint[8](ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none, ref_none);
   uint used = 0u;
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
     const uint slot = k < count ? slots >> 3u * k & 7u : 8u;
-    [[unroll]] for (uint other = 0u; other < 8u; ++other) references[other] = slot == other ? reference[k] : references[other];
+    [[unroll]] for (uint other = 0u; other < 8u; ++other) references[other] =
+        slot == other ? reference[k] : references[other];
     used |= slot < 8u ? 1u << slot : 0u;
   }
   const uint base = index * tlas_node_texels;

@@ -58,7 +58,8 @@ void sort_by_code(uint lane) {
   uint padded = 1u;
   while (padded < args.count) padded *= 2u;
   for (uint i = lane; i < padded; i += lanes) {
-    sort_keys[i] = i < args.count ? morton_code(center_of(bounds[i]), lane_lo[0], lane_hi[0]) : uvec2(0xFFFFFFFFu);
+    sort_keys[i] =
+        i < args.count ? morton_code(center_of(bounds[i]), lane_lo[0], lane_hi[0]) : uvec2(0xFFFFFFFFu);
     sort_values[i] = i;
   }
   for (uint size = 2u; size <= padded; size *= 2u) {
@@ -161,7 +162,8 @@ void main() {
   if (lane == 0u) levels[0] = level_count;
   for (uint i = lane; i <= level_count; i += lanes) levels[1u + i] = level_begin[i];
   for (uint level = level_count; level > 0u; --level) {
-    for (uint node = level_begin[level - 1u] + lane; node < level_begin[level]; node += lanes) refit_node(node);
+    for (uint node = level_begin[level - 1u] + lane; node < level_begin[level]; node += lanes)
+      refit_node(node);
     memoryBarrierBuffer();
     barrier();
   }

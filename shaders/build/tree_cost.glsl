@@ -66,8 +66,8 @@ Subtree join(uint node, Subtree a, Subtree b) {
 #ifdef BUILD_TLAS
   const bool leaf = false;
 #else
-  const bool leaf =
-      subtree.primitives <= blas_always_leaf || (subtree.primitives <= max_triangles_per_leaf && as_leaf <= inner);
+  const bool leaf = subtree.primitives <= blas_always_leaf ||
+                    (subtree.primitives <= max_triangles_per_leaf && as_leaf <= inner);
 #endif
   subtree.how = wide_left << choice_wide_shift | (leaf ? choice_leaf_bit : 0u);
   subtree.cost[0] = leaf ? as_leaf : inner;

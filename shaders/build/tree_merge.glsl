@@ -73,8 +73,7 @@ void make_node(uint node, uint a, uint b) {
   if (opens_inner) store_subtree(inner, p.node, q.node);
   inner = select(opens_inner, inner, p);
   const Subtree r = select(nested, inner, select(which == 6u, c, f));
-  const Subtree s =
-      select(which == 2u, f, select(which == 3u, e, select(which == 1u || which == 5u, c, d)));
+  const Subtree s = select(which == 2u, f, select(which == 3u, e, select(which == 1u || which == 5u, c, d)));
   const Subtree outer = join(b_inside ? a : b, r, s);
   if (opens_outer) store_subtree(outer, r.node, s.node);
   const uint promoted = which == 0u ? c.node : which == 1u ? d.node : which == 2u ? e.node : f.node;

@@ -24,7 +24,8 @@ void queue_children(uint index, uint before) {
     const bool inner = (entry.z >> k & 1u) != 0u;
     const uint here = k < count ? child[k] : child[0];
     box[k] = box_of(here);
-    reference[k] = inner ? inner_reference : ref_leaf_bit | ref_instance_bit | sorted[is_leaf(here) ? here - args.count : 0u].y;
+    reference[k] = inner ? inner_reference
+                         : ref_leaf_bit | ref_instance_bit | sorted[is_leaf(here) ? here - args.count : 0u].y;
     inner_reference += inner ? 1u : 0u;
   }
   write_tlas_node(index, box, reference, count);

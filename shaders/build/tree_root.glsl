@@ -11,7 +11,8 @@ void main() {
     store_subtree(join(root, load_subtree(children.x), load_subtree(children.y)), children.x, children.y);
   }
   const uint level = blas_levels;
-  state[level + blas_level_groups] = state[level + blas_level_groups + 1u] = state[level + blas_level_groups + 2u] = 1u;
+  state[level + blas_level_groups] = state[level + blas_level_groups + 1u] =
+      state[level + blas_level_groups + 2u] = 1u;
   state[level + blas_level_first] = 0u;
   state[level + blas_level_count] = 1u;
   queue[0] = uvec4(root, 0u, 0u, 0u);

@@ -42,7 +42,8 @@ vec3 direction_across(vec3 a, vec3 b, vec3 c) {
   const vec3 q_lost = lost_by_difference(c, a) * to_c;
   precise vec3 whole = p.yzx * q.zxy - p.zxy * q.yzx;
   precise vec3 lost_of_both = lost_by_product(p.yzx, q.zxy) - lost_by_product(p.zxy, q.yzx);
-  precise vec3 of_differences = (p.yzx * q_lost.zxy + p_lost.yzx * q.zxy) - (p.zxy * q_lost.yzx + p_lost.zxy * q.yzx);
+  precise vec3 of_differences =
+      (p.yzx * q_lost.zxy + p_lost.yzx * q.zxy) - (p.zxy * q_lost.yzx + p_lost.zxy * q.yzx);
   precise vec3 across = whole + (lost_of_both + of_differences);
   const vec3 across_p = abs(p.x) > abs(p.z) ? vec3(-p.y, p.x, 0.0) : vec3(0.0, -p.z, p.y);
   return across == vec3(0.0) ? across_p : across;

@@ -34,8 +34,8 @@ vec2 extent_along(vec3 u, Extents extents) {
   const vec4 edges = without_x ? extents.edges[0] : without_z ? extents.edges[2] : extents.edges[1];
   const vec2 edge = by_signs(edges, edges, (without_x ? u.y : u.x) < 0.0, (without_z ? u.y : u.z) < 0.0);
   const bool minus_x = u.x < 0.0;
-  const vec2 corner = by_signs(minus_x ? extents.corners[1] : extents.corners[0], minus_x ? extents.corners[0] : extents.corners[1],
-                               u.y < 0.0, u.z < 0.0);
+  const vec2 corner = by_signs(minus_x ? extents.corners[1] : extents.corners[0],
+                               minus_x ? extents.corners[0] : extents.corners[1], u.y < 0.0, u.z < 0.0);
   return (most - middle) * face + (middle - least) * edge + least * corner;
 }
 

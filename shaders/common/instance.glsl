@@ -14,8 +14,9 @@ struct Placed {
 
 // `center`: stretched already.
 Placed placed(vec3 p, vec4 q, vec3 center, vec3 scale) {
-  return Placed(p + rotate(q, center), mat3(scale.x * rotate(q, vec3(1.0, 0.0, 0.0)), scale.y * rotate(q, vec3(0.0, 1.0, 0.0)),
-                                            scale.z * rotate(q, vec3(0.0, 0.0, 1.0))));
+  return Placed(p + rotate(q, center),
+                mat3(scale.x * rotate(q, vec3(1.0, 0.0, 0.0)), scale.y * rotate(q, vec3(0.0, 1.0, 0.0)),
+                     scale.z * rotate(q, vec3(0.0, 0.0, 1.0))));
 }
 
 Box box_of_oriented(Placed at, vec3 faces) {
@@ -60,7 +61,8 @@ MotionBox grown(Box begin, Box end, vec3 p, vec3 p_end, Turning turning) {
 }
 
 // What an instance at the window's begin covers over [0, window_s]: its triangles, and how far its oriented bounds stand out of that.
-MotionBox motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 scale, Extents extents, float window_s) {
+MotionBox motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 scale, Extents extents,
+                        float window_s) {
   const vec3 p_end = p + v * window_s;
   const Placed at_begin = placed(p, q, center, scale);
   const Placed at_end = placed(p_end, orientation_at(q, w, window_s), center, scale);
@@ -174,8 +176,9 @@ Instance instance_from(vec4 t0, vec4 t1, vec4 t2, vec4 t3, vec4 t4) {
 
 Instance fetch_instance(samplerBuffer instances, uint index) {
   const int base = int(index * instance_texels);
-  return instance_from(texelFetch(instances, base), texelFetch(instances, base + 1), texelFetch(instances, base + 2),
-                       texelFetch(instances, base + 3), texelFetch(instances, base + 4));
+  return instance_from(texelFetch(instances, base), texelFetch(instances, base + 1),
+                       texelFetch(instances, base + 2), texelFetch(instances, base + 3),
+                       texelFetch(instances, base + 4));
 }
 
 void fetch_instance_box(samplerBuffer instances, uint index, inout Instance instance) {

@@ -17,7 +17,8 @@ uvec2 morton_code(vec3 center, vec3 lo, vec3 hi) {
   const vec3 extent = hi - lo;
   const float largest = max(max(extent.x, extent.y), max(extent.z, 1e-30));
   const uvec3 cell = uvec3(clamp((center - lo) * (2097151.0 / largest), vec3(0.0), vec3(2097151.0)));
-  return unpackUint2x32(spread_by_three(cell.x) << 2 | spread_by_three(cell.y) << 1 | spread_by_three(cell.z));
+  return unpackUint2x32(spread_by_three(cell.x) << 2 | spread_by_three(cell.y) << 1 |
+                        spread_by_three(cell.z));
 }
 
 #endif

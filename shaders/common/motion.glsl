@@ -19,7 +19,7 @@ vec4 rotation_after(vec3 w, float t) {
   const float rate = length(w);
   const float half_angle = 0.5 * rate * t;
   const float quotient = half_angle * half_angle < 1e-6 ? 0.5 * t * (1.0 - half_angle * half_angle / 6.0)
-                                                         : sin(half_angle) / max(rate, 1e-30);
+                                                        : sin(half_angle) / max(rate, 1e-30);
   return vec4(w * quotient, cos(half_angle));
 }
 

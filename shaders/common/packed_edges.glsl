@@ -13,8 +13,8 @@ struct PackedNode {
   vec3 per_quantum;
   uint used;  // one bit a child
   uvec4 edges[3];
-  float below;  // quanta that mixing may have taken from an edge
-  float above;  // and added to it
+  float below;    // quanta that mixing may have taken from an edge
+  float above;    // and added to it
   vec3 overhang;  // of what is looked for, beside the children's boxes; in the unit of the origin
 #ifdef REGION_BOUNDS
   uint leaves;  // one bit a child that is an entity
@@ -34,7 +34,8 @@ PackedNode packed_node_of(uvec4 head, uvec4 x, uvec4 y, uvec4 z) {
   PackedNode packed;
   packed.origin = uintBitsToFloat(head.xyz);
   // One over a power of two.
-  packed.per_quantum = vec3(uintBitsToFloat(254u - (head.w & 0xFFu) << 23), uintBitsToFloat(254u - (head.w >> 8 & 0xFFu) << 23),
+  packed.per_quantum = vec3(uintBitsToFloat(254u - (head.w & 0xFFu) << 23),
+                            uintBitsToFloat(254u - (head.w >> 8 & 0xFFu) << 23),
                             uintBitsToFloat(254u - (head.w >> 16 & 0xFFu) << 23));
   packed.used = head.w >> 24;
   packed.edges = uvec4[](x, y, z);
@@ -45,8 +46,8 @@ PackedNode packed_node_of(uvec4 head, uvec4 x, uvec4 y, uvec4 z) {
 
 PackedNode fetch_packed_node(usamplerBuffer tlas, uint node, uint share) {
   const int base = int(node * tlas_node_texels);
-  PackedNode packed =
-      packed_node_of(texelFetch(tlas, base), texelFetch(tlas, base + 1), texelFetch(tlas, base + 2), texelFetch(tlas, base + 3));
+  PackedNode packed = packed_node_of(texelFetch(tlas, base), texelFetch(tlas, base + 1),
+                                     texelFetch(tlas, base + 2), texelFetch(tlas, base + 3));
 #ifdef REGION_MOVING
   [[unroll]] for (int axis = 0; axis < 3; ++axis) {
     packed.edges[axis] = mixed_edges(packed.edges[axis], texelFetch(tlas, base + 6 + axis), share);
@@ -65,8 +66,8 @@ PackedNode fetch_packed_node(usamplerBuffer tlas, uint node, uint share) {
 // A node of a geometry that is stretched by `scale`.
 PackedNode fetch_packed_geometry(usamplerBuffer nodes, uint node, vec3 scale) {
   const int base = int(node * node_texels);
-  PackedNode packed = packed_node_of(texelFetch(nodes, base), texelFetch(nodes, base + 1), texelFetch(nodes, base + 2),
-                                     texelFetch(nodes, base + 3));
+  PackedNode packed = packed_node_of(texelFetch(nodes, base), texelFetch(nodes, base + 1),
+                                     texelFetch(nodes, base + 2), texelFetch(nodes, base + 3));
   packed.origin *= scale;
   packed.per_quantum /= scale;
   return packed;

@@ -3,7 +3,9 @@
 #ifndef RTSTDB_COMMON_PAIRS_GLSL
 #define RTSTDB_COMMON_PAIRS_GLSL
 
-layout(buffer_reference, buffer_reference_align = 8, scalar) coherent writeonly buffer Pairs { uint64_t pairs[]; };
+layout(buffer_reference, buffer_reference_align = 8, scalar) coherent writeonly buffer Pairs {
+  uint64_t pairs[];
+};
 
 // A round of lavapipe's loop takes one lane's part out of each vector that it needs, by way of the stack, and some processors are slow
 // to do so with vectors of 64 bytes (0004). So what differs from lane to lane has 32 bits until it has been taken out.

@@ -11,7 +11,8 @@ uint interleaved(uint group, uint count) {
 // get one that is beyond all ends. See rtstdb/query/spread.hpp.
 // Workgroups are handed to lavapipe's threads in contiguous halves; taking them crosswise gives both the same work.
 uint place_of_invocation(uint first, uint per_group) {
-  const uint place = first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * per_group + gl_LocalInvocationID.x;
+  const uint place =
+      first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * per_group + gl_LocalInvocationID.x;
   return gl_LocalInvocationID.x < per_group ? place : 0xFFFFFFFFu;
 }
 

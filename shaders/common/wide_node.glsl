@@ -25,14 +25,18 @@ WideNode fetch_wide_node(usamplerBuffer nodes, uint node) {
   return wide;
 }
 
-uint edge_of(WideNode wide, uint axis, uint word, uint k) { return wide.edges[axis][word + (k >> 2)] >> 8u * (k & 3u) & 0xFFu; }
+uint edge_of(WideNode wide, uint axis, uint word, uint k) {
+  return wide.edges[axis][word + (k >> 2)] >> 8u * (k & 3u) & 0xFFu;
+}
 
 vec3 child_lo(WideNode wide, uint k) {
-  return wide.origin + wide.quantum * vec3(edge_of(wide, 0u, 0u, k), edge_of(wide, 1u, 0u, k), edge_of(wide, 2u, 0u, k));
+  return wide.origin +
+         wide.quantum * vec3(edge_of(wide, 0u, 0u, k), edge_of(wide, 1u, 0u, k), edge_of(wide, 2u, 0u, k));
 }
 
 vec3 child_hi(WideNode wide, uint k) {
-  return wide.origin + wide.quantum * vec3(edge_of(wide, 0u, 2u, k), edge_of(wide, 1u, 2u, k), edge_of(wide, 2u, 2u, k));
+  return wide.origin +
+         wide.quantum * vec3(edge_of(wide, 0u, 2u, k), edge_of(wide, 1u, 2u, k), edge_of(wide, 2u, 2u, k));
 }
 
 // ref_none where there is no child.
@@ -52,8 +56,9 @@ MotionNode fetch_motion_node(usamplerBuffer tlas, uint node, float share) {
   const uvec4 head = texelFetch(tlas, base);
   MotionNode wide;
   wide.begin.origin = uintBitsToFloat(head.xyz);
-  wide.begin.quantum = vec3(uintBitsToFloat((head.w & 0xFFu) << 23), uintBitsToFloat((head.w >> 8 & 0xFFu) << 23),
-                            uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
+  wide.begin.quantum =
+      vec3(uintBitsToFloat((head.w & 0xFFu) << 23), uintBitsToFloat((head.w >> 8 & 0xFFu) << 23),
+           uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
   [[unroll]] for (int axis = 0; axis < 3; ++axis) {
 #ifdef NEAREST_STILL
     wide.begin.edges[axis] = texelFetch(tlas, base + 6 + axis);  // of centres
@@ -85,11 +90,13 @@ float edge_at(MotionNode wide, uint axis, uint word, uint k) {
 }
 
 vec3 child_lo(MotionNode wide, uint k) {
-  return wide.begin.origin + wide.begin.quantum * vec3(edge_at(wide, 0u, 0u, k), edge_at(wide, 1u, 0u, k), edge_at(wide, 2u, 0u, k));
+  return wide.begin.origin + wide.begin.quantum * vec3(edge_at(wide, 0u, 0u, k), edge_at(wide, 1u, 0u, k),
+                                                       edge_at(wide, 2u, 0u, k));
 }
 
 vec3 child_hi(MotionNode wide, uint k) {
-  return wide.begin.origin + wide.begin.quantum * vec3(edge_at(wide, 0u, 2u, k), edge_at(wide, 1u, 2u, k), edge_at(wide, 2u, 2u, k));
+  return wide.begin.origin + wide.begin.quantum * vec3(edge_at(wide, 0u, 2u, k), edge_at(wide, 1u, 2u, k),
+                                                       edge_at(wide, 2u, 2u, k));
 }
 
 uint child_reference(MotionNode wide, uint k) { return wide.begin.references[k >> 2][k & 3u]; }

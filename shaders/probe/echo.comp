@@ -15,9 +15,18 @@ uint next_word = 0;
 void echo(uint value) { words[next_word++] = value; }
 void echo(int value) { echo(uint(value)); }
 void echo(float value) { echo(floatBitsToUint(value)); }
-void echo(uvec2 value) { echo(value.x); echo(value.y); }
-void echo(uvec3 value) { echo(value.xy); echo(value.z); }
-void echo(uvec4 value) { echo(value.xyz); echo(value.w); }
+void echo(uvec2 value) {
+  echo(value.x);
+  echo(value.y);
+}
+void echo(uvec3 value) {
+  echo(value.xy);
+  echo(value.z);
+}
+void echo(uvec4 value) {
+  echo(value.xyz);
+  echo(value.w);
+}
 void echo(ivec2 value) { echo(uvec2(value)); }
 void echo(ivec3 value) { echo(uvec3(value)); }
 void echo(ivec4 value) { echo(uvec4(value)); }

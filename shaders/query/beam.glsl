@@ -63,7 +63,8 @@ Beam beam_of(bool asks, Segment ray) {
   const vec3 none = vec3(3.4e38);
   const vec3 d = 1.0 / ray.inverse_d;
   return beam_between(least_of_lanes(asks ? d : none), -least_of_lanes(asks ? -d : none),
-                      least_of_lanes(asks ? ray.minus_o - ray.blur_m : none), -least_of_lanes(asks ? -ray.minus_o - ray.blur_m : none));
+                      least_of_lanes(asks ? ray.minus_o - ray.blur_m : none),
+                      -least_of_lanes(asks ? -ray.minus_o - ray.blur_m : none));
 }
 
 // Where lambda begins and ends, of rays that still ask.
@@ -87,7 +88,8 @@ struct Slabs {
 Slabs slabs_of(uvec4 head, Beam beam, float blur_m) {
   const vec3 quantum = quantum_of(head);
   const vec3 origin = uintBitsToFloat(head.xyz);
-  return Slabs(quantum * beam.inverse_low, quantum * beam.inverse_high, (origin + beam.minus_o_low - blur_m) * beam.inverse_low,
+  return Slabs(quantum * beam.inverse_low, quantum * beam.inverse_high,
+               (origin + beam.minus_o_low - blur_m) * beam.inverse_low,
                (origin + beam.minus_o_high + blur_m) * beam.inverse_high);
 }
 
@@ -107,11 +109,13 @@ bool enters(vec3 lambda_low, vec3 lambda_high, bvec3 both_ways, Range range) {
   const ivec3 later = max(at_low, at_high);
   const ivec3 begin = mix(earlier, later, both_ways);
   const ivec3 end = mix(later, ivec3(0x7F7FFFFF), both_ways);
-  return max(max(begin.x, begin.y), max(begin.z, range.first)) <= min(min(end.x, end.y), min(end.z, range.last));
+  return max(max(begin.x, begin.y), max(begin.z, range.first)) <=
+         min(min(end.x, end.y), min(end.z, range.last));
 }
 
 bool enters(Slabs slabs, bvec3 both_ways, vec3 low, vec3 high, Range range) {
-  return enters(low * slabs.slope_low + slabs.offset_low, high * slabs.slope_high + slabs.offset_high, both_ways, range);
+  return enters(low * slabs.slope_low + slabs.offset_low, high * slabs.slope_high + slabs.offset_high,
+                both_ways, range);
 }
 
 // The children that the beam enters, one bit a lane. `blur_m`: beside what is in the beam already.

@@ -31,7 +31,8 @@ References fetch_references(usamplerBuffer of, uint texels, uint node) {
 uint leaf_mask(References references) {
   const uvec4 first = references.first >> 31;
   const uvec4 second = references.second >> 31;
-  return first.x | first.y << 1 | first.z << 2 | first.w << 3 | second.x << 4 | second.y << 5 | second.z << 6 | second.w << 7;
+  return first.x | first.y << 1 | first.z << 2 | first.w << 3 | second.x << 4 | second.y << 5 |
+         second.z << 6 | second.w << 7;
 }
 
 #endif

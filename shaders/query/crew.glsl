@@ -55,8 +55,8 @@ const uint nobody = 8u;
 bool is_under_way(Errand errand) { return errand.below != ref_none; }
 
 Own no_ray(Asked any_ray) {
-  return Own(false, 0u, any_ray, make_segment(-any_ray.origin, any_ray.direction), nothing_begun(), ref_none, none_met(),
-             nothing_within(0.0), false);
+  return Own(false, 0u, any_ray, make_segment(-any_ray.origin, any_ray.direction), nothing_begun(), ref_none,
+             none_met(), nothing_within(0.0), false);
 }
 
 Errand no_errand(Segment any_ray) {
@@ -85,7 +85,8 @@ void meet_instances(inout Own own, Errand errand) {
   do {
     ++own.search.rounds;
     meet_next(own.current, own.met, own.search, own.ray.share, own.world, own.ray.lambda_min, limit);
-    const uint both = sum_of_lanes((goes_on(own.current, own.met) ? 1u : 0u) + (count_of(own.met) + (is_under_way(errand) ? 1u : 0u) << 8));
+    const uint both = sum_of_lanes((goes_on(own.current, own.met) ? 1u : 0u) +
+                                   (count_of(own.met) + (is_under_way(errand) ? 1u : 0u) << 8));
     going = both & 0xFFu;
     errands = both >> 8;
   } while (going >= enough_going || (going != 0u && errands < enough_errands));
@@ -162,8 +163,8 @@ void run_errands(inout Errand errand, bool more_waits, float faces) {
   uint at_work;
   do {
     ++errand.search.rounds;
-    errand.below = go_through_leaves(errand.below, errand.search, errand.ray, errand.lambda_min, faces, 0u, errand.instance,
-                                     errand.entity, errand.best);
+    errand.below = go_through_leaves(errand.below, errand.search, errand.ray, errand.lambda_min, faces, 0u,
+                                     errand.instance, errand.entity, errand.best);
     tell_one_another(errand);
     at_work = count_of_lanes(is_under_way(errand));
   } while (at_work >= enough_at_work || (at_work != 0u && !more_waits));

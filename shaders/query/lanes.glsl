@@ -6,9 +6,12 @@
 uint of_lane(uint v, uint lane) { return subgroupShuffle(v, lane); }
 int of_lane(int v, uint lane) { return subgroupShuffle(v, lane); }
 float of_lane(float v, uint lane) { return subgroupShuffle(v, lane); }
-vec3 of_lane(vec3 v, uint lane) { return vec3(subgroupShuffle(v.x, lane), subgroupShuffle(v.y, lane), subgroupShuffle(v.z, lane)); }
+vec3 of_lane(vec3 v, uint lane) {
+  return vec3(subgroupShuffle(v.x, lane), subgroupShuffle(v.y, lane), subgroupShuffle(v.z, lane));
+}
 uvec4 of_lane(uvec4 v, uint lane) {
-  return uvec4(subgroupShuffle(v.x, lane), subgroupShuffle(v.y, lane), subgroupShuffle(v.z, lane), subgroupShuffle(v.w, lane));
+  return uvec4(subgroupShuffle(v.x, lane), subgroupShuffle(v.y, lane), subgroupShuffle(v.z, lane),
+               subgroupShuffle(v.w, lane));
 }
 
 uint least_of_lanes(uint v) {

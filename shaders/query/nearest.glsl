@@ -78,12 +78,13 @@ Candidate chosen(bool first, Candidate a, Candidate b) {
 #else
 bool precedes(Candidate a, Candidate b) {
   return a.distance < b.distance ||
-         (a.distance == b.distance && (a.instance < b.instance || (a.instance == b.instance && a.triangle < b.triangle)));
+         (a.distance == b.distance &&
+          (a.instance < b.instance || (a.instance == b.instance && a.triangle < b.triangle)));
 }
 
 Candidate chosen(bool first, Candidate a, Candidate b) {
-  return Candidate(first ? a.distance : b.distance, first ? a.instance : b.instance, first ? a.triangle : b.triangle,
-                   first ? a.slot : b.slot);
+  return Candidate(first ? a.distance : b.distance, first ? a.instance : b.instance,
+                   first ? a.triangle : b.triangle, first ? a.slot : b.slot);
 }
 #endif
 
@@ -173,12 +174,12 @@ uint nearest_triangle_child(uint node, vec3 scale, vec3 point) {
 uint next_waiting(uint bottom) {
   uint next = ref_none;
   if (depth > bottom) do {
-    ++rounds;
-    if (next == ref_none && depth > bottom) {
-      --depth;
-      next = stack_square[depth] <= box_limit ? stack_ref[depth] : ref_none;
-    }
-  } while (next == ref_none && depth > bottom);
+      ++rounds;
+      if (next == ref_none && depth > bottom) {
+        --depth;
+        next = stack_square[depth] <= box_limit ? stack_ref[depth] : ref_none;
+      }
+    } while (next == ref_none && depth > bottom);
   return next;
 }
 #endif
@@ -226,35 +227,35 @@ void search_triangles(Instance i, uint root, uint place, vec3 point) {
   const uint bottom = depth;
   uint current = root;
   if (current != ref_none) do {
-    rounds += 3u;  // this loop's, and one for each of the two inside
-    if (is_inner(current)) current = nearest_triangle_child(current, i.scale, point);
-    const bool is_leaf = current != ref_none && !is_inner(current);
-    const uint first = current & ref_triangle_first_mask;
-    const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
-    uint k = 0u;
-    if (is_leaf) do {
-      ++rounds;
-      if (k < count) {
-        uint triangle;
-        const float square = nearest_on_slot(first + k, i.scale, point, triangle).square;
-        const Candidate candidate = Candidate(sqrt(square), place, triangle, first + k);
+      rounds += 3u;  // this loop's, and one for each of the two inside
+      if (is_inner(current)) current = nearest_triangle_child(current, i.scale, point);
+      const bool is_leaf = current != ref_none && !is_inner(current);
+      const uint first = current & ref_triangle_first_mask;
+      const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
+      uint k = 0u;
+      if (is_leaf) do {
+          ++rounds;
+          if (k < count) {
+            uint triangle;
+            const float square = nearest_on_slot(first + k, i.scale, point, triangle).square;
+            const Candidate candidate = Candidate(sqrt(square), place, triangle, first + k);
 #ifdef NEAREST_SURFACE
-        const bool better = precedes(candidate, own);
-        own.distance = better ? candidate.distance : own.distance;
-        own.instance = better ? candidate.instance : own.instance;
-        own.triangle = better ? candidate.triangle : own.triangle;
-        own.slot = better ? candidate.slot : own.slot;
-        set_reach(own.distance);
+            const bool better = precedes(candidate, own);
+            own.distance = better ? candidate.distance : own.distance;
+            own.instance = better ? candidate.instance : own.instance;
+            own.triangle = better ? candidate.triangle : own.triangle;
+            own.slot = better ? candidate.slot : own.slot;
+            set_reach(own.distance);
 #else
-        offer(candidate);
+            offer(candidate);
 #endif
-        ++k;
-      }
-    } while (k < count);
-    current = is_leaf ? ref_none : current;
-    if (current == ref_none) current = next_waiting(bottom);
-    cut_short = cut_short || rounds > max_rounds;
-  } while (current != ref_none && !cut_short);
+            ++k;
+          }
+        } while (k < count);
+      current = is_leaf ? ref_none : current;
+      if (current == ref_none) current = next_waiting(bottom);
+      cut_short = cut_short || rounds > max_rounds;
+    } while (current != ref_none && !cut_short);
 #ifdef NEAREST_SURFACE
   set_reach(reach_before);
   if (own.instance != no_entity) offer(own);
@@ -324,19 +325,19 @@ void store_neighbor(uint place, NeighborRecord neighbor) {
 void search_entities(NearestRecord record, vec3 asked_point) {
   uint current = args.root;
   if (current != ref_none) do {
-    rounds += 3u;  // this loop's, and one for each of the two inside
-    if (is_inner(current)) current = nearest_entity_child(current, record.share, asked_point);
-    if (current != ref_none && !is_inner(current)) {
-      const uint place = (current & ref_instance_mask) + record.instance_base;
-      Instance i = fetch_instance(instances, place);
-      const bool wanted = (i.mask & record.mask) != 0u && (current & ref_instance_mask) != record.excluded;
-      const vec3 point = into_frame(i, orientation_of(i, record.t_ns), record.t_ns, asked_point);
-      search_triangles(i, wanted ? i.blas_root : ref_none, place, point);
-      current = ref_none;
-    }
-    if (current == ref_none) current = next_waiting(0u);
-    cut_short = cut_short || rounds > max_rounds;
-  } while (current != ref_none && !cut_short);
+      rounds += 3u;  // this loop's, and one for each of the two inside
+      if (is_inner(current)) current = nearest_entity_child(current, record.share, asked_point);
+      if (current != ref_none && !is_inner(current)) {
+        const uint place = (current & ref_instance_mask) + record.instance_base;
+        Instance i = fetch_instance(instances, place);
+        const bool wanted = (i.mask & record.mask) != 0u && (current & ref_instance_mask) != record.excluded;
+        const vec3 point = into_frame(i, orientation_of(i, record.t_ns), record.t_ns, asked_point);
+        search_triangles(i, wanted ? i.blas_root : ref_none, place, point);
+        current = ref_none;
+      }
+      if (current == ref_none) current = next_waiting(0u);
+      cut_short = cut_short || rounds > max_rounds;
+    } while (current != ref_none && !cut_short);
 }
 #endif
 
@@ -367,10 +368,10 @@ void main() {
   cut_short = cut_short || rounds > max_rounds;
   uint k = 0u;
   if (found != 0u) do {
-    const uint j = LIST_SIZE - args.k + k;
-    store_neighbor(record.place * args.k + k, described(places[j], slots[j], distances[j], record, asked));
-    ++k;
-  } while (k < found);
+      const uint j = LIST_SIZE - args.k + k;
+      store_neighbor(record.place * args.k + k, described(places[j], slots[j], distances[j], record, asked));
+      ++k;
+    } while (k < found);
   cut_short = cut_short || !loops_still_turn(args.two);
   counts[record.place] = NearestCount(cut_short ? 0u : found, cut_short ? 1u : 0u);
 }

@@ -46,72 +46,72 @@ float child_square(MotionNode wide, uint k, vec3 from) {
 // The entities among a node's children.
 void look_at_entities(MotionNode wide, uint leaves, NearestRecord record, vec3 point) {
   if (leaves != 0u) do {
-    ++rounds;
-    if (leaves != 0u) {
-      const uint bit = lowest_bit(leaves);
-      leaves ^= bit;
-      const uint visible = reference_in(wide, place_of_bit(bit)) & ref_instance_mask;
-      const uint place = visible + record.instance_base;
+      ++rounds;
+      if (leaves != 0u) {
+        const uint bit = lowest_bit(leaves);
+        leaves ^= bit;
+        const uint visible = reference_in(wide, place_of_bit(bit)) & ref_instance_mask;
+        const uint place = visible + record.instance_base;
 #ifdef NEAREST_STILL
-      const vec4 center = texelFetch(centers, int(visible * still_center_texels));
-      const uint mask = floatBitsToUint(center.w);
-      precise vec3 offset = center.xyz - point;
+        const vec4 center = texelFetch(centers, int(visible * still_center_texels));
+        const uint mask = floatBitsToUint(center.w);
+        precise vec3 offset = center.xyz - point;
 #else
-      Instance i = fetch_instance(instances, place);
-      fetch_instance_box(instances, place, i);
-      const uint mask = i.mask;
-      const vec3 offset = offset_to(i, record.t_ns, point);
+        Instance i = fetch_instance(instances, place);
+        fetch_instance_box(instances, place, i);
+        const uint mask = i.mask;
+        const vec3 offset = offset_to(i, record.t_ns, point);
 #endif
-      const bool wanted = (mask & record.mask) != 0u && visible != record.excluded;
-      offer(Candidate(wanted ? length(offset) : nowhere, wanted ? place : no_entity, 0u, 0u));
-    }
-  } while (leaves != 0u);
+        const bool wanted = (mask & record.mask) != 0u && visible != record.excluded;
+        offer(Candidate(wanted ? length(offset) : nowhere, wanted ? place : no_entity, 0u, 0u));
+      }
+    } while (leaves != 0u);
 }
 
 void search_entities(NearestRecord record, vec3 point) {
   uint group = args.root << 8 | 0xFFu;
   bool done = args.root == ref_none;
   if (!done) do {
-    rounds += 2u;  // this loop's, and one for that inside
-    if (!done) {
-      const MotionNode wide = fetch_motion_node(tlas, group >> 8, record.share);
-      const vec3 from = in_quanta(wide, point);
-      uint leaves = 0u;
-      uint inner = 0u;
-      uint nearest = 0u;
-      float nearest_square = nowhere;
-      float waiting_square = nowhere;
-      [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-        const float square = child_square(wide, k, from);
-        const uint bit = square <= box_limit ? group & 1u << k : 0u;
-        const bool leaf = !is_inner(child_reference(wide, k));
-        const float inner_square = leaf || bit == 0u ? nowhere : square;
-        const bool nearer = inner_square < nearest_square;
-        leaves |= leaf ? bit : 0u;
-        inner |= leaf ? 0u : bit;
-        nearest = nearer ? bit : nearest;
-        const int behind = max(floatBitsToInt(nearest_square), floatBitsToInt(inner_square));
-        waiting_square = intBitsToFloat(min(floatBitsToInt(waiting_square), behind));
-        nearest_square = nearer ? square : nearest_square;
+      rounds += 2u;  // this loop's, and one for that inside
+      if (!done) {
+        const MotionNode wide = fetch_motion_node(tlas, group >> 8, record.share);
+        const vec3 from = in_quanta(wide, point);
+        uint leaves = 0u;
+        uint inner = 0u;
+        uint nearest = 0u;
+        float nearest_square = nowhere;
+        float waiting_square = nowhere;
+        [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+          const float square = child_square(wide, k, from);
+          const uint bit = square <= box_limit ? group & 1u << k : 0u;
+          const bool leaf = !is_inner(child_reference(wide, k));
+          const float inner_square = leaf || bit == 0u ? nowhere : square;
+          const bool nearer = inner_square < nearest_square;
+          leaves |= leaf ? bit : 0u;
+          inner |= leaf ? 0u : bit;
+          nearest = nearer ? bit : nearest;
+          const int behind = max(floatBitsToInt(nearest_square), floatBitsToInt(inner_square));
+          waiting_square = intBitsToFloat(min(floatBitsToInt(waiting_square), behind));
+          nearest_square = nearer ? square : nearest_square;
+        }
+        leaves &= wide.used;  // nothing counts as a leaf
+        look_at_entities(wide, leaves, record, point);
+        inner = nearest_square <= box_limit ? inner : 0u;  // the entities may have shortened the reach
+        nearest &= inner;
+        const uint rest = (group & ~0xFFu) | (inner ^ nearest);
+        groups[depth] = rest;
+        squares[depth] = waiting_square;
+        depth += (rest & 0xFFu) != 0u ? 1u : 0u;
+        // One group a round: a loop over all that have fallen out of reach costs more than they do.
+        depth -= depth != 0u && squares[max(depth, 1u) - 1u] > box_limit ? 1u : 0u;
+        const uint waiting = groups[max(depth, 1u) - 1u];
+        const bool pop = inner == 0u;
+        done = pop && depth == 0u;
+        depth -= pop && !done ? 1u : 0u;
+        group = pop ? waiting : reference_in(wide, place_of_bit(max(nearest, 1u))) << 8 | 0xFFu;
+        cut_short = cut_short || depth == stack_size || rounds > max_rounds;
       }
-      leaves &= wide.used;  // nothing counts as a leaf
-      look_at_entities(wide, leaves, record, point);
-      inner = nearest_square <= box_limit ? inner : 0u;  // the entities may have shortened the reach
-      nearest &= inner;
-      const uint rest = (group & ~0xFFu) | (inner ^ nearest);
-      groups[depth] = rest;
-      squares[depth] = waiting_square;
-      depth += (rest & 0xFFu) != 0u ? 1u : 0u;
-      // One group a round: a loop over all that have fallen out of reach costs more than they do.
-      depth -= depth != 0u && squares[max(depth, 1u) - 1u] > box_limit ? 1u : 0u;
-      const uint waiting = groups[max(depth, 1u) - 1u];
-      const bool pop = inner == 0u;
-      done = pop && depth == 0u;
-      depth -= pop && !done ? 1u : 0u;
-      group = pop ? waiting : reference_in(wide, place_of_bit(max(nearest, 1u))) << 8 | 0xFFu;
-      cut_short = cut_short || depth == stack_size || rounds > max_rounds;
-    }
-  } while (!done && !cut_short);
+    } while (!done && !cut_short);
 }
 
 #endif

@@ -24,6 +24,8 @@ Asked asked_of(samplerBuffer instances, NearestRecord record) {
 }
 
 // A point in the frame of an entity, turned but not stretched: there lengths are the world's, whatever the scale.
-vec3 into_frame(Instance i, vec4 q, int t_ns, vec3 point) { return rotate(conjugate(q), point - position_of(i, t_ns)); }
+vec3 into_frame(Instance i, vec4 q, int t_ns, vec3 point) {
+  return rotate(conjugate(q), point - position_of(i, t_ns));
+}
 
 #endif

@@ -60,8 +60,10 @@ void main() {
   if (rank >= counts[record.place].found || is_left(args.halt, asker + args.halt_from)) return;
   const uint neighbor = record.place * args.k + rank;
   Neighbors neighbors = Neighbors(args.neighbors);
-  const Instance i = fetch_instance(instances, places[neighbors.records[neighbor].entity.x] + record.instance_base);
-  const vec3 turned = into_frame(i, orientation_of(i, record.t_ns), record.t_ns, asked_of(instances, record).point);
+  const Instance i =
+      fetch_instance(instances, places[neighbors.records[neighbor].entity.x] + record.instance_base);
+  const vec3 turned =
+      into_frame(i, orientation_of(i, record.t_ns), record.t_ns, asked_of(instances, record).point);
   const vec3 point = turned / i.scale;
 
   uint stack[stack_size];
@@ -97,8 +99,9 @@ void main() {
     for (uint k = 0u; k < count; ++k) {
       ++rounds;
       const int base = int((first + k) * triangle_texels);
-      winding += winding_above(texelFetch(triangles, base).xyz - point, texelFetch(triangles, base + 1).xyz - point,
-                               texelFetch(triangles, base + 2).xyz - point);
+      winding +=
+          winding_above(texelFetch(triangles, base).xyz - point, texelFetch(triangles, base + 1).xyz - point,
+                        texelFetch(triangles, base + 2).xyz - point);
     }
     current = ref_none;
     if (rounds > max_rounds) {

@@ -54,7 +54,8 @@ int lane_texel(uint node, uint waiting, uint texels) {
 }
 
 // The next child, or ref_none when nothing is left above `bottom`: of those just entered, or of the group on top of the stack.
-uint take_next(inout Search search, uvec4 texels, uint node, uint entered, uint waiting, uint bottom, uint octant) {
+uint take_next(inout Search search, uvec4 texels, uint node, uint entered, uint waiting, uint bottom,
+               uint octant) {
   const bool pop = entered == 0u;
   const bool done = pop && search.depth == bottom;
   const bool spent = search.rounds >= search.allowed;
@@ -95,7 +96,8 @@ uint descend_entities(uint node, inout Search search, vec2 shares, Seat seat, Be
       const uint waiting = top_of(search, 0u);
       const uvec4 texels = imageLoad(tlas, lane_texel(current, waiting >> 8, tlas_node_texels));
 #ifdef RAY_MOVING
-      const uvec4 ends = imageLoad(tlas, int(current * tlas_node_texels + 5u + clamp(gl_SubgroupInvocationID, 1u, 3u)));
+      const uvec4 ends =
+          imageLoad(tlas, int(current * tlas_node_texels + 5u + clamp(gl_SubgroupInvocationID, 1u, 3u)));
       const uint entered = entities_entered(texels, ends, seat, shares, beam, range);
 #else
       const uint entered = children_entered(texels, seat, beam, blur_of(of_lane(texels, 0u), beam), range);
@@ -121,7 +123,8 @@ uint descend_geometry(uint node, inout Search search, uint bottom, Seat seat, Be
   return current;
 }
 
-void test_run(uint run, inout Search search, Segment ray, float lambda_min, float faces, uint instance, uint entity, inout Found best) {
+void test_run(uint run, inout Search search, Segment ray, float lambda_min, float faces, uint instance,
+              uint entity, inout Found best) {
   const uint first = run & ref_triangle_first_mask;
   const uint end = first + (run >> ref_triangle_count_shift & 0xFu) + 1u;
   uint slot = first;
@@ -130,8 +133,9 @@ void test_run(uint run, inout Search search, Segment ray, float lambda_min, floa
     if (slot < end) {
       const vec4 texel = triangle_texel(int(slot * triangle_texels + min(gl_SubgroupInvocationID, 2u)));
       const float number = of_lane(texel.w, 0u);
-      test_corners(ray, vec4(of_lane(texel.xyz, 0u), number), vec4(of_lane(texel.xyz, 1u), of_lane(texel.w, 1u)), of_lane(texel.xyz, 2u), slot, lambda_min,
-                   faces, instance, entity, best);
+      test_corners(ray, vec4(of_lane(texel.xyz, 0u), number),
+                   vec4(of_lane(texel.xyz, 1u), of_lane(texel.w, 1u)), of_lane(texel.xyz, 2u), slot,
+                   lambda_min, faces, instance, entity, best);
       ++slot;
     }
   } while (slot < end);
@@ -160,8 +164,9 @@ uint unless_found(uint current, float lambda_min) {
 
 // As trace of traverse.glsl, whose loops these are. `asks`: whether the lane's ray is one of the packet;
 // `first_lane` has one. `rounds`: of the subgroup so far, of which there may be as many as `allowed`.
-Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, float lambda_max, int t_ns, float share,
-                   uint instance_base, uint mask, uint root, float faces, uint two, Entries entries, inout uint rounds, uint allowed) {
+Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, float lambda_max, int t_ns,
+                   float share, uint instance_base, uint mask, uint root, float faces, uint two,
+                   Entries entries, inout uint rounds, uint allowed) {
   Found best = nothing_within(asks ? lambda_max : 0.0);
   Search search = nothing_begun(rounds + 8u, allowed);  // with the loops around this and behind it
   const Seat world_seat = take_seat(of_lane(world.octant, first_lane));
@@ -171,49 +176,49 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
   Range world_range = range_of(world_begin, reach_of(best));
   uint current = root;
   if (current != ref_none) do {
-    ++search.rounds;
-    current = descend_entities(current, search, shares, world_seat, world_beam, world_range);
-    if (current == ref_none) break;
-    do {
-      search.rounds += 5u;
-      if ((current & ref_leaf_bit) != 0u) {
-        const uint instance = (current & ref_instance_mask) + instance_base;
-        const Instance candidate = instance_at(instance);
-        const Segment ray = enter_instance(world, candidate, t_ns, head_of(candidate.blas_root));
-        const Seat seat = take_seat(of_lane(ray.octant, first_lane));
-        const Beam beam = beam_of(asks, ray);
-        const uint bottom = search.depth;
-        // A mask shuts out the one ray or the other.
-        float begin = (candidate.mask & mask) != 0u ? world_begin : beyond_all;
-        Range range = range_of(begin, reach_of(best));
-        const Entries here = entries_into(instance, of_lane(candidate.blas_root, first_lane), entries);
-        uint left = entries_entered(here, beam, range);
-        do {
-          ++search.rounds;
-          current = take_entry(here, left);
-          if (current != ref_none) do {
+      ++search.rounds;
+      current = descend_entities(current, search, shares, world_seat, world_beam, world_range);
+      if (current == ref_none) break;
+      do {
+        search.rounds += 5u;
+        if ((current & ref_leaf_bit) != 0u) {
+          const uint instance = (current & ref_instance_mask) + instance_base;
+          const Instance candidate = instance_at(instance);
+          const Segment ray = enter_instance(world, candidate, t_ns, head_of(candidate.blas_root));
+          const Seat seat = take_seat(of_lane(ray.octant, first_lane));
+          const Beam beam = beam_of(asks, ray);
+          const uint bottom = search.depth;
+          // A mask shuts out the one ray or the other.
+          float begin = (candidate.mask & mask) != 0u ? world_begin : beyond_all;
+          Range range = range_of(begin, reach_of(best));
+          const Entries here = entries_into(instance, of_lane(candidate.blas_root, first_lane), entries);
+          uint left = entries_entered(here, beam, range);
+          do {
             ++search.rounds;
-            current = descend_geometry(current, search, bottom, seat, beam, range);
-            if (current == ref_none) break;
-            do {
-              ++search.rounds;
-              if ((current & ref_leaf_bit) != 0u) {
-                test_run(current, search, ray, begin, faces, instance, candidate.entity, best);
-                begin = begin_of(begin, best);
-                range = range_of(begin, reach_of(best));
-                current = unless_found(pop_geometry(search, bottom, seat.octant), begin);
-              }
-            } while ((current & ref_leaf_bit) != 0u && current != ref_none);
-          } while (current != ref_none);
-          left &= entries_entered(here, beam, range);
-          search.depth = bottom;
-        } while (left != 0u);
-        world_begin = begin_of(world_begin, best);
-        world_range = range_of(world_begin, reach_of(best));
-        current = unless_found(pop_entities(search, world_seat.octant), world_begin);
-      }
-    } while ((current & ref_leaf_bit) != 0u && current != ref_none);
-  } while (current != ref_none);
+            current = take_entry(here, left);
+            if (current != ref_none) do {
+                ++search.rounds;
+                current = descend_geometry(current, search, bottom, seat, beam, range);
+                if (current == ref_none) break;
+                do {
+                  ++search.rounds;
+                  if ((current & ref_leaf_bit) != 0u) {
+                    test_run(current, search, ray, begin, faces, instance, candidate.entity, best);
+                    begin = begin_of(begin, best);
+                    range = range_of(begin, reach_of(best));
+                    current = unless_found(pop_geometry(search, bottom, seat.octant), begin);
+                  }
+                } while ((current & ref_leaf_bit) != 0u && current != ref_none);
+              } while (current != ref_none);
+            left &= entries_entered(here, beam, range);
+            search.depth = bottom;
+          } while (left != 0u);
+          world_begin = begin_of(world_begin, best);
+          world_range = range_of(world_begin, reach_of(best));
+          current = unless_found(pop_entities(search, world_seat.octant), world_begin);
+        }
+      } while ((current & ref_leaf_bit) != 0u && current != ref_none);
+    } while (current != ref_none);
   bool cut_short = search.rounds >= search.allowed;
 #ifdef RAY_ANY
   // A hit is one, whatever was not looked at.

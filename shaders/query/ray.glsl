@@ -80,12 +80,13 @@ void write_hit(uint place, Found found, Asked ray) {
   const bool hit = found.status == status_hit;
   const Instance i = instance_at(hit ? found.instance : 0u);
   const int corners = int(found.slot * triangle_texels);
-  const vec3 across =
-      direction_across(triangle_texel(corners).xyz, triangle_texel(corners + 1).xyz, triangle_texel(corners + 2).xyz);
+  const vec3 across = direction_across(triangle_texel(corners).xyz, triangle_texel(corners + 1).xyz,
+                                       triangle_texel(corners + 2).xyz);
   // Normals turn with the body and scale with the inverse. Lengths near one, so that no square vanishes.
   const vec3 n = across / largest(across) / i.scale;
   const vec3 n_world = normalize(rotate(orientation_of(i, ray.t_ns), n / largest(n)));
-  const vec3 v_relative_mps = velocity_at(i, ray.t_ns, ray.origin + found.lambda * ray.direction) - ray.v_origin;
+  const vec3 v_relative_mps =
+      velocity_at(i, ray.t_ns, ray.origin + found.lambda * ray.direction) - ray.v_origin;
   const uvec4 identity = texelFetch(identities, int(hit ? found.entity : 0u));
   const uvec2 nothing = uvec2(0u);
   const Destination to = destination_of_hit(place);

@@ -20,8 +20,8 @@ void answer_list(uint index, Found found, Asked ray) {
     if (found.status == status_incomplete) one.status = status_incomplete;
     if (found.status != status_incomplete && list_entity[k] != no_entity) {
       const Instance candidate = instance_at(list_instance[k]);
-      const Segment segment =
-          enter_instance(make_segment(-ray.origin, ray.direction), candidate, ray.t_ns, head_of(candidate.blas_root));
+      const Segment segment = enter_instance(make_segment(-ray.origin, ray.direction), candidate, ray.t_ns,
+                                             head_of(candidate.blas_root));
       test_triangle(segment, list_slot[k], ray.lambda_min, args.faces, list_instance[k], list_entity[k], one);
     }
     write_hit(index * args.hits_per_ray + k, one, ray);
@@ -54,8 +54,8 @@ void main() {
 #else
   Way way = begin_way(asks ? args.root : ref_none, ray.lambda_max);
 #endif
-  trace(way, make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.t_ns, ray.share, ray.instance_base, ray.mask, args.faces,
-        args.hits_per_ray - 1u);
+  trace(way, make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.t_ns, ray.share, ray.instance_base,
+        ray.mask, args.faces, args.hits_per_ray - 1u);
   const Found found = found_by(way, args.two);
   if (!asks) return;
 #ifdef RAY_PAUSES

@@ -12,9 +12,10 @@ layout(set = 0, binding = 3, rgba32ui) readonly uniform uimageBuffer instances;
 
 Instance instance_at(uint index) {
   const int base = int(index * instance_texels);
-  return instance_from(uintBitsToFloat(imageLoad(instances, base)), uintBitsToFloat(imageLoad(instances, base + 1)),
-                       uintBitsToFloat(imageLoad(instances, base + 2)), uintBitsToFloat(imageLoad(instances, base + 3)),
-                       uintBitsToFloat(imageLoad(instances, base + 4)));
+  return instance_from(
+      uintBitsToFloat(imageLoad(instances, base)), uintBitsToFloat(imageLoad(instances, base + 1)),
+      uintBitsToFloat(imageLoad(instances, base + 2)), uintBitsToFloat(imageLoad(instances, base + 3)),
+      uintBitsToFloat(imageLoad(instances, base + 4)));
 }
 
 uvec4 head_of(uint node) { return imageLoad(nodes, int(node * node_texels)); }

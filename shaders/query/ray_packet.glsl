@@ -24,8 +24,9 @@ Found trace_together(bool asks, Asked ray, Entries entries, inout uint rounds, u
     const uint first_lane = least_of_lanes(left ? gl_SubgroupInvocationID : 0xFFu) & 7u;
     const vec3 apart = ray.origin - of_lane(ray.origin, first_lane);
     const bool mine = left && runs_beside(apart, ray.direction, of_lane(ray.direction, first_lane));
-    const Found now = trace_packet(mine, first_lane, world, ray.lambda_min, ray.lambda_max, ray.t_ns, ray.share, ray.instance_base,
-                                   ray.mask, args.root, args.faces, args.two, entries, rounds, allowed);
+    const Found now =
+        trace_packet(mine, first_lane, world, ray.lambda_min, ray.lambda_max, ray.t_ns, ray.share,
+                     ray.instance_base, ray.mask, args.root, args.faces, args.two, entries, rounds, allowed);
     if (mine) found = now;
     left = left && !mine && gl_SubgroupInvocationID != first_lane;
   } while (in_any(left ? 1u : 0u) != 0u);
@@ -38,7 +39,8 @@ Entries entries_of(uint first, uint turns, inout uint rounds) { return Entries(r
 // Of the rays of all turns.
 Entries entries_of(uint first, uint turns, inout uint rounds) {
   const Asked lead = read_ray(first);
-  Bounds bounds = Bounds(lead.direction, lead.direction, -lead.origin, -lead.origin, lead.lambda_min, lead.lambda_max);
+  Bounds bounds =
+      Bounds(lead.direction, lead.direction, -lead.origin, -lead.origin, lead.lambda_min, lead.lambda_max);
   uint turn = 0u;
   do {
     const uint index = first + 8u * turn + gl_SubgroupInvocationID;

@@ -30,14 +30,17 @@ Slabs slabs_of(uvec4 head, Segment ray, float blur_m, float lambda_min, float li
 }
 
 // Of a node of the entities' tree.
-float blur_of(uvec4 head, Segment world) { return blur_of(uintBitsToFloat(head.xyz) + world.minus_o, quantum_of(head)); }
+float blur_of(uvec4 head, Segment world) {
+  return blur_of(uintBitsToFloat(head.xyz) + world.minus_o, quantum_of(head));
+}
 
 // Whether the ray enters the box between two corners, in quanta. Floats that are not negative are ordered as their bits;
 // negative ones come below all, which is all that is asked of them.
 bool enters(Slabs slabs, vec3 near, vec3 far) {
   const ivec3 begin = floatBitsToInt(near * slabs.slope + slabs.offset);
   const ivec3 end = floatBitsToInt(far * slabs.far_slope + slabs.far_offset);
-  return max(max(begin.x, begin.y), max(begin.z, slabs.first)) <= min(min(end.x, end.y), min(end.z, slabs.last));
+  return max(max(begin.x, begin.y), max(begin.z, slabs.first)) <=
+         min(min(end.x, end.y), min(end.z, slabs.last));
 }
 
 // Edge k of four in a word.

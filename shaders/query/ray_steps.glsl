@@ -24,10 +24,11 @@ vec4 triangle_texel(int place) { return texelFetch(triangles, place); }
 
 uvec4 head_of(uint node) { return texelFetch(nodes, int(node * node_texels)); }
 
-void test_triangle(Segment ray, uint slot, float lambda_min, float faces, uint instance, uint entity, inout Found best) {
+void test_triangle(Segment ray, uint slot, float lambda_min, float faces, uint instance, uint entity,
+                   inout Found best) {
   const int base = int(slot * triangle_texels);
-  test_corners(ray, triangle_texel(base), triangle_texel(base + 1), triangle_texel(base + 2).xyz, slot, lambda_min, faces,
-               instance, entity, best);
+  test_corners(ray, triangle_texel(base), triangle_texel(base + 1), triangle_texel(base + 2).xyz, slot,
+               lambda_min, faces, instance, entity, best);
 }
 
 #ifdef RAY_LIST
@@ -55,9 +56,10 @@ void exchange(inout uint a, inout uint b, bool wanted) {
 void keep(Found one) {
   float lambda = one.status == status_hit ? one.lambda : uintBitsToFloat(0x7F800000u);
   [[unroll]] for (uint k = 0u; k < RAY_LIST; ++k) {
-    const bool precedes = lambda < list_lambda[k] ||
-                          (lambda == list_lambda[k] && (one.entity < list_entity[k] ||
-                                                        (one.entity == list_entity[k] && one.triangle < list_triangle[k])));
+    const bool precedes =
+        lambda < list_lambda[k] ||
+        (lambda == list_lambda[k] &&
+         (one.entity < list_entity[k] || (one.entity == list_entity[k] && one.triangle < list_triangle[k])));
     const float before = list_lambda[k];
     list_lambda[k] = precedes ? lambda : before;
     lambda = precedes ? before : lambda;
@@ -105,7 +107,8 @@ uint as_group(uint node, uint entered[8], uint used, uint order) {
 }
 
 // The children of a node that the ray enters, as a group. `base`: the node's first texel.
-uint enter_children(usamplerBuffer of, int base, uint node, Segment ray, bool of_entities, float lambda_min, float limit) {
+uint enter_children(usamplerBuffer of, int base, uint node, Segment ray, bool of_entities, float lambda_min,
+                    float limit) {
   const uvec4 head = texelFetch(of, base);
   const Slabs slabs = slabs_of(head, ray, of_entities ? blur_of(head, ray) : ray.blur_m, lambda_min, limit);
   const Edges x = edges_along(texelFetch(of, base + 1), slabs.backwards.x);
@@ -125,7 +128,9 @@ uint enter_geometry(uint node, Segment ray, float lambda_min, float limit) {
 }
 
 #ifdef RAY_MOVING
-float quanta_at(uvec2 begin, uvec2 end, uint k, float share) { return quanta_at(begin[k >> 2], end[k >> 2], k & 3u, share); }
+float quanta_at(uvec2 begin, uvec2 end, uint k, float share) {
+  return quanta_at(begin[k >> 2], end[k >> 2], k & 3u, share);
+}
 
 // The same for entities; `share`: of the window that has passed when the ray asks.
 uint enter_entities(uint node, float share, Segment ray, float lambda_min, float limit) {
@@ -227,8 +232,8 @@ uint descend_geometry(uint node, inout Search search, Segment ray, float lambda_
 }
 
 // `run`: of triangles, or anything else, of which nothing is tested.
-void test_run(uint run, inout Search search, Segment ray, float lambda_min, float faces, uint last_kept, uint instance, uint entity,
-              inout Found best) {
+void test_run(uint run, inout Search search, Segment ray, float lambda_min, float faces, uint last_kept,
+              uint instance, uint entity, inout Found best) {
   const uint first = is_leaf(run) ? run & ref_triangle_first_mask : 0u;
   const uint end = is_leaf(run) ? first + (run >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
   uint slot = first;
@@ -257,8 +262,8 @@ uint unless_found(uint current, Found best) {
 
 // From `below` of a geometry's tree to the next run of triangles, and through all that follow one another. Ends at an inner node, or
 // where nothing is left, or where the search stands still.
-uint go_through_leaves(uint below, inout Search search, Segment ray, float lambda_min, float faces, uint last_kept, uint instance,
-                       uint entity, inout Found best) {
+uint go_through_leaves(uint below, inout Search search, Segment ray, float lambda_min, float faces,
+                       uint last_kept, uint instance, uint entity, inout Found best) {
   uint current = descend_geometry(below, search, ray, lambda_min, reach_of(best));
   do {
     ++search.rounds;
@@ -311,7 +316,8 @@ Met rest_of(Met met, Found best) {
 bool goes_on(uint current, Met met) { return current != ref_none && !is_full(met); }
 
 // A step of that way: into a node, or past an instance.
-void meet_next(inout uint current, inout Met met, inout Search search, float share, Segment world, float lambda_min, float limit) {
+void meet_next(inout uint current, inout Met met, inout Search search, float share, Segment world,
+               float lambda_min, float limit) {
   const bool goes = goes_on(current, met);
   const bool inner = goes && is_inner(current);
   append(met, goes && !inner, current);

@@ -10,14 +10,15 @@ layout(push_constant, scalar) uniform Push { RayArgs args; };
 
 // A ray in the frame of what is being traversed.
 struct Segment {
-  vec3 minus_o;  // not o: the compiler would push a negation into what o was made by, and make it anew at every visit
+  vec3
+      minus_o;  // not o: the compiler would push a negation into what o was made by, and make it anew at every visit
   vec3 d;
   vec3 inverse_d;
   // For triangles: the axis along which the ray runs most, and what makes it the z axis (see test_corners).
   uint axis;
   vec3 shear;
   uint octant;
-  uint order;  // in which a ray by itself visits children: by slot ^ order
+  uint order;         // in which a ray by itself visits children: by slot ^ order
   uint group_bit[8];  // of the child in a slot: 1 << (slot ^ order)
   // By so much rounding may move a corner, a box or the ray aside, in the frame of a geometry.
   float blur_m;
@@ -39,7 +40,8 @@ vec3 inverse_direction(vec3 d) {
   // Beside the largest component so little is nothing, even over the width of a world; and its inverse times the coordinates of any
   // box, which may lie far beyond the limit of positions when it is large or has moved for long, stays finite.
   const float tiny = 1e-17 * max(max(abs(d.x), abs(d.y)), abs(d.z));
-  const vec3 safe = mix(d, mix(vec3(tiny), vec3(-tiny), lessThan(d, vec3(0.0))), lessThan(abs(d), vec3(tiny)));
+  const vec3 safe =
+      mix(d, mix(vec3(tiny), vec3(-tiny), lessThan(d, vec3(0.0))), lessThan(abs(d), vec3(tiny)));
   return 1.0 / safe;
 }
 
@@ -154,8 +156,8 @@ float edge_function(vec2 p, vec2 q) {
 // And it is met within its own bounds, as the boxes around it are entered: so no box that is passed by, because it lies beyond the
 // nearest hit or the ends of the range, holds one that would have been taken, whoever else has entered it. Of a large triangle the
 // weights alone would put the hit before its bounds or behind.
-void test_corners(Segment ray, vec4 t0, vec4 t1, vec3 t2, uint slot, float lambda_min, float faces, uint instance, uint entity,
-                  inout Found best) {
+void test_corners(Segment ray, vec4 t0, vec4 t1, vec3 t2, uint slot, float lambda_min, float faces,
+                  uint instance, uint entity, inout Found best) {
   const uint triangle = floatBitsToUint(t0.w);
   const vec3 to_a = t0.xyz + ray.minus_o;
   const vec3 to_b = t1.xyz + ray.minus_o;
@@ -177,11 +179,15 @@ void test_corners(Segment ray, vec4 t0, vec4 t1, vec3 t2, uint slot, float lambd
   const float wa = edge_function(c2, b2);
   const float wb = edge_function(a2, c2);
   const float wc = edge_function(b2, a2);
-  const bool inside = ((wa >= 0.0 && wb >= 0.0 && wc >= 0.0) || (wa <= 0.0 && wb <= 0.0 && wc <= 0.0)) && !beside(a2, b2, c2);
+  const bool inside =
+      ((wa >= 0.0 && wb >= 0.0 && wc >= 0.0) || (wa <= 0.0 && wb <= 0.0 && wc <= 0.0)) && !beside(a2, b2, c2);
   const float sum = wa + wb + wc;
-  const float lambda = lesser_of(greater_of((wa * a.z + wb * b.z + wc * c.z) / sum * ray.shear.z, first), last);
+  const float lambda =
+      lesser_of(greater_of((wa * a.z + wb * b.z + wc * c.z) / sum * ray.shear.z, first), last);
   const float facing = sum * ray.shear.z;
-  const bool in_range = inside && sum != 0.0 && first <= last && floatBitsToUint(t1.w) != triangle_without_area && facing * faces >= 0.0 && lambda >= lambda_min;
+  const bool in_range = inside && sum != 0.0 && first <= last &&
+                        floatBitsToUint(t1.w) != triangle_without_area && facing * faces >= 0.0 &&
+                        lambda >= lambda_min;
   if (in_range && precedes(lambda, entity, triangle, best)) {
     best.status = status_hit;
     best.lambda = lambda;

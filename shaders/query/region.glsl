@@ -95,34 +95,36 @@ Leaf fetch_leaf(uint visible, RegionRecord record) {
 #endif
 }
 
-bool wants(RegionRecord record, Leaf leaf) { return (leaf.mask & record.mask) != 0u && leaf.entity != record.excluded; }
+bool wants(RegionRecord record, Leaf leaf) {
+  return (leaf.mask & record.mask) != 0u && leaf.entity != record.excluded;
+}
 
 void look_at_border(RegionRecord record, Shape shape, uint base) {
   uint group = 0u;
   if (border_count > 0u) do {
-    ++rounds;
-    if (border_count > 0u || (group & 0xFFu) != 0u) {
-      const bool pop = (group & 0xFFu) == 0u;
-      border_count -= pop ? 1u : 0u;
-      group = pop ? border_list[border_count] : group;
-      const Leaf leaf = fetch_leaf(take_child(tlas, tlas_node_texels, group) & ref_instance_mask, record);
-      keep(base, wants(record, leaf) && holds(shape, leaf.box), leaf.entity);
-    }
-  } while (border_count > 0u || (group & 0xFFu) != 0u);
+      ++rounds;
+      if (border_count > 0u || (group & 0xFFu) != 0u) {
+        const bool pop = (group & 0xFFu) == 0u;
+        border_count -= pop ? 1u : 0u;
+        group = pop ? border_list[border_count] : group;
+        const Leaf leaf = fetch_leaf(take_child(tlas, tlas_node_texels, group) & ref_instance_mask, record);
+        keep(base, wants(record, leaf) && holds(shape, leaf.box), leaf.entity);
+      }
+    } while (border_count > 0u || (group & 0xFFu) != 0u);
 }
 
 void look_within(RegionRecord record, uint base) {
   uint group = 0u;
   if (within_count > 0u) do {
-    ++rounds;
-    if (within_count > 0u || (group & 0xFFu) != 0u) {
-      const bool pop = (group & 0xFFu) == 0u;
-      within_count -= pop ? 1u : 0u;
-      group = pop ? within_list[within_count] : group;
-      const Leaf leaf = fetch_leaf(take_child(tlas, tlas_node_texels, group) & ref_instance_mask, record);
-      keep(base, wants(record, leaf), leaf.entity);
-    }
-  } while (within_count > 0u || (group & 0xFFu) != 0u);
+      ++rounds;
+      if (within_count > 0u || (group & 0xFFu) != 0u) {
+        const bool pop = (group & 0xFFu) == 0u;
+        within_count -= pop ? 1u : 0u;
+        group = pop ? within_list[within_count] : group;
+        const Leaf leaf = fetch_leaf(take_child(tlas, tlas_node_texels, group) & ref_instance_mask, record);
+        keep(base, wants(record, leaf), leaf.entity);
+      }
+    } while (within_count > 0u || (group & 0xFFu) != 0u);
 }
 
 void main() {
@@ -143,16 +145,16 @@ void main() {
   const uint base = index * args.capacity;
   uint node = args.root;
   if (node != ref_none) do {
-    rounds += 4u;  // this loop's, and one for each of the three inside
-    do {
-      ++rounds;
-      if (node != ref_none) node = visit(node, share, shape);
-    } while (node != ref_none && border_count < list_size && within_count < list_size);
-    look_at_border(record, shape, base);
-    look_within(record, base);
-    cut_short = cut_short || rounds > max_rounds;
-    node = cut_short ? ref_none : node;
-  } while (node != ref_none);
+      rounds += 4u;  // this loop's, and one for each of the three inside
+      do {
+        ++rounds;
+        if (node != ref_none) node = visit(node, share, shape);
+      } while (node != ref_none && border_count < list_size && within_count < list_size);
+      look_at_border(record, shape, base);
+      look_within(record, base);
+      cut_short = cut_short || rounds > max_rounds;
+      node = cut_short ? ref_none : node;
+    } while (node != ref_none);
   cut_short = cut_short || !loops_still_turn(args.two);
 #ifdef REGION_LOWEST
   // How many there are stands there already, and is true whatever becomes of the list.

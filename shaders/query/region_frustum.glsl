@@ -90,9 +90,11 @@ bool holds(Shape shape, OrientedBox b) {
   const vec3 t = rotate(to_own, b.center - shape.eye);
   const mat3 r = axes_of(quat_product(to_own, b.q));
   // Of null vectors, which edges that are parallel give, rounding must not make axes that separate.
-  const float slack = 3e-7 * (length(t) + length(b.half_extent) + shape.far * (1.0 + shape.opening.x + shape.opening.y));
-  const vec3 faces[5] = vec3[](vec3(1.0, 0.0, 0.0), vec3(shape.opening.x, 1.0, 0.0), vec3(shape.opening.x, -1.0, 0.0),
-                               vec3(shape.opening.y, 0.0, 1.0), vec3(shape.opening.y, 0.0, -1.0));
+  const float slack =
+      3e-7 * (length(t) + length(b.half_extent) + shape.far * (1.0 + shape.opening.x + shape.opening.y));
+  const vec3 faces[5] =
+      vec3[](vec3(1.0, 0.0, 0.0), vec3(shape.opening.x, 1.0, 0.0), vec3(shape.opening.x, -1.0, 0.0),
+             vec3(shape.opening.y, 0.0, 1.0), vec3(shape.opening.y, 0.0, -1.0));
   bool apart = false;
   bool inside = true;
   [[unroll]] for (int k = 0; k < 5; ++k) {
@@ -103,9 +105,10 @@ bool holds(Shape shape, OrientedBox b) {
     // Of the sides' spans only the lower end is a face.
     inside = inside && at - reach >= (k == 0 ? shape.near : 0.0) && (k != 0 || at + reach <= shape.far);
   }
-  const vec3 edges[6] = vec3[](vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0), normalize(vec3(1.0, shape.opening)),
-                               normalize(vec3(1.0, shape.opening.x, -shape.opening.y)),
-                               normalize(vec3(1.0, -shape.opening.x, shape.opening.y)), normalize(vec3(1.0, -shape.opening)));
+  const vec3 edges[6] =
+      vec3[](vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0), normalize(vec3(1.0, shape.opening)),
+             normalize(vec3(1.0, shape.opening.x, -shape.opening.y)),
+             normalize(vec3(1.0, -shape.opening.x, shape.opening.y)), normalize(vec3(1.0, -shape.opening)));
   [[unroll]] for (int j = 0; j < 3; ++j) {
     const vec2 span = frustum_span(shape, r[j]);
     const float at = dot(r[j], t);

@@ -74,7 +74,8 @@ bool holds(Shape shape, OrientedBox b) {
 }
 
 ChildMasks children_of(PackedNode node, Shape shape) {
-  return ChildMasks(children_meeting(node, shape.outer.lo, shape.outer.hi), children_inside(node, shape.inner.lo, shape.inner.hi));
+  return ChildMasks(children_meeting(node, shape.outer.lo, shape.outer.hi),
+                    children_inside(node, shape.inner.lo, shape.inner.hi));
 }
 
 #endif

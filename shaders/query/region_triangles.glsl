@@ -215,7 +215,8 @@ void look_within(Entity entity, uint base) {
     const bool pop = needs_group(leaf);
     within_count -= pop ? 1u : 0u;
     step_on(leaf, within_list[within_count], pop);
-    keep(base, true, uvec2(entity.id, floatBitsToUint(texelFetch(triangles, int(leaf.slot * triangle_texels)).w)));
+    keep(base, true,
+         uvec2(entity.id, floatBitsToUint(texelFetch(triangles, int(leaf.slot * triangle_texels)).w)));
     ++leaf.slot;
   }
 }
@@ -257,13 +258,14 @@ void search_entities(RegionRecord record, uint base) {
       current = next_child(tlas, tlas_node_texels, current << 8 | children_of(packed, in_world).meeting, 0u);
     }
     const bool is_entity = current != ref_none;
-    const Instance i = fetch_instance(instances, is_entity ? (current & ref_instance_mask) + record.instance_base : 0u);
+    const Instance i =
+        fetch_instance(instances, is_entity ? (current & ref_instance_mask) + record.instance_base : 0u);
     const vec4 to_own = conjugate(orientation_of(i, record.t_ns));
     const OrientedBox own = OrientedBox(rotate(to_own, at.center - position_of(i, record.t_ns)),
                                         normalize(quat_product(to_own, at.q)), at.half_extent);
     const bool wanted = is_entity && (i.mask & record.mask) != 0u;
-    search_geometry(wanted ? i.blas_root : ref_none, shape_of(own, record), Entity(i.entity, i.scale, own.center, axes_of(own.q)),
-                    base);
+    search_geometry(wanted ? i.blas_root : ref_none, shape_of(own, record),
+                    Entity(i.entity, i.scale, own.center, axes_of(own.q)), base);
     current = next_child(tlas, tlas_node_texels, 0u, 0u);
     cut_short = cut_short || rounds > max_rounds;
     current = is_entity && !cut_short ? current : ref_none;

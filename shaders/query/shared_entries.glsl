@@ -31,7 +31,9 @@ struct Entries {
 };
 
 // The way in by the root, whose box is not looked at.
-Entries root_alone(uint instance, uint root) { return Entries(instance, 1u, root, vec3(-3.4e38), vec3(3.4e38)); }
+Entries root_alone(uint instance, uint root) {
+  return Entries(instance, 1u, root, vec3(-3.4e38), vec3(3.4e38));
+}
 
 Entries entries_into(uint instance, uint root, Entries shared_ones) {
   Entries entries = root_alone(instance, root);
@@ -41,8 +43,9 @@ Entries entries_into(uint instance, uint root, Entries shared_ones) {
 
 // One bit an entry that the beam enters.
 uint entries_entered(Entries entries, Beam beam, Range range) {
-  const bool enters_it = enters((entries.low + beam.minus_o_low) * beam.inverse_low, (entries.high + beam.minus_o_high) * beam.inverse_high,
-                                beam.both_ways, range);
+  const bool enters_it =
+      enters((entries.low + beam.minus_o_low) * beam.inverse_low,
+             (entries.high + beam.minus_o_high) * beam.inverse_high, beam.both_ways, range);
   return in_any(enters_it ? 1u << gl_SubgroupInvocationID : 0u) & entries.used;
 }
 
@@ -82,7 +85,8 @@ void take_in(inout Bounds bounds, vec3 d, vec3 minus_o, float lambda_min, float 
 
 Bounds of_all_lanes(Bounds own) {
   return Bounds(least_of_lanes(own.least_d), -least_of_lanes(-own.most_d), least_of_lanes(own.least_minus_o),
-                -least_of_lanes(-own.most_minus_o), least_of_lanes(own.lambda_min), most_of_lanes(own.lambda_max));
+                -least_of_lanes(-own.most_minus_o), least_of_lanes(own.lambda_min),
+                most_of_lanes(own.lambda_max));
 }
 
 float largest_of(vec3 a, vec3 b) {
@@ -94,7 +98,8 @@ float largest_of(vec3 a, vec3 b) {
 void turn(vec4 q, inout vec3 low, inout vec3 high) {
   const vec3 center = rotate(q, 0.5 * (low + high));
   const vec3 half_extent = 0.5 * (high - low);
-  const vec3 reach = abs(rotate(q, vec3(half_extent.x, 0.0, 0.0))) + abs(rotate(q, vec3(0.0, half_extent.y, 0.0))) +
+  const vec3 reach = abs(rotate(q, vec3(half_extent.x, 0.0, 0.0))) +
+                     abs(rotate(q, vec3(0.0, half_extent.y, 0.0))) +
                      abs(rotate(q, vec3(0.0, 0.0, half_extent.z))) + 2e-6 * largest_of(low, high);
   low = center - reach;
   high = center + reach;
@@ -104,8 +109,8 @@ void turn(vec4 q, inout vec3 low, inout vec3 high) {
 Beam beam_between(Bounds bounds, float blur_m) {
   const vec3 tiny = vec3(1e-17 * largest_of(bounds.least_d, bounds.most_d));
   return beam_between(mix(bounds.least_d, -tiny, lessThan(abs(bounds.least_d), tiny)),
-                      mix(bounds.most_d, tiny, lessThan(abs(bounds.most_d), tiny)), bounds.least_minus_o - blur_m,
-                      bounds.most_minus_o + blur_m);
+                      mix(bounds.most_d, tiny, lessThan(abs(bounds.most_d), tiny)),
+                      bounds.least_minus_o - blur_m, bounds.most_minus_o + blur_m);
 }
 
 // The same rays in the frame of an instance, as enter_instance brings each there.
@@ -122,7 +127,9 @@ Beam beam_into(Instance i, int t_ns, uvec4 root, Bounds world) {
   there.least_minus_o /= i.scale;
   there.most_minus_o /= i.scale;
   const vec3 origin = uintBitsToFloat(root.xyz);
-  return beam_between(there, blur_of(most(abs(origin + there.least_minus_o), abs(origin + there.most_minus_o)), quantum_of(root)));
+  return beam_between(
+      there,
+      blur_of(most(abs(origin + there.least_minus_o), abs(origin + there.most_minus_o)), quantum_of(root)));
 }
 
 // Child k of those entered: the lane that has it.
@@ -143,10 +150,13 @@ uint child_reference(uvec4 texels, Seat seat) {
 
 // Of rays that lie between the bounds and ask at one instant. `d`: of one of them, by whose order children are come by.
 Entries find_entries(Bounds world, vec3 d, int t_ns, uint instance_base, uint root, inout uint rounds) {
-  const Range range = Range(floatBitsToInt(world.lambda_min), floatBitsToInt(max(world.lambda_max * 1.000001, 1e-37)));
+  const Range range =
+      Range(floatBitsToInt(world.lambda_min), floatBitsToInt(max(world.lambda_max * 1.000001, 1e-37)));
   const Seat world_seat = take_seat(octant_of(d));
   Search search = nothing_begun(rounds + 4u, rounds + most_entry_rounds);
-  const uint met = root == ref_none ? ref_none : descend_entities(root, search, vec2(0.0), world_seat, beam_between(world, 0.0), range);
+  const uint met = root == ref_none ? ref_none
+                                    : descend_entities(root, search, vec2(0.0), world_seat,
+                                                       beam_between(world, 0.0), range);
   const uint instance = met == ref_none ? no_entity : (met & ref_instance_mask) + instance_base;
   const Instance candidate = instance_at(met == ref_none ? 0u : instance);
   const Beam beam = beam_into(candidate, t_ns, head_of(candidate.blas_root), world);

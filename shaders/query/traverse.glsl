@@ -5,9 +5,9 @@
 
 // What is left of a ray's search.
 struct Way {
-  uint current;   // of the entities' tree
+  uint current;  // of the entities' tree
   Met met;
-  uint below;     // of the geometry of the first of them, once that has been entered and not been left
+  uint below;  // of the geometry of the first of them, once that has been entered and not been left
   uint depth_below;
   Search search;  // of the entities' tree
   Found best;
@@ -42,8 +42,8 @@ void meet_instances(inout Way way, float share, Segment world, float lambda_min,
 // On lavapipe whatever stands in a loop runs in each of its rounds, for nobody if need be, and a round more is made where the
 // condition stands before the body. So conditions stand at the end, and no loop is begun again for what only some lanes may
 // need: instances are met some at a time, and then entered, for lanes come by them at very different times.
-void trace(inout Way way, Segment world, float lambda_min, int t_ns, float share, uint instance_base, uint mask, float faces,
-           uint last_kept) {
+void trace(inout Way way, Segment world, float lambda_min, int t_ns, float share, uint instance_base,
+           uint mask, float faces, uint last_kept) {
   do {
     ++way.search.rounds;
     if (!pauses) way.met = none_met();
@@ -54,12 +54,16 @@ void trace(inout Way way, Segment world, float lambda_min, int t_ns, float share
       const bool begun = pauses && way.below != ref_none;
       const uint instance = enters_one ? (way.met.leaf[0] & ref_instance_mask) + instance_base : 0u;
       const Instance candidate = instance_at(instance);
-      const Segment ray = enter_instance(world, candidate, t_ns, head_of(enters_one ? candidate.blas_root : 0u));
+      const Segment ray =
+          enter_instance(world, candidate, t_ns, head_of(enters_one ? candidate.blas_root : 0u));
       Search there = Search(begun ? way.depth_below : 0u, way.search.rounds);
-      uint below = begun ? way.below : enters_one && (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
+      uint below = begun                                         ? way.below
+                   : enters_one && (candidate.mask & mask) != 0u ? candidate.blas_root
+                                                                 : ref_none;
       do {
         ++there.rounds;
-        below = go_through_leaves(below, there, ray, lambda_min, faces, last_kept, instance, candidate.entity, way.best);
+        below = go_through_leaves(below, there, ray, lambda_min, faces, last_kept, instance, candidate.entity,
+                                  way.best);
       } while (another_round(below != ref_none && may_go_on(there)));
       way.search.rounds = there.rounds;
       way.depth_below = there.depth;

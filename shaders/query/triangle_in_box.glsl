@@ -43,7 +43,8 @@ ChildMasks children_near(PackedNode node, Shape shape, mat3 axes) {
   const vec3 half_extent = shape.box.half_extent;
   const vec3 half_quantum = 0.5 / node.per_quantum;
   const vec3 from_center = node.origin - shape.box.center;
-  const vec3 slop = 2e-6 * vec3(sum_of_sizes(node.origin) + sum_of_sizes(shape.box.center) + sum_of_sizes(half_extent));
+  const vec3 slop =
+      2e-6 * vec3(sum_of_sizes(node.origin) + sum_of_sizes(shape.box.center) + sum_of_sizes(half_extent));
   // One row for each axis of the box: what a quantum along each axis of the entity is worth.
   const mat3 worth = transpose(mat3(axes[0] * half_quantum, axes[1] * half_quantum, axes[2] * half_quantum));
   const mat3 reach_worth = mat3(abs(worth[0]), abs(worth[1]), abs(worth[2]));

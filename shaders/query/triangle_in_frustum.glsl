@@ -18,7 +18,8 @@ bvec4 beyond(vec4 s0, vec4 s1, vec4 low, vec4 high) {
 // The directions that are square to an edge of the triangle and to one of the frustum's. `on` lies on the edge, `off` is the
 // corner across. Seen along one of the four slanted edges, the frustum is a rectangle in which its sides' depths are
 // coordinates: so rounding stays in proportion to the direction's length, also where both edges are nearly parallel.
-bool edge_is_apart(Shape shape, vec3 edge, vec3 on, vec3 off, vec4 edge_sides, vec4 on_sides, vec4 off_sides) {
+bool edge_is_apart(Shape shape, vec3 edge, vec3 on, vec3 off, vec4 edge_sides, vec4 on_sides,
+                   vec4 off_sides) {
   const vec2 widest = 2.0 * shape.far * shape.opening;
   const vec4 u = edge_sides.xyxy;
   const vec4 w = edge_sides.zzww;
@@ -61,7 +62,7 @@ bool holds_triangle(Shape shape, vec3 a, vec3 b, vec3 c) {
   const bool inside = nearest >= shape.near && farthest <= shape.far &&
                       all(greaterThanEqual(min(a_sides, min(b_sides, c_sides)), vec4(0.0)));
   const bool apart = nearest > shape.far || farthest < shape.near ||
-               any(lessThan(max(a_sides, max(b_sides, c_sides)), vec4(0.0)));
+                     any(lessThan(max(a_sides, max(b_sides, c_sides)), vec4(0.0)));
   const bool apart_ab = edge_is_apart(shape, b - a, a, c, b_sides - a_sides, a_sides, c_sides);
   const bool apart_bc = edge_is_apart(shape, c - b, b, a, c_sides - b_sides, b_sides, a_sides);
   const bool apart_ca = edge_is_apart(shape, a - c, c, b, a_sides - c_sides, c_sides, b_sides);
