@@ -15,8 +15,8 @@ namespace hil::bench {
 
 /// The ids of query i stand from i * ids_per_query on.
 struct PeerRegions {
-  PeerRegions(std::size_t queries, std::size_t most_ids)
-      : ids_per_query(most_ids), ids(queries * most_ids), counts(queries) {}
+  PeerRegions(std::size_t queries, std::size_t max_ids)
+      : ids_per_query(max_ids), ids(queries * max_ids), counts(queries) {}
   std::size_t ids_per_query;
   std::vector<std::uint32_t> ids;
   std::vector<std::uint32_t> counts;  ///< all that were found, also when they did not fit

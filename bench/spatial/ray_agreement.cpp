@@ -16,7 +16,7 @@ constexpr double lambda_tolerance = 1e-4;
 /// Near its origin a ray ends as far from where it should as the surface is: times sideways_m.
 constexpr double steepness = 5.0;
 /// Of all rays, those that may graze something and be told otherwise.
-constexpr double most_differences = 1e-4;
+constexpr double max_differences = 1e-4;
 
 /// Lambda, or infinite. Front and back alike.
 double lambda_at(const rtstdb::TriangleMesh& mesh, std::uint32_t triangle, const PreciseRay& ray) {
@@ -53,7 +53,7 @@ class Count {
   }
   void demand() const {
     const double hit_share = share(hits_);
-    if (share(differences_) > most_differences || hit_share < 0.2 || hit_share > 0.8) {
+    if (share(differences_) > max_differences || hit_share < 0.2 || hit_share > 0.8) {
       throw std::runtime_error(
           name_ + ": " + std::to_string(differences_) + " of " + std::to_string(rays_) +
           " rays are answered otherwise by the peer; share that hits: " + std::to_string(hit_share));

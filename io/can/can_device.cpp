@@ -225,9 +225,9 @@ void CanDevice::run() {
 }
 
 // True when it stopped because of the limit.
-bool CanDevice::receive_up_to(std::size_t most_frames) {
+bool CanDevice::receive_up_to(std::size_t max_frames) {
   Frame frame;
-  for (std::size_t count = 0; count < most_frames; ++count) {
+  for (std::size_t count = 0; count < max_frames; ++count) {
     switch (bus_->receive(frame)) {
       case ReceiveResult::frame:
         handle(frame);

@@ -135,7 +135,7 @@ class CanDevice final : public Device {
   void require_fd_where_needed() const;
 
   void run();
-  bool receive_up_to(std::size_t most_frames);
+  bool receive_up_to(std::size_t max_frames);
   void handle(const Frame& frame);
   void take_in(std::size_t input, double value, RunTimeNs time_ns);
   void send_released();

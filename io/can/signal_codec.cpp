@@ -11,7 +11,7 @@ namespace hil::io::can {
 
 namespace {
 
-constexpr std::size_t most_bits = 512;
+constexpr std::size_t max_bits = 512;
 
 /// Position of a Motorola signal's most significant bit when bits are counted from the first byte's bit 7 on.
 std::size_t big_endian_position(std::uint16_t start_bit) {
@@ -27,7 +27,7 @@ bool bits_of(const DbcSignal& signal, PayloadBits& bits) {
       const std::size_t position = big_endian_position(signal.start_bit) + index;
       bit = 8 * (position / 8) + (7 - position % 8);
     }
-    if (bit >= most_bits) return false;
+    if (bit >= max_bits) return false;
     bits.set(bit);
   }
   return true;

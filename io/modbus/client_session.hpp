@@ -60,7 +60,7 @@ class ClientSession {
   std::uint8_t exception_code() const noexcept { return exception_code_; }
 
  private:
-  static constexpr std::size_t most_frame_bytes = 260;  // MBAP header of 7, function, 252 bytes
+  static constexpr std::size_t max_frame_bytes = 260;  // MBAP header of 7, function, 252 bytes
 
   bool prepare();
   /// Sends the request that stands in request_ behind the room for its header, and takes the reply into reply_: either
@@ -74,7 +74,7 @@ class ClientSession {
 
   const std::uint8_t unit_;
   std::uint16_t transaction_ = 0;
-  std::array<std::uint8_t, most_frame_bytes> request_{}, reply_{};
+  std::array<std::uint8_t, max_frame_bytes> request_{}, reply_{};
   std::size_t received_ = 0;  ///< of reply_
   std::chrono::microseconds limit_{0};
   Descriptor socket_;

@@ -18,9 +18,9 @@ namespace hil::io::virtual_bus {
 namespace {
 
 constexpr std::size_t packets_per_client = 64;  // read before the next client gets its turn
-constexpr int most_passes = 16;  // over all clients in one receive(), should they send only rubbish
-constexpr std::size_t most_arrived = 65536;  // frames that may wait for receive() in real time
-constexpr std::ptrdiff_t most_closed_known = 64;
+constexpr int max_passes = 16;  // over all clients in one receive(), should they send only rubbish
+constexpr std::size_t max_arrived = 65536;  // frames that may wait for receive() in real time
+constexpr std::ptrdiff_t max_closed_known = 64;
 constexpr int client_buffer_bytes = 1 << 20;  // asked for; the kernel gives what net.core.wmem_max allows
 
 std::int64_t wall_clock_ns() noexcept {
@@ -116,7 +116,7 @@ can::SendResult Hub::send(const can::Frame& frame) noexcept {
 
 can::ReceiveResult Hub::receive(can::Frame& frame) noexcept {
   if (pacing_ == Pacing::realtime && epoll_ >= 0) {
-    for (int pass = 0; pass < most_passes && arrived_.empty() && pump(); ++pass) {
+    for (int pass = 0; pass < max_passes && arrived_.empty() && pump(); ++pass) {
     }
   }
   if (arrived_.empty()) return can::ReceiveResult::empty;
@@ -175,8 +175,8 @@ void Hub::accept_clients() {
   }
 }
 
-void Hub::read_client(Client& client, std::size_t most_packets) {
-  for (std::size_t count = 0; count < most_packets && client.socket >= 0; ++count) {
+void Hub::read_client(Client& client, std::size_t max_packets) {
+  for (std::size_t count = 0; count < max_packets && client.socket >= 0; ++count) {
     if (!read_packet(client)) return;
   }
 }
@@ -235,7 +235,7 @@ void Hub::close_client(Client& client) noexcept {
 // A client that connects again and again must not fill the memory. Under the lock of the counters.
 void Hub::forget_oldest_closed() noexcept {
   const auto is_closed = [](const auto& counters) { return !counters->connected; };
-  if (std::count_if(known_counters_.begin(), known_counters_.end(), is_closed) <= most_closed_known) return;
+  if (std::count_if(known_counters_.begin(), known_counters_.end(), is_closed) <= max_closed_known) return;
   known_counters_.erase(std::find_if(known_counters_.begin(), known_counters_.end(), is_closed));
 }
 
@@ -259,7 +259,7 @@ void Hub::deliver(can::Frame frame, Station sender) {
   frame.time_ns = pacing_ == Pacing::lockstep ? lockstep_now_ns_ : clock_->now_ns();
   frame.wall_ns = pacing_ == Pacing::lockstep ? lockstep_now_ns_ : wall_clock_ns();
   if (filters_.passes(frame.raw.can_id)) {
-    if (pacing_ == Pacing::realtime && arrived_.size() >= most_arrived) {
+    if (pacing_ == Pacing::realtime && arrived_.size() >= max_arrived) {
       dropped_.fetch_add(1, std::memory_order_relaxed);
     } else {
       arrived_.push_back(frame);

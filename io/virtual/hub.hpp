@@ -109,7 +109,7 @@ class Hub final : public can::Bus {
   void listen();
   bool pump() noexcept;
   void accept_clients();
-  void read_client(Client& client, std::size_t most_packets);
+  void read_client(Client& client, std::size_t max_packets);
   bool read_packet(Client& client);
   void greet(Client& client, const PacketBuffer& packet, std::size_t size);
   void remove_closed_clients();

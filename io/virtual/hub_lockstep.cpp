@@ -14,7 +14,7 @@ namespace hil::io::virtual_bus {
 
 namespace {
 
-constexpr int most_rounds = 1000;  // of one step: stations that still answer each other then will never stop
+constexpr int max_rounds = 1000;  // of one step: stations that still answer each other then will never stop
 
 /// A wall-clock limit.
 class Limit {
@@ -125,7 +125,7 @@ can::SettleResult Hub::settle(RunTimeNs now_ns) {
   }
   complete_ = true;
   open_step();
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < max_rounds; ++round) {
     bool quiet = true;
     can::SettleResult result = settle_round(quiet);
     if (!result.settled()) return result;

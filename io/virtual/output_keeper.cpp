@@ -81,9 +81,9 @@ void OutputKeeper::serve() noexcept {
   take(bytes_at_end);
 }
 
-bool OutputKeeper::take(std::size_t most_bytes) noexcept {
+bool OutputKeeper::take(std::size_t max_bytes) noexcept {
   std::array<char, bytes_at_once> bytes;
-  for (std::size_t taken = 0; taken < most_bytes;) {
+  for (std::size_t taken = 0; taken < max_bytes;) {
     const ssize_t count = ::read(from_.get(), bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return errno == EAGAIN;

@@ -40,8 +40,8 @@ class OutputKeeper {
 
  private:
   void serve() noexcept;
-  /// At most `most_bytes`, as long as there is something. False: nobody can print any more.
-  bool take(std::size_t most_bytes) noexcept;
+  /// At most `max_bytes`, as long as there is something. False: nobody can print any more.
+  bool take(std::size_t max_bytes) noexcept;
   void keep(const char* bytes, std::size_t count) noexcept;
 
   const std::string file_name_;

@@ -61,9 +61,9 @@ void remove_abandoned() {
 
 SocketFolder SocketFolder::make() {
   remove_abandoned();
-  constexpr int most_attempts = 10;  // another run may take a folder for abandoned before it is locked
+  constexpr int max_attempts = 10;  // another run may take a folder for abandoned before it is locked
   SocketFolder folder;
-  for (int attempt = 0; attempt < most_attempts; ++attempt) {
+  for (int attempt = 0; attempt < max_attempts; ++attempt) {
     folder.path_ = (base() / (std::string(name_begin) + "XXXXXX")).string();
     if (::mkdtemp(folder.path_.data()) == nullptr) break;
     folder.lock_ = lock_of(folder.path_);

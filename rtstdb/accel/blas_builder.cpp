@@ -27,7 +27,7 @@ const Error lost{ErrorCode::device_lost, "the GPU stopped answering while a geom
 
 Result<BlasBuilder> BlasBuilder::create(gpu::Device& device, Submit& submit) {
   BlasBuilder builder;
-  builder.levels_.reserve(most_levels);
+  builder.levels_.reserve(max_levels);
   for (std::size_t i = 0; i < pass_count; ++i) {
     auto pipeline = device.create_pipeline(pass_shaders[i]);
     if (!pipeline) return pipeline.error();

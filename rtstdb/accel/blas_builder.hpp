@@ -51,7 +51,7 @@ class BlasScratch {
 class BlasBuilder {
  public:
   /// Levels that any tree can have (of a binary one: the bits of a code and those of a place), and the end behind them.
-  static constexpr std::size_t most_levels = 63 + 32 + 1;
+  static constexpr std::size_t max_levels = 63 + 32 + 1;
 
   /// Drivers compile at the first dispatch: done in here.
   static Result<BlasBuilder> create(gpu::Device& device, Submit& submit);

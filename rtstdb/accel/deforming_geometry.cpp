@@ -84,7 +84,7 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
   if (auto made = device.create_buffers(wanted); !made) return made.error();
   for (std::size_t place = 0; place < places; ++place) {
     geometry.places_[place].at = at[place];
-    geometry.places_[place].levels.reserve(BlasBuilder::most_levels);
+    geometry.places_[place].levels.reserve(BlasBuilder::max_levels);
   }
   return geometry;
 }

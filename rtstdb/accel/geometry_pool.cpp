@@ -63,15 +63,15 @@ Result<void> GeometryPool::reserve(gpu::Device& device, const PoolPart& part, Su
   // pools are read as texels, and written by address and by copies.
   const gpu::DeviceLimits& limits = device.limits();
   const std::size_t largest_bytes = std::min(limits.max_allocation_bytes, 16 * limits.max_texel_elements);
-  const std::size_t most_nodes = largest_bytes / node_bytes;
-  const std::size_t most_triangles = largest_bytes / triangle_bytes;
+  const std::size_t max_nodes = largest_bytes / node_bytes;
+  const std::size_t max_triangles = largest_bytes / triangle_bytes;
   const auto refusal = [](const char* what, std::size_t wanted, std::size_t most) {
     return Error{ErrorCode::capacity, "all geometry together would need " + std::to_string(wanted) + " " +
                                           what + " in one buffer, and the device binds at most " +
                                           std::to_string(most)};
   };
-  if (nodes > most_nodes) return refusal("nodes", nodes, most_nodes);
-  if (triangles > most_triangles) return refusal("triangles", triangles, most_triangles);
+  if (nodes > max_nodes) return refusal("nodes", nodes, max_nodes);
+  if (triangles > max_triangles) return refusal("triangles", triangles, max_triangles);
   const auto grow = [&](gpu::Buffer& buffer, const char* name, std::uint32_t used, std::uint32_t wanted,
                         std::uint32_t& capacity, std::size_t most, std::size_t element_bytes,
                         bool holds_nodes) -> Result<void> {
@@ -90,10 +90,10 @@ Result<void> GeometryPool::reserve(gpu::Device& device, const PoolPart& part, Su
     ++generation_;
     return {};
   };
-  if (auto done = grow(nodes_, "node pool", node_count_, nodes, node_capacity_, most_nodes, node_bytes, true);
+  if (auto done = grow(nodes_, "node pool", node_count_, nodes, node_capacity_, max_nodes, node_bytes, true);
       !done)
     return done;
-  return grow(triangles_, "triangle pool", triangle_count_, triangles, triangle_capacity_, most_triangles,
+  return grow(triangles_, "triangle pool", triangle_count_, triangles, triangle_capacity_, max_triangles,
               triangle_bytes, false);
 }
 

@@ -35,10 +35,10 @@ std::size_t kept_bytes(const KeptGeometries& kept) {
 /// Triangles as the builder writes them, some at a time. False: the device is lost.
 bool put_triangles(const TriangleMesh& mesh, std::span<const std::uint32_t> leaf_order,
                    const gpu::Buffer& pool, std::size_t offset_bytes, Upload& upload) {
-  constexpr std::size_t most_at_once = 1024;
-  std::array<glm::uvec4, shared::triangle_texels * most_at_once> texels;
+  constexpr std::size_t max_at_once = 1024;
+  std::array<glm::uvec4, shared::triangle_texels * max_at_once> texels;
   while (!leaf_order.empty()) {
-    const std::size_t count = std::min(leaf_order.size(), most_at_once);
+    const std::size_t count = std::min(leaf_order.size(), max_at_once);
     auto texel = texels.begin();
     for (const std::uint32_t number : leaf_order.first(count)) {
       const glm::uvec3& corners = mesh.triangles[number];

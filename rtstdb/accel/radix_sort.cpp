@@ -18,14 +18,14 @@ constexpr gpu::ShaderId pass_shaders[] = {gpu::ShaderId::sort_count, gpu::Shader
 constexpr std::uint32_t runs_per_group = 32;
 constexpr std::uint32_t shortest_run = 128;
 constexpr std::uint32_t longest_run = 1024;
-constexpr std::uint32_t most_groups_of_short_runs = 8;
+constexpr std::uint32_t max_groups_of_short_runs = 8;
 constexpr std::uint32_t keys_per_group = 1024;  // where a pass looks at each key alone
 
 /// Keys that one invocation takes, an even number: few enough for an even number of workgroups, which software devices share out evenly,
 /// and enough to pay for its counts.
 std::uint32_t run_length(std::uint32_t count) noexcept {
   const std::uint32_t groups =
-      std::clamp(2 * (count / (2 * runs_per_group * shortest_run)), 2u, most_groups_of_short_runs);
+      std::clamp(2 * (count / (2 * runs_per_group * shortest_run)), 2u, max_groups_of_short_runs);
   const std::uint32_t run = std::min(groups_of(count, groups * runs_per_group), longest_run);
   return std::max(2 * groups_of(run, 2), 2u);
 }
@@ -57,8 +57,8 @@ gpu::BufferOptions RadixSort::sorted_buffer(std::string name, std::size_t capaci
 
 gpu::BufferOptions RadixSort::counts_buffer(std::string name, std::size_t capacity) {
   // Fewer keys than there is room for may make more runs.
-  constexpr std::size_t most_short_runs = runs_per_group * most_groups_of_short_runs;
-  const std::size_t rows = std::max(most_short_runs, capacity / longest_run + 1) + 1;
+  constexpr std::size_t max_short_runs = runs_per_group * max_groups_of_short_runs;
+  const std::size_t rows = std::max(max_short_runs, capacity / longest_run + 1) + 1;
   return stored_by_address(std::move(name), std::max(rows * shared::radix_digits / 4, (capacity + 3) / 4));
 }
 

@@ -143,21 +143,21 @@ bool Tlas::step_aside(const Slot& made_ahead) noexcept {
   return any;
 }
 
-std::uint32_t Tlas::most_patched(const Slot& slot) noexcept {
+std::uint32_t Tlas::max_patched(const Slot& slot) noexcept {
   return std::max(slot.visible_count / patched_share, fewest_patched);
 }
 
 bool Tlas::is_patch(const Slot& slot) const noexcept {
-  return changed_.size() <= shared::max_patched && slot.patched + changed_.size() <= most_patched(slot);
+  return changed_.size() <= shared::max_patched && slot.patched + changed_.size() <= max_patched(slot);
 }
 
-std::uint32_t Tlas::most_renewed(const Slot& slot) noexcept {
-  return std::max(slot.visible_count / renewed_share, most_patched(slot));
+std::uint32_t Tlas::max_renewed(const Slot& slot) noexcept {
+  return std::max(slot.visible_count / renewed_share, max_patched(slot));
 }
 
 bool Tlas::list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& wanted) noexcept {
   changed_.clear();
-  if (!rows.changed_between(slot.version, changed_) || changed_.size() > most_renewed(slot)) return false;
+  if (!rows.changed_between(slot.version, changed_) || changed_.size() > max_renewed(slot)) return false;
   const auto places = renewed_places_.host_as<std::uint32_t>();
   for (std::size_t k = 0; k < changed_.size(); ++k) {
     const std::uint32_t entity = changed_[k];
@@ -167,7 +167,7 @@ bool Tlas::list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& 
   }
   // Where another tree is made ahead, one that is dear is of use as long as that takes.
   const bool is_followed = makes_ahead_ && slot.visible_count >= least_made_ahead && is_small(slot, wanted);
-  return is_patch(slot) || may_refit(slot, is_followed ? most_growth_ahead : rebuild_growth);
+  return is_patch(slot) || may_refit(slot, is_followed ? max_growth_ahead : rebuild_growth);
 }
 
 void Tlas::renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
@@ -286,10 +286,10 @@ float Tlas::growth_of(Slot& slot) noexcept {
   return cost > slot.built_cost ? cost / slot.built_cost : 1.0f;
 }
 
-bool Tlas::may_refit(Slot& slot, float most_growth) {
+bool Tlas::may_refit(Slot& slot, float max_growth) {
   if (slot.tree == Tree::none || !refits_) return false;
   learn_levels(slot);
-  return growth_of(slot) <= most_growth;
+  return growth_of(slot) <= max_growth;
 }
 
 /// Boxes from the deepest level up.

@@ -47,7 +47,7 @@ inline constexpr float rebuild_growth = 1.3f;
 /// The same where that is done ahead, a part with each batch, within so much time; and what is too much even for that.
 inline constexpr Nanoseconds rebuilt_ahead_within{125'000'000};
 inline constexpr float rebuild_growth_ahead = 1.1f;
-inline constexpr float most_growth_ahead = 4.0f;
+inline constexpr float max_growth_ahead = 4.0f;
 /// Smaller worlds are refitted, and built, when a window ends.
 inline constexpr std::uint32_t least_made_ahead = 256;
 /// Where a tree that was kept went bad, so many are built before one is kept again.
@@ -221,8 +221,8 @@ class Tlas {
   Slot* find_near(const query::RowSource& rows, const Wanted& wanted) noexcept;
   /// It is not to be reached any more: the slot whose place it took is used again. False: there is none.
   bool step_aside(const Slot& made_ahead) noexcept;
-  static std::uint32_t most_patched(const Slot& slot) noexcept;
-  static std::uint32_t most_renewed(const Slot& slot) noexcept;
+  static std::uint32_t max_patched(const Slot& slot) noexcept;
+  static std::uint32_t max_renewed(const Slot& slot) noexcept;
   /// Of what changed.
   bool is_patch(const Slot& slot) const noexcept;
   /// False: too much changed, or the tree itself has to.
@@ -244,7 +244,7 @@ class Tlas {
   static void learn_levels(Slot& slot);
   /// What the slot's tree costs beside what it did when it was built.
   static float growth_of(Slot& slot) noexcept;
-  bool may_refit(Slot& slot, float most_growth = rebuild_growth);
+  bool may_refit(Slot& slot, float max_growth = rebuild_growth);
   void refit(const Slot& slot, gpu::Recorder& recorder) const;
   void refit_nodes(const Slot& slot, std::uint32_t first, std::uint32_t count, gpu::Recorder& recorder) const;
   bool build(Slot& slot, Submit& submit);

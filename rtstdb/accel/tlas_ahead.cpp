@@ -31,7 +31,7 @@ constexpr double work_of_a_window = 1e6;
 constexpr double least_lead_share = 0.0625;
 constexpr std::uint32_t rests_in_vain = 16;
 /// One whose reader has not come again for so many batches of others makes room for theirs.
-constexpr std::uint64_t most_patience = 32;
+constexpr std::uint64_t max_patience = 32;
 
 }  // namespace
 
@@ -42,13 +42,13 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
     const auto tree = tree_ahead(used, rows, wanted);
     if (!tree) return;
     if (ahead_.slot != nullptr) {
-      if (uses_ - ahead_.slot->last_used < most_patience) return;
+      if (uses_ - ahead_.slot->last_used < max_patience) return;
       drop_ahead();
     }
     Slot* const slot = least_used(&used);
     if (slot == nullptr) return;
     // Where each slot has a reader, one that lost it would take another's.
-    if (slot->filled && slot->next == nullptr && uses_ - slot->last_used < most_patience) return;
+    if (slot->filled && slot->next == nullptr && uses_ - slot->last_used < max_patience) return;
     begin_ahead(used, *slot, rows, wanted, *tree);
   }
   ahead_.slot->last_used = ++uses_;
@@ -240,7 +240,7 @@ void Tlas::copy_rows_ahead(std::uint32_t first, std::uint32_t count, gpu::Record
 bool Tlas::catch_up_ahead(const query::RowSource& rows, gpu::Recorder& recorder) noexcept {
   Slot& slot = *ahead_.slot;
   changed_.clear();
-  const std::size_t most = std::min(most_patched(slot), max_entities_ - uploaded_);
+  const std::size_t most = std::min(max_patched(slot), max_entities_ - uploaded_);
   if (!rows.changed_between(slot.version, changed_) || changed_.size() > most) {
     was_in_vain(*ahead_.source);
     drop_ahead();
@@ -263,7 +263,7 @@ void Tlas::take_tree_ahead() noexcept {
 void Tlas::judge_ahead() noexcept {
   const Ahead made = std::exchange(ahead_, {});
   const float growth = growth_of(*made.slot);
-  if (growth > most_growth_ahead) return;
+  if (growth > max_growth_ahead) return;
   if (growth > rebuild_growth_ahead) made.slot->rebuilds = rebuilds_ahead;
   made.slot->made = true;
   made.source->next = made.slot;

@@ -11,7 +11,7 @@ namespace rtstdb::accel {
 namespace {
 
 // Trees of large worlds are rotated and may be deeper than those of one workgroup.
-constexpr std::size_t most_levels = 2 * std::size_t{shared::max_tlas_levels};
+constexpr std::size_t max_levels = 2 * std::size_t{shared::max_tlas_levels};
 
 }  // namespace
 
@@ -27,7 +27,7 @@ Result<TlasPatch> TlasPatch::create(gpu::Device& device, std::uint32_t instances
   }
   const gpu::BufferWanted buffers[] = {
       {&patch.levels_,
-       {.name = "patched levels", .size_bytes = 4 * most_levels, .memory = gpu::Memory::upload}},
+       {.name = "patched levels", .size_bytes = 4 * max_levels, .memory = gpu::Memory::upload}},
       {&patch.climbers_, {.name = "patch climbers", .size_bytes = 4 * shared::max_patched}}};
   if (auto made = device.create_buffers(buffers); !made) return made.error();
   return patch;
@@ -76,7 +76,7 @@ void TlasPatch::find_parents(std::uint32_t first, std::uint32_t count, Bound& bo
 
 void TlasPatch::record(std::uint32_t listed, std::uint32_t visible_count,
                        std::span<const std::uint32_t> levels, Bound& bound, gpu::Recorder& recorder) const {
-  RTSTDB_ASSERT(listed <= shared::max_patched && levels.size() >= 2 && levels.size() <= most_levels);
+  RTSTDB_ASSERT(listed <= shared::max_patched && levels.size() >= 2 && levels.size() <= max_levels);
   std::ranges::copy(levels, levels_.host_as<std::uint32_t>().begin());
   if (bound.stamp == 0 || bound.stamp == std::numeric_limits<std::uint32_t>::max())
     find_parents(0, levels.back(), bound, recorder);

@@ -7,11 +7,11 @@
 namespace rtstdb::accel {
 namespace {
 
-constexpr std::size_t most_at_once_bytes = std::size_t{16} << 20;
+constexpr std::size_t max_at_once_bytes = std::size_t{16} << 20;
 
 Result<gpu::Buffer> make_staging(gpu::Device& device, std::size_t size_bytes, gpu::Memory memory) {
   return device.create_buffer({.name = "staging",
-                               .size_bytes = std::clamp<std::size_t>(size_bytes, 1, most_at_once_bytes),
+                               .size_bytes = std::clamp<std::size_t>(size_bytes, 1, max_at_once_bytes),
                                .memory = memory});
 }
 

@@ -150,7 +150,7 @@ CommitForm form_of(const store::WriteSet& set, const std::optional<WorldTime>& t
   return {RecordKind::move, left_out, bytes + sizeof(std::int64_t)};
 }
 
-std::size_t most_commit_bytes(const store::WriteSet& set) noexcept {
+std::size_t max_commit_bytes(const store::WriteSet& set) noexcept {
   static_assert(sizeof(MoveBody) + sizeof(std::int64_t) <= sizeof(CommitBody) + sizeof(StoredWrite));
   return bytes_of(set, [](const Write&) { return std::uint16_t{0}; });
 }

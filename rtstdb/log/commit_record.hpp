@@ -26,7 +26,7 @@ CommitForm commit_form_of(const store::WriteSet& set) noexcept;
 /// As a move where it is one. `time_before`: of the commit that is told before it, where nothing but geometries lies between them.
 CommitForm form_of(const store::WriteSet& set, const std::optional<WorldTime>& time_before) noexcept;
 /// Of a set that has not been staged, in whatever form.
-std::size_t most_commit_bytes(const store::WriteSet& set) noexcept;
+std::size_t max_commit_bytes(const store::WriteSet& set) noexcept;
 /// Room for just as many bytes as the form says.
 void encode_commit(const store::WriteSet& set, const CommitForm& form, std::span<std::byte> room) noexcept;
 

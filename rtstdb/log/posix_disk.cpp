@@ -16,7 +16,7 @@ namespace rtstdb::log {
 namespace {
 
 /// One system call moves at most this much, so that none is cut at the kernel's own limit.
-constexpr std::size_t most_bytes_per_call = std::size_t{1} << 30;
+constexpr std::size_t max_bytes_per_call = std::size_t{1} << 30;
 
 template <class Call>
 auto unless_interrupted(const Call& call) {
@@ -85,7 +85,7 @@ class PosixFile final : public DiskFile {
   DiskFault write(std::uint64_t offset, std::span<const std::byte> bytes) override {
     const FileSizeSignalBlocked not_this_way;
     while (!bytes.empty()) {
-      const auto piece = bytes.first(std::min(bytes.size(), most_bytes_per_call));
+      const auto piece = bytes.first(std::min(bytes.size(), max_bytes_per_call));
       const bool directly = direct_.takes(offset, piece);
       const auto written = unless_interrupted([&] {
         return ::pwrite(directly ? direct_.get() : descriptor_.get(), piece.data(), piece.size(),
@@ -127,7 +127,7 @@ class PosixFile final : public DiskFile {
   DiskResult<std::size_t> read(std::uint64_t offset, std::span<std::byte> bytes) override {
     std::size_t count = 0;
     while (count < bytes.size()) {
-      const std::size_t wanted = std::min(bytes.size() - count, most_bytes_per_call);
+      const std::size_t wanted = std::min(bytes.size() - count, max_bytes_per_call);
       const auto got = unless_interrupted([&] {
         return ::pread(descriptor_.get(), bytes.data() + count, wanted, static_cast<off_t>(offset + count));
       });

@@ -9,15 +9,15 @@ namespace rtstdb::log {
 namespace {
 
 /// A few commits of one row.
-constexpr std::size_t most_collected_bytes = 2048;
+constexpr std::size_t max_collected_bytes = 2048;
 
 }  // namespace
 
 Recorder::Recorder(Ring& ring)
-    : ring_(ring), collected_(std::min(most_collected_bytes, ring.capacity() / 16 / 8 * 8)) {}
+    : ring_(ring), collected_(std::min(max_collected_bytes, ring.capacity() / 16 / 8 * 8)) {}
 
 bool Recorder::room_for(const store::WriteSet& set) const noexcept {
-  return !in_gap() && ring_.room_for(collected_bytes_ + most_commit_bytes(set), taken_back_bytes);
+  return !in_gap() && ring_.room_for(collected_bytes_ + max_commit_bytes(set), taken_back_bytes);
 }
 
 bool Recorder::room_for(const LoggedGeometry& geometry) const noexcept {

@@ -53,7 +53,7 @@ class ChunkPace {
     if (by_elements_ < least_by_elements &&
         took_ns < chunks * std::max(1.5 * chunk_ns_, longest_dispatch_ns)) {
       const double doubled = 2.0 * thought_ns / (chunks * chunk_ns_);
-      share = std::max(share, std::min(doubled, weight_ >= few ? most_share : most_));
+      share = std::max(share, std::min(doubled, weight_ >= few ? max_share : most_));
       most_ = std::max(most_, share);
     }
     share_ = share;
@@ -76,7 +76,7 @@ class ChunkPace {
   }
 
   static constexpr double unremarkable = 1.5;
-  static constexpr double least_share = 1.0 / 4096.0, most_share = 64.0;
+  static constexpr double least_share = 1.0 / 4096.0, max_share = 64.0;
   static constexpr double fading = 0.85, least_variance = 0.04, few = 3.0;
   static constexpr double least_by_elements = 0.5;
   /// A dispatch takes no longer by itself, also on a busy machine: who waits for more waits for elements.

@@ -30,7 +30,7 @@ static_assert(sizeof(Neighbor) == sizeof(shared::NeighborRecord) && sizeof(bool)
               offsetof(Neighbor, v_relative_mps) == offsetof(shared::NeighborRecord, v_relative_mps));
 
 /// Workgroups that every device takes in one dispatch.
-constexpr std::uint32_t most_groups = 65'535;
+constexpr std::uint32_t max_groups = 65'535;
 
 bool looks_at_triangles(NearestTarget target) noexcept {
   return target == NearestTarget::surface || target == NearestTarget::triangle;
@@ -266,7 +266,7 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
                                     .halt = halt.words,
                                     .halt_from = halt.from,
                                     .two = 2};
-    in_pieces(spread, most_groups, whole, [&](const shared::NearestArgs& args, std::uint32_t groups) {
+    in_pieces(spread, max_groups, whole, [&](const shared::NearestArgs& args, std::uint32_t groups) {
       recorder.dispatch(pipeline, bindings, args, groups);
     });
   };

@@ -10,13 +10,13 @@
 namespace rtstdb::query {
 namespace {
 
-constexpr std::uint32_t most_bits_per_axis = 5;
+constexpr std::uint32_t max_bits_per_axis = 5;
 
 /// The bits of 0 to 31, two zeros between any two of them.
 constexpr auto spread = [] {
-  std::array<std::uint16_t, 1u << most_bits_per_axis> table{};
+  std::array<std::uint16_t, 1u << max_bits_per_axis> table{};
   for (std::uint32_t i = 0; i < table.size(); ++i) {
-    for (std::uint32_t bit = 0; bit < most_bits_per_axis; ++bit)
+    for (std::uint32_t bit = 0; bit < max_bits_per_axis; ++bit)
       table[i] = static_cast<std::uint16_t>(table[i] | (i >> bit & 1u) << 3 * bit);
   }
   return table;
@@ -25,7 +25,7 @@ constexpr auto spread = [] {
 /// So many cells that about four points fall into one, within reason.
 std::uint32_t bits_per_axis(std::size_t points) noexcept {
   const auto bits = static_cast<std::uint32_t>(std::bit_width(points));
-  return bits < 2 ? 0 : std::min((bits - 2) / 3, most_bits_per_axis);
+  return bits < 2 ? 0 : std::min((bits - 2) / 3, max_bits_per_axis);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace rtstdb::query {
 namespace {
 
-constexpr std::size_t most_groups_seen = 64;
+constexpr std::size_t max_groups_seen = 64;
 constexpr float eye_m = 0.01f;
 /// Of the cosine of 0.04 rad.
 constexpr double cosine_squared = 0.9984;
@@ -30,7 +30,7 @@ bool is_packet(std::span<const Ray> group) noexcept {
 
 bool run_side_by_side(std::span<const Ray> rays) noexcept {
   const std::size_t groups = rays.size() / rays_per_packet;
-  const std::size_t seen = std::min(groups, most_groups_seen);
+  const std::size_t seen = std::min(groups, max_groups_seen);
   std::size_t packets = 0;
   for (std::size_t k = 0; k < seen; ++k)
     packets += is_packet(rays.subspan(k * groups / seen * rays_per_packet, rays_per_packet)) ? 1 : 0;

@@ -27,7 +27,7 @@ constexpr std::uint32_t rays_per_block = 8192;
 constexpr std::uint32_t entities_for_crew = 16;
 
 /// Where others take the structures from under searches in so many passes, those are left incomplete.
-constexpr std::uint32_t most_restarts = 16;
+constexpr std::uint32_t max_restarts = 16;
 
 /// Between these no product of the search leaves single precision.
 constexpr float smallest_direction = 1e-15f;
@@ -298,7 +298,7 @@ void GpuRayQuery::arrange(std::uint32_t /*count*/) noexcept {
 std::uint32_t GpuRayQuery::ask_again() noexcept {
   std::uint32_t& some_paused = some_incomplete_.host_as<std::uint32_t>()[2];
   restarts_ += std::exchange(some_restart_, false) ? 1 : 0;
-  if (std::exchange(some_paused, 0u) == 0 || restarts_ > most_restarts) {
+  if (std::exchange(some_paused, 0u) == 0 || restarts_ > max_restarts) {
     const auto all = static_cast<std::uint32_t>(incomplete_.size());
     settled_ += window_;
     window_ = std::min(all - settled_, shared::paused_rays);

@@ -18,7 +18,7 @@ class RevivalPace {
   /// The device is lost, or could not be had.
   void failed(Time now) noexcept {
     next_ = now + pause();
-    in_vain_ = std::min(in_vain_ + 1, most_counted);
+    in_vain_ = std::min(in_vain_ + 1, max_counted);
   }
   bool may_try(Time now) const noexcept { return now >= next_; }
   std::chrono::milliseconds left(Time now) const noexcept {
@@ -26,7 +26,7 @@ class RevivalPace {
   }
 
  private:
-  static constexpr std::uint32_t most_counted = 16;
+  static constexpr std::uint32_t max_counted = 16;
   std::chrono::milliseconds pause() const noexcept {
     if (in_vain_ == 0) return {};
     return std::min(first_pause * (1u << (in_vain_ - 1)), longest_pause);

@@ -40,11 +40,11 @@ constexpr Spread spread_out(std::uint32_t places, std::uint32_t processors) noex
   return {per_group, divided_up(places, per_group)};
 }
 
-/// `dispatch(args, groups)` piece by piece, none of more than `most_groups`; `args.first` is where each begins.
+/// `dispatch(args, groups)` piece by piece, none of more than `max_groups`; `args.first` is where each begins.
 template <class Args, class Dispatch>
-void in_pieces(const Spread& spread, std::uint32_t most_groups, Args args, Dispatch dispatch) noexcept {
+void in_pieces(const Spread& spread, std::uint32_t max_groups, Args args, Dispatch dispatch) noexcept {
   for (std::uint32_t left = spread.groups; left > 0;) {
-    const std::uint32_t some = std::min(left, most_groups);
+    const std::uint32_t some = std::min(left, max_groups);
     dispatch(args, some);
     args.first += some * spread.per_group;
     left -= some;

@@ -30,7 +30,7 @@ struct Crossing {
 };
 
 /// So many looks are taken at once: some milliseconds.
-inline constexpr int most_looks = 2048;
+inline constexpr int max_looks = 2048;
 
 /// Looks that come later, the next one on top. They are made when they are pushed: there is room for more than most searches need.
 template <class Look, std::size_t most>
@@ -83,7 +83,7 @@ Crossing first_flip(const Gap& gap, std::int64_t from_ns, std::int64_t to_ns, bo
     const Look& after = later.top();
     const bool passed = gap.stays(before, after, member);
     if (!passed && after.ns - before.ns > 1) {
-      if (++looks > most_looks && before.ns > from_ns) return {Crossing::What::undecided, before.ns};
+      if (++looks > max_looks && before.ns > from_ns) return {Crossing::What::undecided, before.ns};
       later.push(gap.at(std::midpoint(before.ns, after.ns)));
       continue;
     }

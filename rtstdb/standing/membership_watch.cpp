@@ -38,7 +38,7 @@ void MembershipWatch::examine(std::uint32_t index, std::int64_t now_ns, EventCau
 void MembershipWatch::due(const Certificate& certificate) {
   Entry& entry = entries_[certificate.index];
   entry.doublings = certificate.flip ? std::uint8_t{0}
-                                     : std::min<std::uint8_t>(most_doublings,
+                                     : std::min<std::uint8_t>(max_doublings,
                                                               static_cast<std::uint8_t>(entry.doublings + 1));
   if (certificate.flip) set_member(certificate.index, !entry.member, certificate.ns, EventCause::motion);
   const EntityState& state = *seen(certificate.index);

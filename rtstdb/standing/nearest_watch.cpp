@@ -20,7 +20,7 @@ NearestWatch::NearestWatch(const Question& question, const StandingOptions& opti
     : Watch(question, options, mirror, follower, work),
       guarded_(question),
       wanted_(2 * std::size_t{question.k} + 8),
-      most_candidates_(2 * wanted_) {}
+      max_candidates_(2 * wanted_) {}
 
 SquaredDistance NearestWatch::distance(const EntityState& state) const noexcept {
   const Sight now = sight(state);
@@ -66,7 +66,7 @@ void NearestWatch::watch_guard(std::uint32_t index, const EntityState& state, st
 bool NearestWatch::needs_another_guard() const noexcept {
   const bool too_few = candidates_.size() < question_.k && candidates_.size() < seen_count_ &&
                        guarded_.radius_m < question_.radius_m;
-  return too_few || candidates_.size() > most_candidates_;
+  return too_few || candidates_.size() > max_candidates_;
 }
 
 void NearestWatch::choose_guard(std::int64_t now_ns) {
@@ -91,7 +91,7 @@ void NearestWatch::choose_guard(std::int64_t now_ns) {
     watch_guard(ranked.index, *seen(ranked.index), now_ns);
   }
   // Many may be as far away as one.
-  most_candidates_ = 2 * std::max(wanted_, candidates_.size());
+  max_candidates_ = 2 * std::max(wanted_, candidates_.size());
 }
 
 // ---- what happens
@@ -138,13 +138,12 @@ void NearestWatch::changed_rows(std::span<const std::uint32_t> indices, std::int
 void NearestWatch::due(const Certificate& certificate) {
   if (certificate.index == order_index) {
     if (certificate.flip) return rank(certificate.ns, EventCause::motion);
-    order_doublings_ =
-        std::min<std::uint8_t>(most_doublings, static_cast<std::uint8_t>(order_doublings_ + 1));
+    order_doublings_ = std::min<std::uint8_t>(max_doublings, static_cast<std::uint8_t>(order_doublings_ + 1));
     return watch_order(certificate.ns);
   }
   Entry& entry = entries_[certificate.index];
   entry.doublings = certificate.flip ? std::uint8_t{0}
-                                     : std::min<std::uint8_t>(most_doublings,
+                                     : std::min<std::uint8_t>(max_doublings,
                                                               static_cast<std::uint8_t>(entry.doublings + 1));
   if (certificate.flip) set_candidate(certificate.index, !entry.candidate);
   watch_guard(certificate.index, *seen(certificate.index), certificate.ns);

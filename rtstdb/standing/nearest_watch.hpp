@@ -37,7 +37,7 @@ class NearestWatch final : public Watch {
 
   static constexpr std::uint32_t order_index = std::numeric_limits<std::uint32_t>::max();
   Question guarded_;  ///< the question, with the guard distance as its radius
-  std::size_t wanted_, most_candidates_;
+  std::size_t wanted_, max_candidates_;
   std::size_t seen_count_ = 0;
   std::vector<std::uint32_t> candidates_;
   std::vector<std::uint32_t> members_;  ///< ascending

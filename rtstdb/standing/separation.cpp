@@ -172,9 +172,9 @@ bool Separation::stays(const Look& a, const Look& b, bool member) const noexcept
     const Bend bends = bend(axis, a, b);
     const double leaves_m = bends.bend * h_s * h_s / 8.0;
     // No direction, no proof: neither that it parts them nor that it does not.
-    if ((member ? bends.most_length : bends.least_length) <= least_sine) continue;
+    if ((member ? bends.max_length : bends.least_length) <= least_sine) continue;
     for (int side = 0; side < sides; ++side) {
-      if (!member && least(axis, side, a, b, leaves_m) >= in * noise_m_ * bends.most_length) return true;
+      if (!member && least(axis, side, a, b, leaves_m) >= in * noise_m_ * bends.max_length) return true;
       if (member && most(axis, side, a, b, leaves_m) > out * noise_m_ * bends.least_length) return false;
     }
   }

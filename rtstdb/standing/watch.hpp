@@ -23,7 +23,7 @@ namespace rtstdb::standing {
 
 /// Looked at ahead at first; twice as far each time that nothing was there.
 inline constexpr std::int64_t first_look_ahead_ns = 250'000'000;
-inline constexpr std::uint8_t most_doublings = 8;
+inline constexpr std::uint8_t max_doublings = 8;
 
 /// Of all watches; read by any thread.
 struct Work {

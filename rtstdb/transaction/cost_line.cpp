@@ -37,7 +37,7 @@ std::optional<Line> fitted(const query::CostSamples& sums) noexcept {
 
 /// Whether the sample is the second or a later one in a row that lies as far on the same side.
 bool costs_have_changed(query::CostSamples& samples, double ratio) noexcept {
-  const int side = ratio > most_above ? 1 : ratio < 1.0 / most_above ? -1 : 0;
+  const int side = ratio > max_above ? 1 : ratio < 1.0 / max_above ? -1 : 0;
   samples.unlike_in_a_row = side * samples.unlike_in_a_row > 0 ? samples.unlike_in_a_row + side : side;
   return samples.unlike_in_a_row * side > 1;
 }
@@ -53,7 +53,7 @@ void learn(query::CostSamples& samples, double count, double cost_ns) noexcept {
     left = std::min(fading, 1.0 / samples.weight);
     if (samples.unlike_in_a_row > 0) samples.above = 1.0 + (samples.above - 1.0) / 2.0;
   } else if (expected_ns > 0.0) {
-    samples.above = std::max(samples.above, std::min(cost_ns / expected_ns, most_above));
+    samples.above = std::max(samples.above, std::min(cost_ns / expected_ns, max_above));
   }
   samples.weight = samples.weight * left + 1.0;
   samples.counts = samples.counts * left + count;
@@ -66,7 +66,7 @@ void learn(query::CostSamples& samples, double count, double cost_ns) noexcept {
 void learn_dearest(query::CostSamples& samples, double count, double element_ns) noexcept {
   const double mean_ns = per_element_ns(samples, count);
   samples.dearest_ns = mean_ns + std::max(samples.dearest_ns - mean_ns, 0.0) * dearest_fading;
-  if (element_ns > most_above * mean_ns) samples.dearest_ns = std::max(samples.dearest_ns, element_ns);
+  if (element_ns > max_above * mean_ns) samples.dearest_ns = std::max(samples.dearest_ns, element_ns);
 }
 
 double dearest_element_ns(const query::CostSamples& samples, double count) noexcept {

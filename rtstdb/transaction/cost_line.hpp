@@ -7,7 +7,7 @@
 namespace rtstdb::transaction {
 
 /// So far above their line samples are looked at; what lies farther is what the operating system did.
-inline constexpr double most_above = 4.0;
+inline constexpr double max_above = 4.0;
 
 void learn(query::CostSamples& samples, double count, double cost_ns) noexcept;
 /// Elements cost so much in a part of a run: what is far above the line is kept, until it has faded.

@@ -97,11 +97,10 @@ query::StructureWork CostModel::expected(const store::WriteSet& writes,
 }
 
 CostModel::Pieces CostModel::longest_pieces() const noexcept {
-  const double trees_ns =
-      std::max(promised_ns(builds_, entities_), promised_ns(refits_, most_refitted_rows_));
-  return {.structures = Nanoseconds(std::llround(trees_ns + promised_ns(shapes_, most_shapes_))),
+  const double trees_ns = std::max(promised_ns(builds_, entities_), promised_ns(refits_, max_refitted_rows_));
+  return {.structures = Nanoseconds(std::llround(trees_ns + promised_ns(shapes_, max_shapes_))),
           .commit = Nanoseconds(
-              std::llround(promised_ns(writes_, most_rows_) + promised_ns(positions_, most_positions_)))};
+              std::llround(promised_ns(writes_, max_rows_) + promised_ns(positions_, max_positions_)))};
 }
 
 Nanoseconds CostModel::chunk_time(Nanoseconds half) noexcept {
@@ -153,8 +152,8 @@ void CostModel::learn_dearest(std::span<const query::Request> requests, Nanoseco
 void CostModel::learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept {
   const auto rows = static_cast<double>(writes.writes.size());
   const auto cost_ns = static_cast<double>(cost.count());
-  most_rows_ = std::max(most_rows_, rows);
-  most_positions_ = std::max(most_positions_, positions_of(writes));
+  max_rows_ = std::max(max_rows_, rows);
+  max_positions_ = std::max(max_positions_, positions_of(writes));
   if (writes.shapes.empty()) {
     learn(writes_, rows, cost_ns);
   } else {
@@ -197,7 +196,7 @@ void CostModel::learn_stopped(std::span<const query::Request> requests, Nanoseco
   if (answered > 0.0) {
     whole_ns = structures_ns + std::max(0.0, cost_ns - structures_ns) * whole / answered;
     // What the operating system took while few were answered is not what all of them cost.
-    if (all_known) whole_ns = std::clamp(whole_ns, cost_ns, std::max(cost_ns, most_above * predicted_ns));
+    if (all_known) whole_ns = std::clamp(whole_ns, cost_ns, std::max(cost_ns, max_above * predicted_ns));
   }
   if (whole_ns > clearly_more * predicted_ns)
     learn_queries(requests, Nanoseconds(std::llround(whole_ns)), structures);
@@ -228,7 +227,7 @@ void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseco
     return unknown > 0.0 && known_ns < cost_ns ? own_ns : own_ns * cost_ns / known_ns;
   };
   // Shares first: what is learned changes the predictions that they are made of.
-  std::array<double, most_structure_parts> structure_ns{};
+  std::array<double, max_structure_parts> structure_ns{};
   for (std::size_t k = 0; k < parts.size(); ++k) {
     if (parts[k].samples != nullptr) structure_ns[k] = share_ns(*parts[k].samples, parts[k].count);
   }
@@ -243,8 +242,8 @@ void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseco
     request.query->structures += 0.1 * ((structures.any() ? 1.0 : 0.0) - request.query->structures);
   }
   if (structures.entities > 0) entities_ = structures.entities;
-  if (structures.refitted) most_refitted_rows_ = std::max<double>(most_refitted_rows_, structures.rows);
-  most_shapes_ = std::max<double>(most_shapes_, structures.shapes);
+  if (structures.refitted) max_refitted_rows_ = std::max<double>(max_refitted_rows_, structures.rows);
+  max_shapes_ = std::max<double>(max_shapes_, structures.shapes);
 }
 
 }  // namespace rtstdb::transaction

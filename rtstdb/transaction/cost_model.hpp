@@ -66,8 +66,8 @@ class CostModel {
     query::CostSamples* samples = nullptr;
     double count = 0.0;
   };
-  static constexpr std::size_t most_structure_parts = 3;
-  using StructureParts = std::array<Part, most_structure_parts>;  // a part without samples is none
+  static constexpr std::size_t max_structure_parts = 3;
+  using StructureParts = std::array<Part, max_structure_parts>;  // a part without samples is none
 
   StructureParts parts_of(const query::StructureWork& structures) noexcept;
   /// What a transaction is likely to need.
@@ -83,9 +83,9 @@ class CostModel {
   query::CostSamples writes_;
   query::CostSamples positions_;  // beside the rows of the same transaction
   query::CostSamples refits_, builds_, shapes_;
-  double most_rows_ = 0.0, most_positions_ = 0.0;        // of one transaction
-  double most_refitted_rows_ = 0.0, most_shapes_ = 0.0;  // for one run
-  std::uint32_t entities_ = 0;                           // of the version that was asked last
+  double max_rows_ = 0.0, max_positions_ = 0.0;        // of one transaction
+  double max_refitted_rows_ = 0.0, max_shapes_ = 0.0;  // for one run
+  std::uint32_t entities_ = 0;                         // of the version that was asked last
   std::array<query::CostSamples, static_cast<std::size_t>(query::QueryKind::count)> kinds_;
 };
 

@@ -188,7 +188,7 @@ class Engine final : private query::Meanwhile, private LogOwner {
   void carry_out_alone(TransactionImpl& transaction) noexcept;
   void end(TransactionImpl& transaction, Status status) noexcept;
   // sharing.cpp
-  using Together = std::array<TransactionImpl*, Runner::most_together>;
+  using Together = std::array<TransactionImpl*, Runner::max_together>;
   /// Takes those out of the queue that share a run with the first. How many there are, with it.
   std::size_t gather(TransactionImpl& first, const TransactionImpl* interrupted, Together& together) noexcept;
   void carry_out_together(std::span<TransactionImpl* const> readers) noexcept;

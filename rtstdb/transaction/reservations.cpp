@@ -114,7 +114,7 @@ Result<void> Reservations::take_on(ReservationImpl& reservation, Nanoseconds pie
   }
   std::vector<ReservationImpl*> all = taken_on_;
   all.push_back(&reservation);
-  const bool in_gaps = all.size() <= most_in_gaps;
+  const bool in_gaps = all.size() <= max_in_gaps;
   std::vector<Demand> demands;
   for (const ReservationImpl* one : all) {
     const ReservationOptions& options = one->options();

@@ -59,7 +59,7 @@ class ReservationImpl final : public Reservation {
 class Reservations {
  public:
   /// So many can run in one another's gaps; where there are more, each may wait for the whole of another.
-  static constexpr std::size_t most_in_gaps = 4;
+  static constexpr std::size_t max_in_gaps = 4;
 
   /// Adds it, or says why not. `piece`: the longest one of other work that can not be interrupted.
   Result<void> take_on(ReservationImpl& reservation, Nanoseconds piece, double share);

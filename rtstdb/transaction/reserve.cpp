@@ -50,7 +50,7 @@ void Engine::look_at_budget(const Running& running) noexcept {
 
 bool Engine::may_nest(const TransactionImpl& waiting) const noexcept {
   const std::size_t kept_free =
-      waiting.reserved ? 0 : std::min(reservations_.size(), Reservations::most_in_gaps);
+      waiting.reserved ? 0 : std::min(reservations_.size(), Reservations::max_in_gaps);
   return runner_.running().depth() + kept_free <= query::max_nesting && runner_.fits_beside(waiting);
 }
 

@@ -8,7 +8,7 @@ namespace rtstdb::transaction {
 namespace {
 
 /// Lengths that are looked at; a few seconds at the most.
-constexpr std::uint64_t most_lengths = 2'000'000;
+constexpr std::uint64_t max_lengths = 2'000'000;
 
 double ratio(Nanoseconds part, Nanoseconds of) {
   return static_cast<double>(part.count()) / static_cast<double>(of.count());
@@ -64,7 +64,7 @@ std::optional<Shortfall> first_shortfall(std::span<const Demand> demands, Nanose
     length = first_deadline_after(demands, length);
     // Up to the longest deadline pieces of the reserved ones themselves count.
     if (static_cast<double>(length.count()) > enough_ns) return std::nullopt;
-    if (++lengths > most_lengths) return Shortfall{.kind = Shortfall::Kind::too_close, .share = used};
+    if (++lengths > max_lengths) return Shortfall{.kind = Shortfall::Kind::too_close, .share = used};
     const Nanoseconds before = piece_before(demands, piece, length);
     Nanoseconds asked = before;
     for (const Demand& demand : demands)

@@ -38,10 +38,10 @@ class Runner {
   /// Fills the transaction's outcome and returns its status, pending when it gave way (Running); does not give the transaction back. In its waits and gaps
   /// `meanwhile` is served and may run others by this: those that fits_beside says yes to.
   Status run(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept;
-  static constexpr std::size_t most_together = 16;
+  static constexpr std::size_t max_together = 16;
   /// The version that it would read, where it could share a run with others: it only reads, asks, and is small.
   std::optional<Version> shared_version(const TransactionImpl& transaction) const noexcept;
-  /// Readers of one shared_version in one run, two to most_together. Fills their outcomes and `statuses`; pending is one that could
+  /// Readers of one shared_version in one run, two to max_together. Fills their outcomes and `statuses`; pending is one that could
   /// not take part, since its times lie too far from the others'. What is wrong with one is its own.
   void read_together(std::span<TransactionImpl* const> readers, std::span<Status> statuses,
                      query::Meanwhile* meanwhile) noexcept;
@@ -95,7 +95,7 @@ class Runner {
   Nanoseconds chunk_;
   CommitLog* log_;
   RunningStack running_;
-  std::array<query::Request, 4 * most_together> together_{};  ///< of all that share a run
+  std::array<query::Request, 4 * max_together> together_{};  ///< of all that share a run
   std::size_t requests_together_ = 0;
 };
 

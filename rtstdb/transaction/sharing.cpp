@@ -39,7 +39,7 @@ std::size_t Engine::gather(TransactionImpl& first, const TransactionImpl* interr
 }
 
 void Engine::carry_out_together(std::span<TransactionImpl* const> readers) noexcept {
-  std::array<Status, Runner::most_together> statuses{};
+  std::array<Status, Runner::max_together> statuses{};
   runner_.read_together(readers, statuses, this);
   for (std::size_t k = 0; k < readers.size(); ++k) {
     if (statuses[k] != Status::pending) end(*readers[k], statuses[k]);

@@ -42,7 +42,7 @@ bool Spin::starves_others(ClockTime now) noexcept {
 }
 
 void Spin::note(bool found) noexcept {
-  credit_ = found ? std::min(credit_ + gain, most_credit) : std::max(credit_ - 1, 0);
+  credit_ = found ? std::min(credit_ + gain, max_credit) : std::max(credit_ - 1, 0);
 }
 
 }  // namespace rtstdb::transaction

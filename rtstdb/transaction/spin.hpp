@@ -43,7 +43,7 @@ class Spin {
   bool starves_others(ClockTime now) noexcept;
   void note(bool found) noexcept;
 
-  static constexpr int most_credit = 32;
+  static constexpr int max_credit = 32;
   static constexpr int gain = 4;
   static constexpr int try_again_after = 64;
   int credit_ = gain;

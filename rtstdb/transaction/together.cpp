@@ -39,7 +39,7 @@ Nanoseconds promised_together(const Running& running) noexcept {
 std::optional<Version> Runner::shared_version(const TransactionImpl& transaction) const noexcept {
   if (clock_.is_virtual() || transaction.promised_cost == Nanoseconds(0)) return std::nullopt;
   if (!transaction.write_set().empty() || transaction.requests().empty()) return std::nullopt;
-  if (transaction.requests().size() > together_.size() / most_together) return std::nullopt;
+  if (transaction.requests().size() > together_.size() / max_together) return std::nullopt;
   const auto found = store_.read(transaction.terms().read_at, store::ReadFor::rows_and_shapes);
   const auto* version = std::get_if<store::Snapshot>(&found);
   return version != nullptr ? std::optional(version->version()) : std::nullopt;

@@ -40,7 +40,7 @@ struct Arguments {
 };
 
 /// Of a long range with a small step, a mistake more likely than a wish.
-constexpr std::int64_t most_instants = 1'000'000;
+constexpr std::int64_t max_instants = 1'000'000;
 
 [[noreturn]] void refuse(const std::string& sentence) {
   throw HistoryError(HistoryError::Kind::question, sentence);
@@ -102,8 +102,8 @@ std::vector<Instant> instants(const Arguments& arguments, const RunHistory& hist
   const std::int64_t every_ns = time_ns("--every", arguments.every);
   if (every_ns <= 0) refuse("--every " + arguments.every + " is no step");
   if (until_ns < instant.time_ns) refuse("--until " + arguments.until + " is before --at " + arguments.at);
-  if ((until_ns - instant.time_ns) / every_ns >= most_instants)
-    refuse("more than " + std::to_string(most_instants) + " instants are asked about");
+  if ((until_ns - instant.time_ns) / every_ns >= max_instants)
+    refuse("more than " + std::to_string(max_instants) + " instants are asked about");
   while (until_ns - instant.time_ns >= every_ns) {
     instant.time_ns += every_ns;
     all.push_back(instant);

@@ -109,15 +109,15 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
 }
 
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates) {
-  constexpr std::size_t most_listed = 24;
+  constexpr std::size_t max_listed = 24;
   if (candidates.empty()) return {};
   const std::string near = nearest(word, candidates);
   if (!near.empty()) return "; did you mean " + in_quotes(near) + "?";
   std::string list = "; known here: ";
-  for (std::size_t i = 0; i < std::min(candidates.size(), most_listed); ++i) {
+  for (std::size_t i = 0; i < std::min(candidates.size(), max_listed); ++i) {
     list += (i == 0 ? "" : ", ") + candidates[i];
   }
-  return candidates.size() > most_listed ? list + ", ..." : list;
+  return candidates.size() > max_listed ? list + ", ..." : list;
 }
 
 std::string all_known(std::string_view word, const std::vector<std::string>& candidates) {

@@ -146,15 +146,15 @@ IntegerReading read_integer(std::string_view text) {
 }
 
 std::optional<std::int64_t> multiply_exactly(std::string_view number, std::int64_t unit) {
-  constexpr std::size_t most_digits = 18;
+  constexpr std::size_t max_digits = 18;
   const Parts parts = split(number);
   if (parts.length != number.size() || number.empty()) return std::nullopt;
   std::string digits = std::string(parts.whole) + std::string(parts.fraction);
   std::int64_t exponent = exponent_of(parts) - static_cast<std::int64_t>(parts.fraction.size());
   digits.erase(0, std::min(digits.find_first_not_of('0'), digits.size()));
-  if (digits.size() > most_digits) {
-    exponent += static_cast<std::int64_t>(digits.size() - most_digits);
-    digits.resize(most_digits);
+  if (digits.size() > max_digits) {
+    exponent += static_cast<std::int64_t>(digits.size() - max_digits);
+    digits.resize(max_digits);
   }
   WideInteger product = 0;
   for (const char digit : digits)

@@ -7,7 +7,7 @@ namespace hil::run {
 void Arrivals::keep(io::Device& device, std::size_t input, signals::SignalId signal) {
   if (keeps(signal) || !device.keep_arrivals(input)) return;
   kept_.push_back({&device, input, signal});
-  collected_.reserve(kept_.size() * most_per_signal);
+  collected_.reserve(kept_.size() * max_per_signal);
 }
 
 bool Arrivals::keeps(signals::SignalId signal) const noexcept {
@@ -23,7 +23,7 @@ std::span<const Arrival> Arrivals::collect() noexcept {
   collected_.clear();
   io::Sample sample;
   for (const Kept& kept : kept_) {
-    for (std::size_t taken = 0; taken < most_per_signal; ++taken) {
+    for (std::size_t taken = 0; taken < max_per_signal; ++taken) {
       if (!kept.device->next_arrival(kept.input, sample)) break;
       collected_.push_back({kept.signal, sample.value, sample.time_ns});
     }

@@ -42,7 +42,7 @@ class Arrivals {
   std::uint64_t lost_by_devices() const noexcept;
 
   /// A device keeps less; what one call does not take waits for the next.
-  static constexpr std::size_t most_per_signal = 8192;
+  static constexpr std::size_t max_per_signal = 8192;
   std::vector<Kept> kept_;
   std::vector<Arrival> collected_;
   std::uint64_t lost_before_ = 0;

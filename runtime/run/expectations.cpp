@@ -163,7 +163,7 @@ class Once final : public Judge {
 }  // namespace
 
 std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const signals::SignalTable& table,
-                                  const Arrivals& arrivals, std::uint64_t most_samples) {
+                                  const Arrivals& arrivals, std::uint64_t max_samples) {
   if (const auto* never = std::get_if<config::Never>(&expectation.claim)) {
     return std::make_unique<AtEveryTick>(expectation, never->condition, false, table);
   }
@@ -174,7 +174,7 @@ std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const 
     return std::make_unique<Once>(expectation, *eventually, table);
   }
   return std::make_unique<ResponseJudge>(expectation, std::get<config::Response>(expectation.claim), table,
-                                         arrivals, most_samples);
+                                         arrivals, max_samples);
 }
 
 }  // namespace hil::run

@@ -37,9 +37,9 @@ class Judge {
 };
 
 /// Every name has been found in `table` when the scenario was wired. `arrivals` outlives the judge and knows
-/// already what it will keep. `most_samples`: so many response times are kept, a
+/// already what it will keep. `max_samples`: so many response times are kept, a
 /// million at most.
 std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const signals::SignalTable& table,
-                                  const Arrivals& arrivals, std::uint64_t most_samples);
+                                  const Arrivals& arrivals, std::uint64_t max_samples);
 
 }  // namespace hil::run

@@ -10,8 +10,8 @@
 namespace hil::run {
 namespace {
 
-constexpr std::uint64_t most_pending = 65536;
-constexpr std::uint64_t most_kept = 1'000'000;  // room is made for all of them before the run
+constexpr std::uint64_t max_pending = 65536;
+constexpr std::uint64_t max_kept = 1'000'000;  // room is made for all of them before the run
 constexpr std::int64_t long_ago_ns = std::numeric_limits<std::int64_t>::min();
 
 std::string milliseconds_text(std::int64_t time_ns) {
@@ -24,14 +24,14 @@ std::string milliseconds_text(std::int64_t time_ns) {
 
 ResponseJudge::ResponseJudge(const config::Expectation& expectation, const config::Response& claim,
                              const signals::SignalTable& table, const Arrivals& arrivals,
-                             std::uint64_t most_samples)
+                             std::uint64_t max_samples)
     : name_(expectation.name),
       arrivals_(arrivals),
       coverage_({*table.find(claim.request.text)}, table, expectation.coverage),
       reply_connected_(table.find(table.info(*table.find(claim.reply.text)).writer + ".connected")),
       within_ns_(claim.within_ns),
       at_least_(claim.at_least),
-      pending_(std::clamp<std::uint64_t>(most_samples, 1, most_pending)) {
+      pending_(std::clamp<std::uint64_t>(max_samples, 1, max_pending)) {
   const auto side = [&](const std::string& signal_name) {
     const signals::SignalId signal = *table.find(signal_name);
     return Side{signal_name, signal, arrivals.keeps(signal), table.info(signal).initial, long_ago_ns};
@@ -39,7 +39,7 @@ ResponseJudge::ResponseJudge(const config::Expectation& expectation, const confi
   requests_ = side(claim.request.text);
   replies_ = side(claim.reply.text);
   early_replies_.fill({.value = 0.0, .time_ns = long_ago_ns});
-  samples_ns_.reserve(std::min(most_samples, most_kept));
+  samples_ns_.reserve(std::min(max_samples, max_kept));
 }
 
 template <typename Use>

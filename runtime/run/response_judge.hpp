@@ -31,10 +31,10 @@ namespace hil::run {
 
 class ResponseJudge final : public Judge {
  public:
-  /// `arrivals` outlives it. Keeps the times of the first `most_samples` answers, a million at most; all are
+  /// `arrivals` outlives it. Keeps the times of the first `max_samples` answers, a million at most; all are
   /// judged.
   ResponseJudge(const config::Expectation& expectation, const config::Response& claim,
-                const signals::SignalTable& table, const Arrivals& arrivals, std::uint64_t most_samples);
+                const signals::SignalTable& table, const Arrivals& arrivals, std::uint64_t max_samples);
 
   void look(const signals::SignalTable& table, std::span<const Arrival> arrived,
             std::int64_t time_ns) noexcept override;

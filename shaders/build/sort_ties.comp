@@ -7,7 +7,7 @@
 
 layout(local_size_x = 64) in;
 
-const uint most_ties = 32u;
+const uint max_ties = 32u;
 
 uint key_at(uint place) { return sorted[place].x; }
 uint low_word_at(uint place) { return words[sorted[place].y]; }
@@ -17,7 +17,7 @@ void main() {
   for (uint i = gl_WorkGroupID.x * args.run + gl_LocalInvocationID.x; i < end; i += 64u) {
     const uint key = key_at(i);
     const bool first = i == 0u || key_at(max(i, 1u) - 1u) != key;
-    const uint limit = first ? min(i + most_ties, args.count) : i;
+    const uint limit = first ? min(i + max_ties, args.count) : i;
     uint last = i + 1u;
     while (last < limit && key_at(last) == key) ++last;
     // Of a longer row nobody is moved.

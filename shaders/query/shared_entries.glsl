@@ -62,7 +62,7 @@ uint take_entry(Entries entries, inout uint left) {
 }
 
 // Enough for eight entries some levels below the root.
-const uint most_entry_rounds = 48u;
+const uint max_entry_rounds = 48u;
 
 // Rays between bounds along each axis.
 struct Bounds {
@@ -153,7 +153,7 @@ Entries find_entries(Bounds world, vec3 d, int t_ns, uint instance_base, uint ro
   const Range range =
       Range(floatBitsToInt(world.lambda_min), floatBitsToInt(max(world.lambda_max * 1.000001, 1e-37)));
   const Seat world_seat = take_seat(octant_of(d));
-  Search search = nothing_begun(rounds + 4u, rounds + most_entry_rounds);
+  Search search = nothing_begun(rounds + 4u, rounds + max_entry_rounds);
   const uint met = root == ref_none ? ref_none
                                     : descend_entities(root, search, vec2(0.0), world_seat,
                                                        beam_between(world, 0.0), range);
@@ -195,7 +195,7 @@ Entries find_entries(Bounds world, vec3 d, int t_ns, uint instance_base, uint ro
       ++at;
     }
     ++tries;
-  } while (at < count && tries < most_entry_rounds);
+  } while (at < count && tries < max_entry_rounds);
   entries.used = (1u << count) - 1u;
   rounds = search.rounds + tries;
   return entries;

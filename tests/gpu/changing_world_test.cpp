@@ -24,20 +24,20 @@ std::ostream& operator<<(std::ostream& out, const Life& life) {
 
 class ChangingWorlds : public DatabaseTest, public testing::WithParamInterface<Life> {
  protected:
-  static constexpr std::uint32_t most_asked = 200;
+  static constexpr std::uint32_t max_asked = 200;
 
   void SetUp() override {
     open({.max_entities = 4096});
     for (const TriangleMesh& mesh : mixed_meshes(random_))
       geometries_.push_back(add(mesh));
     lists_ = database()
-                 .prepare(RegionQueryOptions{.name = "lists", .capacity = most_asked, .ids_per_region = 4096})
+                 .prepare(RegionQueryOptions{.name = "lists", .capacity = max_asked, .ids_per_region = 4096})
                  .value();
     counts_ = database()
-                  .prepare(RegionQueryOptions{.name = "counts", .capacity = most_asked, .ids_per_region = 0})
+                  .prepare(RegionQueryOptions{.name = "counts", .capacity = max_asked, .ids_per_region = 0})
                   .value();
-    any_ = prepare_rays(RayMode::any, false, most_asked);
-    closest_ = prepare_rays(RayMode::closest, false, most_asked);
+    any_ = prepare_rays(RayMode::any, false, max_asked);
+    closest_ = prepare_rays(RayMode::closest, false, max_asked);
   }
 
   EntityRow any_row() { return random_row(random_, geometries_, scene_, rows_); }
@@ -87,7 +87,7 @@ class ChangingWorlds : public DatabaseTest, public testing::WithParamInterface<L
   }
 
   void ask(int version) {
-    const std::uint32_t count = random_.one_in(2) ? most_asked : 24;
+    const std::uint32_t count = random_.one_in(2) ? max_asked : 24;
     constexpr double windows_s[] = {0.0, 0.001, 0.3};
     const double window_s = windows_s[random_.below(std::size(windows_s))];
     std::vector<Region> regions(count);

@@ -35,7 +35,7 @@ class ManyWorlds : public RandomQuestions, public testing::WithParamInterface<Fa
   /// How many questions a part of a world's is.
   using Part = std::function<std::size_t(double)>;
 
-  void ask_all(const std::function<Tally(const Part&)>& ask_world, double most_too_close) {
+  void ask_all(const std::function<Tally(const Part&)>& ask_world, double max_too_close) {
     const Family& family = GetParam();
     Tally all;
     for (std::uint64_t seed = family.first_seed; seed < family.first_seed + family.worlds; ++seed) {
@@ -49,7 +49,7 @@ class ManyWorlds : public RandomQuestions, public testing::WithParamInterface<Fa
       if (HasFailure()) return;
     }
     EXPECT_GE(all.asked, family.worlds * family.per_world);
-    expect_telling(all, most_too_close);
+    expect_telling(all, max_too_close);
   }
 };
 

@@ -108,7 +108,7 @@ void MotionBoxFuzz::SetUp() {
     bounds_.push_back(bounds_of(mesh));
     extents_.push_back(extents_of(mesh));
   }
-  tlas_ = accel::Tlas::create(device(), {.max_entities = most_entities, .slots = 1}).value();
+  tlas_ = accel::Tlas::create(device(), {.max_entities = max_entities, .slots = 1}).value();
   ASSERT_TRUE(tlas_.bind(device(), pool_).ok());
   read_back_ = make_buffer(
       {.name = "read back", .size_bytes = tlas_.nodes(0).size_bytes(), .memory = gpu::Memory::readback});
@@ -259,7 +259,7 @@ void MotionBoxFuzz::fuzz(std::uint64_t seed) {
   random_ = Random(seed);
   outside_ = too_large_ = 0;
   constexpr std::uint32_t counts[] = {1, 2, 9, 30, 60, 200, 30, 60, 9, 700};
-  const std::uint32_t count = seed % 40 == 39 ? most_entities : counts[random_.below(std::size(counts))];
+  const std::uint32_t count = seed % 40 == 39 ? max_entities : counts[random_.below(std::size(counts))];
   Scene scene;
   scene.time = world_time_ns(static_cast<std::int64_t>(random_.uniform(-1e6, 1e6) * 1e9));
   scene.radius_m = random_.magnitude(0.1, 1e3);

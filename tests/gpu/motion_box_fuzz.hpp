@@ -25,7 +25,7 @@ class MotionBoxFuzz : public gpu::test::GpuTest {
   accel::Tlas::Counts counts() const { return tlas_.counts(); }
 
  private:
-  static constexpr std::uint32_t most_entities = 2400;
+  static constexpr std::uint32_t max_entities = 2400;
 
   struct Window {
     WorldTime begin{}, end{};
@@ -57,7 +57,7 @@ class MotionBoxFuzz : public gpu::test::GpuTest {
   accel::Submit submit_;
   accel::GeometryPool pool_;
   accel::Tlas tlas_;
-  VersionRows rows_{most_entities};
+  VersionRows rows_{max_entities};
   gpu::Buffer read_back_;
   std::vector<std::vector<Child>> paths_;  // by place: from the root to the leaf
   std::size_t points_ = 0, versions_ = 0, outside_ = 0, too_large_ = 0;

@@ -47,7 +47,7 @@ constexpr Case cases[] = {
 class RandomNearest : public RandomQuestions, public testing::WithParamInterface<Case> {
  protected:
   /// Of triangles that meet at the nearest point, any may be named.
-  static constexpr double most_too_close(NearestTarget target) {
+  static constexpr double max_too_close(NearestTarget target) {
     return target == NearestTarget::triangle ? 0.1 : 0.02;
   }
   Tally ask_points(bool is_signed) {
@@ -56,7 +56,7 @@ class RandomNearest : public RandomQuestions, public testing::WithParamInterface
         NearestQueryOptions{
             .name = "points", .target = GetParam().target, .k = GetParam().k, .is_signed = is_signed},
         GetParam().points);
-    expect_telling(tally, most_too_close(GetParam().target));
+    expect_telling(tally, max_too_close(GetParam().target));
     return tally;
   }
 };

@@ -15,7 +15,7 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr std::uint32_t most_rays = 300;
+constexpr std::uint32_t max_rays = 300;
 
 class PausedInCompany : public testing::Test {
  protected:
@@ -44,8 +44,7 @@ class PausedInCompany : public testing::Test {
   OneWorld world(Version shape) const { return {states_, 10 + shape, shape, ball_.positions_m}; }
 
   query::GpuRayQuery& prepare() {
-    auto made =
-        executor_->prepare<query::GpuRayQuery>(RayQueryOptions{.name = "rays", .capacity = most_rays});
+    auto made = executor_->prepare<query::GpuRayQuery>(RayQueryOptions{.name = "rays", .capacity = max_rays});
     EXPECT_TRUE(made.ok());
     queries_.push_back(std::move(made).value());
     return *queries_.back();
@@ -191,17 +190,17 @@ TEST_F(Thefts, NowAndThenAreMadeUpFor) {
                 robbed = 11;  // each that is not robbed makes a thousand of 20,000 rounds, and some more
   const int at_a_time = static_cast<int>(std::max(prepare().least_asked_again(), 8u));
   const auto gaps_of_a_pass = [&](int rays) { return (rays + at_a_time - 1) / at_a_time; };
-  const int of_the_first = gaps_of_a_pass(256), of_the_others = gaps_of_a_pass(most_rays - 256);
+  const int of_the_first = gaps_of_a_pass(256), of_the_others = gaps_of_a_pass(max_rays - 256);
   const int behind_the_first = 4 + of_the_first * (robbed + passes + 2);
   int thefts_from_others = 0;
-  const Seen seen = rob(most_rays, [&](int gap) {
+  const Seen seen = rob(max_rays, [&](int gap) {
     const int of_others = gap - behind_the_first - of_the_others;
     const bool from_others = of_others >= 0 && of_others < robbed * of_the_others;
     thefts_from_others += from_others ? 1 : 0;
     return from_others || (gap >= 4 + of_the_first && gap < 4 + of_the_first * (robbed + 1));
   });
   EXPECT_EQ(seen.status, query::RunStatus::done);
-  EXPECT_EQ(seen.hits, most_rays);
+  EXPECT_EQ(seen.hits, max_rays);
   EXPECT_EQ(thefts_from_others, robbed * of_the_others);
 }
 

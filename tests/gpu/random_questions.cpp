@@ -153,14 +153,14 @@ Overlap RandomQuestions::random_overlap(const Window& window) {
   return overlap;
 }
 
-void expect_telling(const Tally& tally, double most_too_close) {
+void expect_telling(const Tally& tally, double max_too_close) {
   testing::Test::RecordProperty("asked", std::to_string(tally.asked));
   testing::Test::RecordProperty("hits", std::to_string(tally.hits));
   testing::Test::RecordProperty("too_close", std::to_string(tally.too_close));
   if (testing::Test::HasFailure()) return;
   EXPECT_GT(tally.hits, tally.asked / 5) << "a world that shows little";
   EXPECT_LT(tally.hits, tally.asked * 4 / 5) << "a world that shows little";
-  EXPECT_LE(static_cast<double>(tally.too_close), most_too_close * static_cast<double>(tally.asked));
+  EXPECT_LE(static_cast<double>(tally.too_close), max_too_close * static_cast<double>(tally.asked));
 }
 
 }  // namespace rtstdb::test

@@ -55,6 +55,6 @@ class RandomQuestions : public DatabaseTest {
 
 /// A world that shows nothing, or in which everything is hit, proves nothing: fails the test unless a fifth to four fifths of the
 /// questions hit, and unless the oracle left open no more than that share.
-void expect_telling(const Tally& tally, double most_too_close);
+void expect_telling(const Tally& tally, double max_too_close);
 
 }  // namespace rtstdb::test

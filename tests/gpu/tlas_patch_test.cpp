@@ -132,11 +132,11 @@ TEST_P(PatchedTrees, HaveWindowsNoLongerThanALargeBatchAsks) {
 INSTANTIATE_TEST_SUITE_P(Sizes, PatchedTrees, testing::Values(100u, 1500u, 9000u));
 
 struct Ticks {
-  std::uint32_t entities, most_changed;
+  std::uint32_t entities, max_changed;
 };
 
 void PrintTo(const Ticks& ticks, std::ostream* out) {
-  *out << ticks.entities << " entities, of which up to " << ticks.most_changed << " change";
+  *out << ticks.entities << " entities, of which up to " << ticks.max_changed << " change";
 }
 
 /// Ticks in which bodies get other motions, looks or masks, and some rays are asked.
@@ -156,7 +156,7 @@ class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<Ti
     options_.version_time += Nanoseconds(1'000'000 + static_cast<std::int64_t>(random_.below(20'000'000)));
     const Outcome outcome = execute(
         [&](Transaction& transaction) {
-          for (std::size_t k = random_.below(GetParam().most_changed + 1); k > 0; --k) {
+          for (std::size_t k = random_.below(GetParam().max_changed + 1); k > 0; --k) {
             const std::size_t i = random_.below(rows_.size());
             EntityRow row = random_row(random_, geometries_, options_, rows_);
             row.motion.valid_from = options_.version_time;

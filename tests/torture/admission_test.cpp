@@ -27,16 +27,16 @@ std::vector<Stream> streams() {
     all[k].name = names[k];
   all[0].period = 500us;
   all[0].fewest_elements = 1;
-  all[0].most_elements = 600;
+  all[0].max_elements = 600;
   all[1].period = 2ms;
   all[1].rows = 3;
   all[2].period = 2ms;
   all[2].rows = 2;
   all[2].fewest_elements = 1;
-  all[2].most_elements = 800;
+  all[2].max_elements = 800;
   all[3].period = 20ms;
   all[3].fewest_elements = 2000;
-  all[3].most_elements = 20'000;
+  all[3].max_elements = 20'000;
   return all;
 }
 
@@ -58,7 +58,7 @@ void judge(const LoadOptions& options, bool with_reservation) {
               .shortest_deadline = 8ms,
               .longest_deadline = 8ms,
               .fewest_elements = 800,
-              .most_elements = 1000});
+              .max_elements = 1000});
   }
   const rtstdb::SchedulerCounts before = load.engine().scheduler_counts();
   load.run(transactions, [](const Ended&) {});

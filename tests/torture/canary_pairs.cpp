@@ -18,7 +18,7 @@ using namespace rtstdb;
 namespace {
 
 /// A large batch asks everything so often, so that it is divided and others commit in its gaps.
-constexpr std::uint32_t most_repeats = 6;
+constexpr std::uint32_t max_repeats = 6;
 
 constexpr double place_x_m(std::uint32_t place) {
   return 10.0 * place;
@@ -58,16 +58,16 @@ class CanaryPairs::Reader {
       : world_(world),
         random_(seed),
         rays_(prepared(world.database_->prepare(
-            RayQueryOptions{.name = "canary rays", .capacity = 2 * pairs * most_repeats}))),
+            RayQueryOptions{.name = "canary rays", .capacity = 2 * pairs * max_repeats}))),
         regions_(prepared(world.database_->prepare(RegionQueryOptions{
-            .name = "canary regions", .capacity = pairs * places * most_repeats, .ids_per_region = 4}))),
+            .name = "canary regions", .capacity = pairs * places * max_repeats, .ids_per_region = 4}))),
         points_(prepared(world.database_->prepare(
-            NearestQueryOptions{.name = "canary points", .capacity = pairs * most_repeats, .k = 2}))),
+            NearestQueryOptions{.name = "canary points", .capacity = pairs * max_repeats, .k = 2}))),
         transaction_(world.database_->make_transaction({.max_queries = 3})) {}
 
   void run() {
     while (!world_.over_.load(std::memory_order_relaxed)) {
-      const std::uint32_t repeats = random_() % 3 == 0 ? most_repeats : 1;
+      const std::uint32_t repeats = random_() % 3 == 0 ? max_repeats : 1;
       Terms terms;
       terms.read_at = read_at();
       terms.importance = static_cast<std::uint8_t>(random_() % 3);

@@ -14,7 +14,7 @@ using namespace rtstdb;
 
 namespace {
 
-constexpr std::uint32_t most_values = 512;  // of one list
+constexpr std::uint32_t max_values = 512;  // of one list
 constexpr std::uint32_t head_mask = 1;
 constexpr std::uint32_t value_mask = 2;
 
@@ -79,7 +79,7 @@ class DeviceLists::Client {
         transaction_(world.database_->make_transaction(
             {.max_writes = 16, .max_preconditions = 4, .max_queries = 1, .max_reads = 4})) {
     auto regions = world.database_->prepare(
-        RegionQueryOptions{.name = "lists", .capacity = lists, .ids_per_region = most_values});
+        RegionQueryOptions{.name = "lists", .capacity = lists, .ids_per_region = max_values});
     if (!regions) std::abort();
     regions_ = std::move(regions).value();
   }

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t clients = 40;
 constexpr std::uint32_t queue_capacity = 12;
 constexpr std::uint32_t max_entities = 48;
-constexpr std::uint32_t most_elements = 40'000;
+constexpr std::uint32_t max_elements = 40'000;
 constexpr std::uint32_t rounds_of_a_life = 12;  // on average
 
 std::uint64_t digest_of(const query::RowSource& rows) {
@@ -35,7 +35,7 @@ class EngineSimulation::Query final : public RayQuery, public query::PreparedQue
   std::span<Ray> rays() noexcept override { return {}; }
   std::span<const RayHit> hits() const noexcept override { return {}; }
   query::QueryKind kind() const noexcept override { return query::QueryKind::ray_closest; }
-  std::uint32_t capacity() const noexcept override { return most_elements; }
+  std::uint32_t capacity() const noexcept override { return max_elements; }
   std::optional<BadInput> check(std::uint32_t, const query::RowSource& rows,
                                 query::TimeSpan& times) const noexcept override {
     times = {rows.time(), rows.time()};
@@ -347,7 +347,7 @@ void EngineSimulation::declare(Client& client) {
     transaction.expect_written_by(id, declared.expected.back().written_by);
   }
   if (!writes || chance_.one_in(2)) {
-    declared.asked = 1 + chance_.below(chance_.one_in(4) ? most_elements : 2'000);
+    declared.asked = 1 + chance_.below(chance_.one_in(4) ? max_elements : 2'000);
     transaction.ask(client.query, declared.asked);
   }
 }

@@ -26,26 +26,26 @@ std::vector<Stream> flood() {
                     .shortest_deadline = 1ns,
                     .longest_deadline = 2ms,
                     .least_importance = 0,
-                    .most_importance = rtstdb::max_importance};
+                    .max_importance = rtstdb::max_importance};
   std::vector<Stream> streams(5, soft);
   const char* const names[] = {"short", "long", "write", "write and ask", "write and ask long"};
   for (std::size_t k = 0; k < streams.size(); ++k)
     streams[k].name = names[k];
   streams[0].period = 400us;
   streams[0].fewest_elements = 10;
-  streams[0].most_elements = 400;
+  streams[0].max_elements = 400;
   streams[1].period = 10ms;
   streams[1].fewest_elements = 3000;
-  streams[1].most_elements = 20'000;
+  streams[1].max_elements = 20'000;
   streams[2].period = 500us;
   streams[2].rows = 2;
   streams[3].period = 2ms;
   streams[3].rows = 2;
-  streams[3].most_elements = 1000;
+  streams[3].max_elements = 1000;
   streams[4].period = 10ms;
   streams[4].rows = 2;
   streams[4].fewest_elements = 3000;
-  streams[4].most_elements = 20'000;
+  streams[4].max_elements = 20'000;
   return streams;
 }
 
@@ -88,9 +88,9 @@ Judged run(bool reserved, std::uint64_t seed) {
                   .shortest_deadline = one.options.deadline,
                   .longest_deadline = one.options.deadline,
                   .least_importance = rtstdb::max_importance,
-                  .most_importance = rtstdb::max_importance,
+                  .max_importance = rtstdb::max_importance,
                   .fewest_elements = one.elements,
-                  .most_elements = one.elements,
+                  .max_elements = one.elements,
                   .rows = one.rows};
     if (reserved) {
       auto made = load.engine().reserve(one.options);

@@ -279,7 +279,7 @@ class Kill9 : public testing::Test {
       ASSERT_EQ(lost, 0u) << found;
     } else if (told.in_gaps == 0) {
       if (lost > 0) look_at_loss(told, all[all.size() - lost]);
-      most_lost_ = std::max(most_lost_, lost);
+      max_lost_ = std::max(max_lost_, lost);
     } else {
       ++with_gaps_;
     }
@@ -299,7 +299,7 @@ class Kill9 : public testing::Test {
                 << disk.count() / 1000 << " us, the threads " << threads.count() / 1000 << " us\n";
     }
     longest_lost_ = std::max(longest_lost_, span);
-    most_beyond_ = std::max(most_beyond_, beyond);
+    max_beyond_ = std::max(max_beyond_, beyond);
   }
 
   std::filesystem::path directory_;
@@ -308,8 +308,8 @@ class Kill9 : public testing::Test {
   std::mt19937_64 random_{9};
   Version at_ = 0;
   Written written_ = Written(entities, 0);
-  Version most_lost_ = 0;
-  Nanoseconds longest_lost_{0}, most_beyond_ = Nanoseconds::min();
+  Version max_lost_ = 0;
+  Nanoseconds longest_lost_{0}, max_beyond_ = Nanoseconds::min();
   Nanoseconds unexplained_{0};  // all together, beyond timer_slack
   int with_gaps_ = 0, times_unexplained_ = 0;
 };
@@ -328,9 +328,9 @@ TEST_F(Kill9, LosesNothingThatWasPromised) {
       taken_by_host() - taken_before + Nanoseconds(10'000'000);  // a tick may not be full
   EXPECT_LE(times_unexplained_, 1 + cycles / 100);
   EXPECT_LE(unexplained_, host) << "the loss is more than all that is known to delay the log's thread";
-  std::cout << cycles << " processes killed, " << at_ << " versions; async lost " << most_lost_
+  std::cout << cycles << " processes killed, " << at_ << " versions; async lost " << max_lost_
             << " commits at most, of " << longest_lost_.count() / 1000 << " us, which is "
-            << most_beyond_.count() / 1000 << " us beyond flush_interval, disk and threads, all together "
+            << max_beyond_.count() / 1000 << " us beyond flush_interval, disk and threads, all together "
             << unexplained_.count() / 1000 << " us more than a timer is late, while the host took "
             << host.count() / 1000 << " us; " << with_gaps_ << " had a full ring\n";
 }

@@ -43,7 +43,7 @@ class Search {
 
  private:
   void found(Anomaly anomaly, std::string what) {
-    if (findings_.size() < options_.most_findings) findings_.push_back({anomaly, std::move(what)});
+    if (findings_.size() < options_.max_findings) findings_.push_back({anomaly, std::move(what)});
   }
 
   static std::string name(std::uint32_t transaction) { return "transaction " + std::to_string(transaction); }

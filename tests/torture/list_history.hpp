@@ -70,7 +70,7 @@ struct HistoryOptions {
   /// The last transactions of the history read every list after all appends had ended: a committed append that
   /// no read holds is lost.
   bool final_reads = true;
-  std::size_t most_findings = 20;
+  std::size_t max_findings = 20;
 };
 
 /// All that no serial order explains; empty: there is one.

@@ -47,7 +47,7 @@ int main() {
   unsigned long late_commits = 0;
   unsigned long false_misses = 0;
   Nanoseconds longest_pause{0};
-  Nanoseconds most_late{0};
+  Nanoseconds max_late{0};
   std::puts("ready");
   std::fflush(stdout);
   ClockTime last = clock.now();
@@ -65,7 +65,7 @@ int main() {
     // One that is missed says by how much, and that was so when it ended.
     false_misses +=
         outcome.status == Status::missed && (outcome.lateness <= 0ns || now - deadline < outcome.lateness);
-    most_late = std::max(most_late, outcome.lateness);
+    max_late = std::max(max_late, outcome.lateness);
     longest_pause = std::max(longest_pause, now - last);
     last = now;
     std::this_thread::sleep_for(1ms);
@@ -74,6 +74,6 @@ int main() {
   std::printf(
       "committed %lu missed %lu late_commits %lu false_misses %lu longest_pause_ms %lld most_late_ms %lld\n",
       committed, missed, late_commits, false_misses, static_cast<long long>(longest_pause / 1ms),
-      static_cast<long long>(most_late / 1ms));
+      static_cast<long long>(max_late / 1ms));
   return 0;
 }

@@ -30,10 +30,10 @@ struct Judged {
   std::size_t transactions = 0, committed = 0, reads = 0;
 };
 
-Judged run_and_judge(std::uint32_t most_rounds, bool until_found) {
+Judged run_and_judge(std::uint32_t max_rounds, bool until_found) {
   ListWorld world;
   Judged judged;
-  for (std::uint32_t round = 0; round < most_rounds; ++round) {
+  for (std::uint32_t round = 0; round < max_rounds; ++round) {
     const std::vector<Recorded> history = world.run(round, clients, transactions_each);
     for (const Recorded& one : history) {
       ++judged.transactions;

@@ -51,9 +51,9 @@ void SimulatedLoad::add(const Stream& stream) {
   for (std::uint32_t k = 0; k < stream.slots; ++k) {
     Slot& slot = flow->slots.emplace_back();
     slot.transaction = world_.engine.make_transaction({.max_writes = stream.rows, .max_queries = 1});
-    const auto kind = stream.most_elements > 2000 ? rtstdb::query::QueryKind::nearest
-                                                  : rtstdb::query::QueryKind::ray_closest;
-    slot.query = std::make_unique<SimulatedQuery>(std::max(1u, stream.most_elements), 0, kind, stream.late);
+    const auto kind = stream.max_elements > 2000 ? rtstdb::query::QueryKind::nearest
+                                                 : rtstdb::query::QueryKind::ray_closest;
+    slot.query = std::make_unique<SimulatedQuery>(std::max(1u, stream.max_elements), 0, kind, stream.late);
   }
   flows_.push_back(std::move(flow));
 }
@@ -139,12 +139,12 @@ void SimulatedLoad::submit_next(Flow& flow) {
   }
   slot.deadline = terms.deadline;
   terms.importance = static_cast<std::uint8_t>(
-      stream.least_importance + random_() % (stream.most_importance - stream.least_importance + 1u));
+      stream.least_importance + random_() % (stream.max_importance - stream.least_importance + 1u));
   slot.transaction->begin(terms);
   for (std::uint32_t k = 0; k < stream.rows; ++k)
     slot.transaction->update({static_cast<std::uint32_t>(random_() % entities), 1}, row_of(1));
-  if (stream.most_elements > 0) {
-    const std::uint64_t range = stream.most_elements - stream.fewest_elements + 1;
+  if (stream.max_elements > 0) {
+    const std::uint64_t range = stream.max_elements - stream.fewest_elements + 1;
     slot.transaction->ask(*slot.query,
                           stream.fewest_elements + static_cast<std::uint32_t>(random_() % range));
   }
@@ -202,7 +202,7 @@ rtstdb::query::RunReport SimulatedLoad::carry_out(std::span<const rtstdb::query:
 double load_of(std::span<const Stream> streams) {
   double sum = 0.0;
   for (const Stream& stream : streams) {
-    const double elements = 0.5 * (stream.fewest_elements + stream.most_elements);
+    const double elements = 0.5 * (stream.fewest_elements + stream.max_elements);
     sum += elements * 1000.0 / static_cast<double>(stream.period.count());
   }
   return sum;

@@ -22,7 +22,7 @@ constexpr DiskCall all_calls[] = {DiskCall::create,      DiskCall::open,        
                                   DiskCall::remove,      DiskCall::sync_directory, DiskCall::lock};
 
 /// The longest that a retry waits is a second: nothing is waited for longer.
-constexpr std::uint64_t most_idle_turns = 100'000;
+constexpr std::uint64_t max_idle_turns = 100'000;
 
 }  // namespace
 
@@ -145,7 +145,7 @@ void SimulatedStorage::work_on() {
     idle_turns_ = 0;
     return;
   }
-  if (++idle_turns_ > most_idle_turns) {
+  if (++idle_turns_ > max_idle_turns) {
     std::cerr << "somebody waits for the log for ever\n";
     std::abort();
   }

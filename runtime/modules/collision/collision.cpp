@@ -6,7 +6,7 @@ namespace hil::modules {
 namespace {
 
 /// Bodies that are told apart; of more that touch at once only their number is known.
-constexpr std::uint32_t most_hits = 1024;
+constexpr std::uint32_t max_hits = 1024;
 
 bool before(const rtstdb::EntityId& a, const rtstdb::EntityId& b) noexcept {
   return a.index != b.index ? a.index < b.index : a.generation < b.generation;
@@ -35,17 +35,16 @@ class Collision final : public Module {
     mask_ = world.mask_of(layers_, "module " + task.instance);
     database_ = &world.database();
     auto query = database_->prepare(
-        rtstdb::OverlapQueryOptions{.name = task.instance, .capacity = 1, .ids_per_entity = most_hits});
+        rtstdb::OverlapQueryOptions{.name = task.instance, .capacity = 1, .ids_per_entity = max_hits});
     if (!query) throw SetupError("module " + task.instance, query.error());
     query_ = std::move(query).value();
     transaction_ = database_->make_transaction({.max_queries = 1});
-    touching_.reserve(most_hits);
-    touched_.reserve(most_hits);
+    touching_.reserve(max_hits);
+    touched_.reserve(max_hits);
     began_ = events.add_kind("COLLISION of " + body_ + " with {} bodies", 0);
-    cut_ =
-        events.add_kind("COLLISION of " + body_ + ": {} bodies touch it at once, more than the " +
-                            std::to_string(most_hits) + " that are told apart; 'total' is at least so many",
-                        0);
+    cut_ = events.add_kind("COLLISION of " + body_ + ": {} bodies touch it at once, more than the " +
+                               std::to_string(max_hits) + " that are told apart; 'total' is at least so many",
+                           0);
   }
 
   void step(StepContext& context) noexcept override {
@@ -59,7 +58,7 @@ class Collision final : public Module {
     if (!context.execute(*database_, *transaction_).done()) return;
     const rtstdb::OverlapAnswer& answer = query_->answers()[0];
     const double begun = begun_to_touch(answer);
-    if (answer.found > most_hits && found_ <= most_hits)
+    if (answer.found > max_hits && found_ <= max_hits)
       context.events->note(cut_, context.time_ns, answer.found);
     found_ = answer.found;
     context.outputs[0] = answer.found;
@@ -73,7 +72,7 @@ class Collision final : public Module {
     touched_.swap(touching_);
     touching_.assign(answer.entities.begin(), answer.entities.end());
     std::sort(touching_.begin(), touching_.end(), before);
-    if (std::max(answer.found, found_) > most_hits)
+    if (std::max(answer.found, found_) > max_hits)
       return answer.found > found_ ? static_cast<double>(answer.found - found_) : 0.0;
     return static_cast<double>(
         std::count_if(touching_.begin(), touching_.end(), [this](const rtstdb::EntityId& other) {

@@ -9,7 +9,7 @@
 namespace hil::modules {
 namespace {
 
-constexpr std::uint32_t most_bodies = 64;
+constexpr std::uint32_t max_bodies = 64;
 
 struct Loop {
   std::string name;
@@ -43,7 +43,7 @@ class Detectors final : public Module {
     auto query =
         database_->prepare(rtstdb::RegionQueryOptions{.name = task.instance,
                                                       .capacity = static_cast<std::uint32_t>(loops_.size()),
-                                                      .ids_per_region = most_bodies});
+                                                      .ids_per_region = max_bodies});
     if (!query) throw SetupError("module " + task.instance, query.error());
     query_ = std::move(query).value();
     for (std::size_t i = 0; i < loops_.size(); ++i) {

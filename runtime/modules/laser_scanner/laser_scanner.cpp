@@ -17,7 +17,7 @@ namespace hil::modules {
 namespace {
 
 constexpr std::size_t outputs_per_object = 7;
-constexpr std::size_t most_view_points = 4000;
+constexpr std::size_t max_view_points = 4000;
 
 /// FNV-1a over words: cheap, and the same on every machine.
 class Digest {
@@ -43,7 +43,7 @@ class LaserScanner final : public Module {
   void contribute(report::RunRecord& record) const override;
 
  private:
-  std::uint64_t most_beams_in_a_step(std::int64_t step_ns) const noexcept;
+  std::uint64_t max_beams_in_a_step(std::int64_t step_ns) const noexcept;
   void fill_rays() noexcept;
   void begin_sweep(const StepContext& context) noexcept;
   void take_hits(StepContext& context, const rtstdb::Motion& carrier) noexcept;
@@ -83,7 +83,7 @@ class LaserScanner final : public Module {
 LaserScanner::LaserScanner(const config::Value& parameters)
     : options_(read_scanner_options(parameters)),
       pattern_(options_.pattern),
-      objects_({.most_objects = options_.max_objects, .keep_ns = options_.keep_ns}) {
+      objects_({.max_objects = options_.max_objects, .keep_ns = options_.keep_ns}) {
   const auto note = [&](const char* key, std::vector<config::Word>& words) {
     for (const config::Value& item : parameters[key].items())
       words.push_back({item.text(), item.place()});
@@ -110,10 +110,10 @@ LaserScanner::LaserScanner(const config::Value& parameters)
   ports_.outputs.push_back({.name = "scan_index", .unit = "", .about = "Sweeps begun before this one"});
   ports_.outputs.push_back({.name = "hits", .unit = "", .about = "Beams of the last step that hit"});
   ports_.outputs.push_back({.name = "digest", .unit = "", .about = "Of every answer so far"});
-  view_every_ = (pattern_.beams() + most_view_points - 1) / most_view_points;
+  view_every_ = (pattern_.beams() + max_view_points - 1) / max_view_points;
 }
 
-std::uint64_t LaserScanner::most_beams_in_a_step(std::int64_t step_ns) const noexcept {
+std::uint64_t LaserScanner::max_beams_in_a_step(std::int64_t step_ns) const noexcept {
   std::uint64_t most = 0;
   for (std::int64_t t_ns = 0; t_ns < options_.pattern.period_ns; t_ns += step_ns)
     most = std::max(most, pattern_.first_beam_at(t_ns + step_ns) - pattern_.first_beam_at(t_ns));
@@ -136,7 +136,7 @@ void LaserScanner::check_task(const config::Value& parameters, const TaskFacts& 
                         (fewer > 0 ? rate_of(fewer) + " or " : "") + rate_of(fewer + 1) + " it is");
     return;
   }
-  const std::uint64_t beams = most_beams_in_a_step(task.period_ns);
+  const std::uint64_t beams = max_beams_in_a_step(task.period_ns);
   if (beams > rtstdb::max_rays_per_query) {
     diagnostics.add(parameters["columns"].place(),
                     std::to_string(pattern_.beams()) + " beams in a sweep are " + std::to_string(beams) +
@@ -174,13 +174,13 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts
   }
   compared_motion_.resize(compared.size());
 
-  const std::uint64_t most_beams = most_beams_in_a_step(task.period_ns);
+  const std::uint64_t max_beams = max_beams_in_a_step(task.period_ns);
   const auto prepare = [&](const char* suffix, bool ignore_motion) {
-    auto query = database_->prepare(rtstdb::RayQueryOptions{
-        .name = task.instance + suffix,
-        .capacity = static_cast<std::uint32_t>(std::max<std::uint64_t>(most_beams, 1)),
-        .mode = rtstdb::RayMode::closest,
-        .ignore_motion = ignore_motion});
+    auto query = database_->prepare(
+        rtstdb::RayQueryOptions{.name = task.instance + suffix,
+                                .capacity = static_cast<std::uint32_t>(std::max<std::uint64_t>(max_beams, 1)),
+                                .mode = rtstdb::RayMode::closest,
+                                .ignore_motion = ignore_motion});
     if (!query) throw SetupError(who, query.error());
     return std::move(query).value();
   };
@@ -192,8 +192,8 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts
     still_transaction_ = database_->make_transaction({.max_queries = 1});
     comparison_.emplace(pattern_, std::move(compared));
   }
-  view_.reserve(most_view_points + 1);
-  last_view_.reserve(most_view_points + 1);
+  view_.reserve(max_view_points + 1);
+  last_view_.reserve(max_view_points + 1);
 }
 
 void LaserScanner::fill_rays() noexcept {

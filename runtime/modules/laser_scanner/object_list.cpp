@@ -16,8 +16,8 @@ double seconds(std::int64_t from_ns, std::int64_t to_ns) {
 
 }  // namespace
 
-ObjectList::ObjectList(const Options& options) : options_(options), slots_(options.most_objects) {
-  open_.reserve(options.most_open);
+ObjectList::ObjectList(const Options& options) : options_(options), slots_(options.max_objects) {
+  open_.reserve(options.max_open);
 }
 
 void ObjectList::add(rtstdb::EntityId entity, std::uint32_t column, std::int64_t time_ns,
@@ -25,7 +25,7 @@ void ObjectList::add(rtstdb::EntityId entity, std::uint32_t column, std::int64_t
   auto found =
       std::find_if(open_.begin(), open_.end(), [&](const Open& open) { return open.entity == entity; });
   if (found == open_.end()) {
-    if (open_.size() == options_.most_open) {
+    if (open_.size() == options_.max_open) {
       ++passed_over_;
       return;
     }

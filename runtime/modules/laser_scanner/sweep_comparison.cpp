@@ -10,7 +10,7 @@ namespace hil::modules {
 namespace {
 
 /// Of one body in one sweep.
-constexpr std::size_t most_points = 1u << 15;
+constexpr std::size_t max_points = 1u << 15;
 /// Cosine below which a face counts as turned away from a direction.
 constexpr double away = 0.3;
 
@@ -23,12 +23,12 @@ glm::dvec2 unit(double heading_rad) {
 SweepComparison::SweepComparison(const ScanPattern& pattern, std::vector<ComparedBody> bodies)
     : pattern_(pattern), bodies_(std::move(bodies)), collected_(bodies_.size()), findings_(bodies_.size()) {
   for (Collected& collected : collected_) {
-    collected.moving.reserve(most_points);
-    collected.still.reserve(most_points);
+    collected.moving.reserve(max_points);
+    collected.still.reserve(max_points);
   }
   for (Finding& finding : findings_) {
-    finding.moving_points.reserve(most_points);
-    finding.still_points.reserve(most_points);
+    finding.moving_points.reserve(max_points);
+    finding.still_points.reserve(max_points);
   }
 }
 
@@ -49,7 +49,7 @@ void SweepComparison::add_hit(const rtstdb::RayHit& hit, std::uint32_t column, s
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     if (bodies_[i].entity != hit.entity || !collected_[i].motion) continue;
     std::vector<Seen>& seen = still ? collected_[i].still : collected_[i].moving;
-    if (seen.size() == most_points) {
+    if (seen.size() == max_points) {
       collected_[i].too_many = findings_[i].too_many = true;
       return;
     }
@@ -178,7 +178,7 @@ void SweepComparison::contribute(report::RunRecord& record) const {
       record.events.push_back({record.top_view ? record.top_view->time_ns : 0,
                                "no length of " + bodies_[i].name + " is compared: " +
                                    (findings_[i].too_many ? "a sweep had more than " +
-                                                                std::to_string(most_points) + " points of it"
+                                                                std::to_string(max_points) + " points of it"
                                                           : "no whole sweep saw its whole side")});
       continue;
     }

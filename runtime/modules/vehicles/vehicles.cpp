@@ -17,9 +17,9 @@ namespace {
 
 constexpr double green_light = 2.0;
 constexpr std::int64_t track_every_ns = 50'000'000;
-constexpr std::size_t most_track_points = 1u << 16;
+constexpr std::size_t max_track_points = 1u << 16;
 /// Periods that are made up for one by one after releases were skipped; more of them are driven in longer strides.
-constexpr std::int64_t most_strides = 64;
+constexpr std::int64_t max_strides = 64;
 /// Vehicles whose lanes lie this close and head the same way follow each other.
 constexpr double same_lane_m = 1.0;
 
@@ -213,7 +213,7 @@ void Vehicles::configure(World& world, EventLog& events, const TaskFacts& task) 
     v.entity = world.create(task.instance + "." + v.name, row);
     v.written_speed_mps = v.speed_mps;
     v.leaves = events.add_kind(v.name + " leaves the world");
-    v.track.reserve(most_track_points);
+    v.track.reserve(max_track_points);
   }
   // Rows alone, and microseconds on any machine: a budget that holds where it is loaded too.
   const auto vehicles = static_cast<std::int64_t>(vehicles_.size());
@@ -303,7 +303,7 @@ void Vehicles::step(StepContext& context) noexcept {
   // world went on meanwhile.
   const std::int64_t passed_ns = context.time_ns - std::exchange(driven_until_ns_, context.time_ns);
   if (passed_ns > 0) {
-    const std::int64_t strides = std::clamp<std::int64_t>(passed_ns / context.period_ns, 1, most_strides);
+    const std::int64_t strides = std::clamp<std::int64_t>(passed_ns / context.period_ns, 1, max_strides);
     const double dt_s = static_cast<double>(passed_ns) / static_cast<double>(strides) * 1e-9;
     for (std::int64_t stride = 0; stride < strides; ++stride) {
       for (Vehicle& v : vehicles_)
@@ -351,7 +351,7 @@ void Vehicles::write_outputs(StepContext& context) noexcept {
     context.outputs[v.first_output + 1] = at.y;
     context.outputs[v.first_output + 2] = v.speed_mps;
     context.outputs[v.first_output + 3] = v.acceleration_mps2;
-    if (track && v.track.size() < most_track_points) v.track.push_back({context.time_ns, at.x, at.y});
+    if (track && v.track.size() < max_track_points) v.track.push_back({context.time_ns, at.x, at.y});
   }
 }
 

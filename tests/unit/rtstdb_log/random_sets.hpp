@@ -43,9 +43,9 @@ class RandomSets {
   }
 
   /// Its shapes point into this object.
-  store::WriteSet set(std::uint32_t most_writes) {
+  store::WriteSet set(std::uint32_t max_writes) {
     store::WriteSet set{1 + random_() % 1000, world_time_ns(static_cast<std::int64_t>(random_() >> 2)), {}};
-    for (std::uint32_t k = below(most_writes + 1); k > 0; --k) {
+    for (std::uint32_t k = below(max_writes + 1); k > 0; --k) {
       const auto kind = static_cast<store::WriteKind>(below(4));
       const EntityId id{below(max_entities), static_cast<std::uint32_t>(random_())};
       store::Write write{kind, {id, row(), set.version}};

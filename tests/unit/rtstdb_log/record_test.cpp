@@ -104,7 +104,7 @@ TEST(LogRecord, CommitsComeBack) {
     moves += form.kind == RecordKind::move ? 1 : 0;
     without_time += (form.left_out & world_time_as_before) != 0 ? 1 : 0;
     time_before = set.time;
-    ASSERT_LE(bytes.size(), most_commit_bytes(set));
+    ASSERT_LE(bytes.size(), max_commit_bytes(set));
     ASSERT_LE(bytes.size(), commit_form_of(set).bytes);
     ASSERT_EQ(bytes.size() % 8, 0u);
     ASSERT_EQ(decoder.decode(bytes), nullptr) << "round " << round;
@@ -193,11 +193,11 @@ TEST(LogRecord, AMoveThatNoneWouldWriteIsRefused) {
 TEST(LogRecord, AMotionTakesWhatHasChangedAlone) {
   RandomSets random(6);
   store::WriteSet set{9, world_time_ns(0), {{store::WriteKind::update_motion, {{1, 1}, random.row(), 9}}}};
-  EXPECT_EQ(commit_form_of(set).bytes, most_commit_bytes(set));
+  EXPECT_EQ(commit_form_of(set).bytes, max_commit_bytes(set));
   EXPECT_EQ(commit_form_of(set).bytes, 48u + 112u);
   set.writes[0].unchanged = store::all_motion_words & ~0b1'0000'0000'0001u;
   EXPECT_EQ(commit_form_of(set).bytes, 48u + 16u);
-  EXPECT_EQ(most_commit_bytes(set), 48u + 112u);
+  EXPECT_EQ(max_commit_bytes(set), 48u + 112u);
   set.writes[0].unchanged = store::all_motion_words;
   EXPECT_EQ(commit_form_of(set).bytes, 48u);
 }

@@ -18,11 +18,8 @@ rtstdb::EntityId body(std::uint32_t index) {
 }
 
 ObjectList::Options options() {
-  return {.most_open = 8,
-          .most_objects = 4,
-          .gap_columns = 3,
-          .least_hits = 3,
-          .keep_ns = 1'000 * millisecond_ns};
+  return {
+      .max_open = 8, .max_objects = 4, .gap_columns = 3, .least_hits = 3, .keep_ns = 1'000 * millisecond_ns};
 }
 
 /// A body that is seen whole at one instant: a cluster of five points, one metre wide along y.
@@ -148,7 +145,7 @@ TEST(ObjectList, ABodyKeepsItsSlotFromSweepToSweep) {
 
 TEST(ObjectList, WhenFullTheNearestAreKept) {
   ObjectList::Options two = options();
-  two.most_objects = 2;
+  two.max_objects = 2;
   ObjectList list(two);
   see(list, 1, {30.0, 0.0, 0.0}, 10, 0);
   see(list, 2, {10.0, 0.0, 0.0}, 20, 0);
@@ -161,7 +158,7 @@ TEST(ObjectList, WhenFullTheNearestAreKept) {
 
 TEST(ObjectList, DistancesAreFromTheSensorNotFromTheOrigin) {
   ObjectList::Options one = options();
-  one.most_objects = 1;
+  one.max_objects = 1;
   ObjectList list(one);
   see(list, 1, {0.0, 0.0, 0.0}, 10, 0);
   see(list, 2, {90.0, 0.0, 0.0}, 20, 0);
@@ -198,7 +195,7 @@ TEST(ObjectList, AReusedEntityIndexIsAnotherBody) {
 
 TEST(ObjectList, CountsTheHitsThatItPassesOver) {
   ObjectList::Options narrow = options();
-  narrow.most_open = 2;
+  narrow.max_open = 2;
   ObjectList list(narrow);
   for (std::uint32_t i = 0; i < 3; ++i)
     see(list, i, {10.0 + i, 0.0, 0.0}, 10, 0);

@@ -34,18 +34,17 @@ class Expectations : public ::testing::Test {
 
   const Arrivals no_arrivals_{};
 
-  std::unique_ptr<Judge> judge(decltype(config::Expectation::claim) claim,
-                               std::uint64_t most_samples = 1000) {
+  std::unique_ptr<Judge> judge(decltype(config::Expectation::claim) claim, std::uint64_t max_samples = 1000) {
     return make_judge({.name = "claim", .place = {}, .claim = std::move(claim)}, table_, no_arrivals_,
-                      most_samples);
+                      max_samples);
   }
   std::unique_ptr<Judge> responses(std::int64_t within_ns, std::uint64_t at_least = 1,
-                                   std::uint64_t most_samples = 1000) {
+                                   std::uint64_t max_samples = 1000) {
     return judge(config::Response{.request = {"bus.Header.Counter", {}},
                                   .reply = {"bus.Command.AnswerTo", {}},
                                   .within_ns = within_ns,
                                   .at_least = at_least},
-                 most_samples);
+                 max_samples);
   }
   /// Of a run that had at least one tick.
   static Extent until(std::int64_t end_ns, std::uint64_t ticks = 1) { return {end_ns, ticks, ms}; }
