@@ -71,11 +71,11 @@ bool Submit::start(const Halting& halting) {
 bool Submit::finish(bool awaited, Submit* behind) {
   if (under_way_ == 0) return !lost_;
   seen_late_ = timed_by_host_ && timeline_.wait(under_way_, 0) == gpu::WaitResult::done;
-  if (meanwhile_ != nullptr) meanwhile_->begin_wait();
+  if (callbacks_ != nullptr) callbacks_->begin_wait();
   const gpu::WaitResult waited = wait(awaited, behind);
   under_way_ = 0;
   const auto finished = std::chrono::steady_clock::now();
-  if (meanwhile_ != nullptr) meanwhile_->end_wait();
+  if (callbacks_ != nullptr) callbacks_->end_wait();
   lost_ = waited != gpu::WaitResult::done;
   if (lost_) return false;
   gpu_ns_ += timed_by_host_ ? nanoseconds(finished - std::max(started_, *device_free_))
@@ -93,7 +93,7 @@ gpu::WaitResult Submit::wait(bool awaited, Submit* behind) {
       const auto left = look - std::chrono::steady_clock::now();
       const gpu::WaitResult waited = timeline_.wait(under_way_, nanoseconds(left));
       if (waited != gpu::WaitResult::timeout) return waited;
-      if (awaited || (meanwhile_ != nullptr && meanwhile_->is_awaited())) break;
+      if (awaited || (callbacks_ != nullptr && callbacks_->preemption_requested())) break;
       look = std::chrono::steady_clock::now() + halting_.whole_for / 2;
     }
     halt();

@@ -33,11 +33,11 @@ class Submit {
   gpu::Recorder& recorder() noexcept { return recorder_; }
   void begin();
   /// From now on finish() tells this about its waits; null: nobody.
-  void while_waiting(query::Meanwhile* meanwhile) noexcept { meanwhile_ = meanwhile; }
+  void while_waiting(query::ExecutorCallbacks* callbacks) noexcept { callbacks_ = callbacks; }
   /// Ends the recorder and submits it. False: the device is lost.
   bool start(const Halting& halting = {});
   /// Waits for what was started; asked again, it says the same. False: the device is lost. Halted it is where somebody waits for it to
-  /// end (`awaited`, or Meanwhile::is_awaited), and `behind` with it, which was started after it.
+  /// end (`awaited`, or ExecutorCallbacks::preemption_requested), and `behind` with it, which was started after it.
   bool finish(bool awaited = false, Submit* behind = nullptr);
   bool run() { return start() && finish(); }
 
@@ -71,7 +71,7 @@ class Submit {
   bool seen_late_ = false;
   bool halted_at_once_ = false;
   std::int64_t gpu_ns_ = 0;
-  query::Meanwhile* meanwhile_ = nullptr;
+  query::ExecutorCallbacks* callbacks_ = nullptr;
 };
 
 }  // namespace rtstdb::accel

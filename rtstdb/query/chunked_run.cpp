@@ -153,22 +153,23 @@ void ChunkedRun::follow_halt(const Chunk& chunk, std::uint32_t asked) noexcept {
 void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool seen_late, Pass pass) noexcept {
   const std::size_t request = chunk.begin.request;
   if (request >= known_) {
-    pace_.begin_with(requests_[request].first_share);
+    pace_.begin_with(requests_[request].initial_chunk_fraction);
     known_ = request + 1;
   }
   pace_.learn({chunk.thought_ns, took_ns, seen_late});
   const bool is_short = took_ns <= static_cast<double>(requests_[request].chunk_time.count());
   if (pass == Pass::again || seen_late || is_short) return;
-  const double dearness = (took_ns - dispatch_ns) / chunk.thought_ns;
-  each_part(chunk, pass,
-            [&](GpuQuery& query, PlaceRange) { query.dearness = std::max(query.dearness, dearness); });
+  const double worst_cost_ratio = (took_ns - dispatch_ns) / chunk.thought_ns;
+  each_part(chunk, pass, [&](GpuQuery& query, PlaceRange) {
+    query.worst_cost_ratio = std::max(query.worst_cost_ratio, worst_cost_ratio);
+  });
 }
 
-Meanwhile::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
+ExecutorCallbacks::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
   // Searches that pause would begin again in a slot that is made anew, and among shapes in other places.
   const bool slot_stays = pass == Pass::again && structures_.tlas.pin(view_.slot);
   const bool shapes_stay = pass == Pass::again && structures_.pool.pin(rows_);
-  const Meanwhile::Gap gap = meanwhile_->between_chunks();
+  const ExecutorCallbacks::Gap gap = callbacks_->on_preemption_point();
   if (shapes_stay) structures_.pool.unpin(rows_);
   if (slot_stays) structures_.tlas.unpin(view_.slot);
   return gap;
@@ -190,14 +191,14 @@ std::optional<RunStatus> ChunkedRun::ask_again() noexcept {
 }
 
 std::optional<RunStatus> ChunkedRun::gap_between_passes() noexcept {
-  if (meanwhile_ == nullptr) return std::nullopt;
+  if (callbacks_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
   switch (let_others_run(Pass::again)) {
-    case Meanwhile::Gap::stop:
+    case ExecutorCallbacks::Gap::stop:
       return RunStatus::stopped;
-    case Meanwhile::Gap::enough:
+    case ExecutorCallbacks::Gap::finish_in_flight:
       return RunStatus::partial;
-    case Meanwhile::Gap::go_on:
+    case ExecutorCallbacks::Gap::go_on:
       break;
   }
   if (structures_.runs != runs && !bring_up(lanes_[0])) return RunStatus::device_lost;
@@ -206,18 +207,18 @@ std::optional<RunStatus> ChunkedRun::gap_between_passes() noexcept {
 
 std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::Submit& other,
                                          std::optional<Chunk>& under_way, Pass pass) noexcept {
-  if (meanwhile_ == nullptr) return std::nullopt;
+  if (callbacks_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
   switch (let_others_run(pass)) {
-    case Meanwhile::Gap::stop:
+    case ExecutorCallbacks::Gap::stop:
       return RunStatus::stopped;
-    case Meanwhile::Gap::enough:
+    case ExecutorCallbacks::Gap::finish_in_flight:
       // Whoever ran in the gap may have brought the slot to another version: what was found could not be named any more.
       if (structures_.runs != runs || !under_way) return RunStatus::partial;
       if (!finish(other, *under_way, pass, nullptr)) return RunStatus::device_lost;
       unpack(*under_way, pass);
       return RunStatus::partial;
-    case Meanwhile::Gap::go_on:
+    case ExecutorCallbacks::Gap::go_on:
       break;
   }
   if (structures_.runs == runs) return std::nullopt;
@@ -273,7 +274,7 @@ std::uint32_t ChunkedRun::total(std::size_t request, Pass pass) const noexcept {
 }
 
 std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexcept {
-  if (meanwhile_ == nullptr) return 0;
+  if (callbacks_ == nullptr) return 0;
   const std::uint32_t thought = requests_[request].per_chunk;
   const std::uint32_t most = thought > 0 ? thought : undivided_per_chunk_;
   return pass == Pass::all || most == 0 ? most
@@ -281,7 +282,8 @@ std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexce
 }
 
 double ChunkedRun::share(std::size_t request) const noexcept {
-  return request < known_ ? pace_.share() : std::min(pace_.share(), requests_[request].first_share);
+  return request < known_ ? pace_.share()
+                          : std::min(pace_.share(), requests_[request].initial_chunk_fraction);
 }
 
 PlaceRange ChunkedRun::part(const Chunk& chunk, std::size_t request, Pass pass) const noexcept {

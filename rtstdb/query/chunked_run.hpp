@@ -31,13 +31,13 @@ using Lanes = std::array<accel::Submit, 2>;
 class ChunkedRun {
  public:
   ChunkedRun(Structures& structures, Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
-             const TimeSpan& times, Meanwhile* meanwhile) noexcept
+             const TimeSpan& times, ExecutorCallbacks* callbacks) noexcept
       : structures_(structures),
         lanes_(lanes),
         rows_(rows),
         requests_(requests),
         times_(times),
-        meanwhile_(meanwhile),
+        callbacks_(callbacks),
         pace_(chunk_ns()),
         whole_for_(usual_whole_for()) {}
 
@@ -65,7 +65,7 @@ class ChunkedRun {
   bool bring_up(accel::Submit& lane) noexcept;
   /// What ended the run; none when all chunks of the pass are done.
   std::optional<RunStatus> run_pass(Pass pass) noexcept;
-  Meanwhile::Gap let_others_run(Pass pass) noexcept;
+  ExecutorCallbacks::Gap let_others_run(Pass pass) noexcept;
   /// All passes that ask again what is incomplete.
   std::optional<RunStatus> ask_again() noexcept;
   /// Before each of them.
@@ -116,7 +116,7 @@ class ChunkedRun {
   const RowSource& rows_;
   const std::span<const Request> requests_;
   const TimeSpan times_;
-  Meanwhile* const meanwhile_;
+  ExecutorCallbacks* const callbacks_;
   accel::TlasView view_;
   std::optional<std::uint32_t> slot_;  // of the view, once there is one
   bool begun_ = false;                 // the next lane, by bring_up

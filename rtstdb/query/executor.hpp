@@ -34,7 +34,7 @@ class RowSource {
   /// False: no longer known, everything may differ. Does not allocate when `indices` has room for
   /// index_limit() more.
   virtual bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept = 0;
-  /// The shape in this version of a geometry that deforms. The positions stay until others may commit (Meanwhile);
+  /// The shape in this version of a geometry that deforms. The positions stay until others may commit (ExecutorCallbacks);
   /// then they may lie elsewhere.
   virtual Shape shape(GeometryId geometry) const noexcept = 0;
 
@@ -80,7 +80,7 @@ class PreparedQuery {
   double share_ns = 0.0;    ///< of the last run's cost
   double structures = 0.0;  ///< share of the last times it was asked that structures had to be brought up
   std::uint32_t answered_in_time = 0;  ///< of the run under way
-  double dearness =
+  double worst_cost_ratio =
       0.0;  ///< of that: its costliest chunk took so many times what was thought; 0: not divided
   AnswerInfo info;
 
@@ -98,14 +98,14 @@ class PreparedQuery {
   /// Of the first `answered` of them, those that are incomplete.
   virtual std::uint32_t incomplete(std::uint32_t answered) const noexcept = 0;
   /// Whether some of those are still to be asked again.
-  virtual bool asks_again() const noexcept { return false; }
+  virtual bool has_retries() const noexcept { return false; }
   /// Whether an answer of that run is incomplete or overflowed.
   virtual bool truncated() const noexcept = 0;
   /// The caller reads what the last run left from here on, of `count` elements. Of them all but the first `answered`, in
   /// that order, are marked as incomplete.
-  virtual void let_stand(std::uint32_t answered, std::uint32_t count) noexcept = 0;
+  virtual void publish_answers(std::uint32_t answered, std::uint32_t count) noexcept = 0;
   /// The caller does not read it: LatePolicy::last_good, what stood before does; else nothing.
-  virtual void let_fall() noexcept = 0;
+  virtual void discard_answers() noexcept = 0;
 
  protected:
   void set_late(LatePolicy late) noexcept { late_ = late; }
@@ -122,7 +122,7 @@ struct Request {
   /// Elements that take about `chunk_time` where none is costlier than others; 0: the batch is not divided.
   std::uint32_t per_chunk = 0;
   /// Of those, so much until it is seen what the first take: they may cost more than was thought.
-  double first_share = 1.0;
+  double initial_chunk_fraction = 1.0;
   /// Half of what an urgent transaction may wait. Where chunks take longer, those that follow are smaller.
   Nanoseconds chunk_time{0};
 };
@@ -153,25 +153,25 @@ struct RunReport {
 
 /// Told around an executor's waits for the device, and in the gaps between the chunks of a run, on the thread that
 /// called run. Rows of the version being asked stay as they are.
-class Meanwhile {
+class ExecutorCallbacks {
  public:
   enum class Gap : std::uint8_t {
     go_on,
-    enough,  ///< what is under way is the last that is answered
+    finish_in_flight,  ///< what is under way is the last that is answered
     stop,
   };
 
-  virtual ~Meanwhile() = default;
+  virtual ~ExecutorCallbacks() = default;
   /// From here to end_wait others may commit.
   virtual void begin_wait() noexcept = 0;
   virtual void end_wait() noexcept = 0;
   /// Asked within a wait: whether a gap would be of use now. Then the chunk under way may end early.
-  virtual bool is_awaited() noexcept { return false; }
+  virtual bool preemption_requested() noexcept { return false; }
   /// A run that stands in the gap of another begins, `time` after it was called: until then the device was busy with that one.
-  virtual void waited_for_outer(Nanoseconds /*time*/) noexcept {}
+  virtual void on_outer_drained(Nanoseconds /*time*/) noexcept {}
   /// A chunk is done and others are to come. Inside the call the executor may be run again, on any version and with
   /// other queries, also with gaps of its own, and others may commit.
-  virtual Gap between_chunks() noexcept = 0;
+  virtual Gap on_preemption_point() noexcept = 0;
 };
 
 /// So deep may runs stand in one another's gaps.
@@ -183,15 +183,15 @@ class Executor {
  public:
   virtual ~Executor() = default;
   /// `times` covers every element of every request. Blocks until the answers stand, or a gap says stop.
-  /// `meanwhile` may be null: then nothing is divided.
+  /// `callbacks` may be null: then nothing is divided.
   virtual RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
-                        Meanwhile* meanwhile) noexcept = 0;
+                        ExecutorCallbacks* callbacks) noexcept = 0;
 
   /// There is no device: run says device_lost at once.
   virtual bool lost() const noexcept { return false; }
   /// Where the device is lost, another one takes its place, unless it failed so lately that it is too soon. True: there
-  /// is a device. Not inside a run. All of it is a wait that `meanwhile` is told of, which may be null.
-  virtual bool revive(Meanwhile* /*meanwhile*/) noexcept { return !lost(); }
+  /// is a device. Not inside a run. All of it is a wait that `callbacks` is told of, which may be null.
+  virtual bool revive(ExecutorCallbacks* /*meanwhile*/) noexcept { return !lost(); }
   /// How long that takes, about.
   virtual Nanoseconds revival_takes() const noexcept { return Nanoseconds(0); }
 };

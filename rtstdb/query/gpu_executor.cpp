@@ -135,7 +135,7 @@ Result<void> GpuExecutor::move_here(GpuQuery& query) {
 }
 
 RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
-                           Meanwhile* meanwhile) noexcept {
+                           ExecutorCallbacks* callbacks) noexcept {
   // Every request may be empty.
   if (times.first > times.last) return {};
   if (lost()) return lost_report;
@@ -150,16 +150,16 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
       if (!lane.finish(true)) return lost_report;
     }
   }
-  if (meanwhile != nullptr && depth_ > 0)
-    meanwhile->waited_for_outer(
+  if (callbacks != nullptr && depth_ > 0)
+    callbacks->on_outer_drained(
         std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now() - came));
   Lanes& lanes = epoch.lanes[depth_++];
   ++epoch.structures.runs;
   for (accel::Submit& lane : lanes)
-    lane.while_waiting(meanwhile);
+    lane.while_waiting(callbacks);
   const accel::Tlas::Counts trees = epoch.tlas.counts();
   const accel::GeometryPool::Counts shapes = epoch.pool.counts();
-  RunReport report = run_windows(lanes, rows, requests, times, meanwhile);
+  RunReport report = run_windows(lanes, rows, requests, times, callbacks);
   // Together with those in its gaps, if there were any.
   report.structures = {
       .refitted = epoch.tlas.counts().refits + epoch.tlas.counts().patches > trees.refits + trees.patches,
@@ -176,23 +176,23 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
 }
 
 RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
-                                   const TimeSpan& times, Meanwhile* meanwhile) noexcept {
+                                   const TimeSpan& times, ExecutorCallbacks* callbacks) noexcept {
   Structures& structures = epoch_->structures;
-  if (fit_one_window(times)) return ChunkedRun(structures, lanes, rows, requests, times, meanwhile).run();
+  if (fit_one_window(times)) return ChunkedRun(structures, lanes, rows, requests, times, callbacks).run();
   // A query whose window has not run has an empty batch, not the batch of an earlier run.
   for (const Request& request : requests)
     static_cast<GpuQuery*>(request.query)->arrange(0);
   RunReport all;
   for (std::size_t first = 0; first < requests.size();) {
-    if (first > 0 && meanwhile != nullptr) {
-      switch (meanwhile->between_chunks()) {
-        case Meanwhile::Gap::stop:
+    if (first > 0 && callbacks != nullptr) {
+      switch (callbacks->on_preemption_point()) {
+        case ExecutorCallbacks::Gap::stop:
           all.status = RunStatus::stopped;
           return all;
-        case Meanwhile::Gap::enough:
+        case ExecutorCallbacks::Gap::finish_in_flight:
           all.status = RunStatus::partial;
           return all;
-        case Meanwhile::Gap::go_on:
+        case ExecutorCallbacks::Gap::go_on:
           break;
       }
     }
@@ -200,7 +200,7 @@ RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::spa
     const std::size_t end = end_of_window(requests, first, window);
     if (window.first > window.last) window = {rows.time(), rows.time()};  // the requests have no element
     const RunReport report =
-        ChunkedRun(structures, lanes, rows, requests.subspan(first, end - first), window, meanwhile).run();
+        ChunkedRun(structures, lanes, rows, requests.subspan(first, end - first), window, callbacks).run();
     all.gpu_ns += report.gpu_ns;
     if (report.status != RunStatus::done) all.status = report.status;
     if (report.status != RunStatus::done && report.status != RunStatus::truncated) return all;

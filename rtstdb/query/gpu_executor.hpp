@@ -47,9 +47,9 @@ class GpuExecutor final : public Executor {
   Bounds last_bounds() const noexcept { return epoch_->pool.bounds(geometry_count_ - 1); }
   bool knows_geometry(GeometryId id) const noexcept { return !id.valid() || id.index < geometry_count_; }
   RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
-                Meanwhile* meanwhile) noexcept override;
+                ExecutorCallbacks* callbacks) noexcept override;
   bool lost() const noexcept override { return epoch_ == nullptr || epoch_->device.lost() || broken_; }
-  bool revive(Meanwhile* meanwhile) noexcept override;
+  bool revive(ExecutorCallbacks* callbacks) noexcept override;
   Nanoseconds revival_takes() const noexcept override { return revival_took_; }
 
   // Any thread.
@@ -83,7 +83,7 @@ class GpuExecutor final : public Executor {
   /// Executes the requests in as many successive runs as their times need windows. Between two of them is a
   /// preemption point.
   RunReport run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
-                        const TimeSpan& times, Meanwhile* meanwhile) noexcept;
+                        const TimeSpan& times, ExecutorCallbacks* callbacks) noexcept;
   void note_counts() noexcept;
 
   const OpenDevice open_;

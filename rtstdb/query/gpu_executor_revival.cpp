@@ -50,17 +50,17 @@ void GpuExecutor::drop_epoch() {
   epoch_.reset();
 }
 
-bool GpuExecutor::revive(Meanwhile* meanwhile) noexcept {
+bool GpuExecutor::revive(ExecutorCallbacks* callbacks) noexcept {
   if (!lost()) return true;
   RTSTDB_ASSERT(depth_ == 0);
-  if (meanwhile != nullptr) meanwhile->begin_wait();
+  if (callbacks != nullptr) callbacks->begin_wait();
   bool revived = false;
   try {
     revived = static_cast<bool>(try_to_revive(Patience::keeps_pace));
   } catch (const std::exception&) {
     // Out of memory, or of threads; what of the epoch is still there goes the next time.
   }
-  if (meanwhile != nullptr) meanwhile->end_wait();
+  if (callbacks != nullptr) callbacks->end_wait();
   return revived;
 }
 

@@ -21,13 +21,13 @@ class AnswerPlaces {
   std::uint32_t readable() const noexcept { return readable_; }
 
   /// What was written is what the caller reads.
-  void let_stand(std::uint32_t elements) noexcept {
+  void publish_answers(std::uint32_t elements) noexcept {
     readable_ = elements;
     read_ = written_;
     written_ = (written_ + 1) % count_;
   }
   /// It is not; what stood before is, where that was to stay.
-  void let_fall() noexcept {
+  void discard_answers() noexcept {
     if (count_ == 1) readable_ = 0;
   }
 

@@ -314,10 +314,10 @@ std::uint32_t GpuNearestQuery::incomplete(std::uint32_t answered) const noexcept
   }));
 }
 
-void GpuNearestQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
+void GpuNearestQuery::publish_answers(std::uint32_t answered, std::uint32_t count) noexcept {
   for (std::uint32_t place = answered; place < count; ++place)
     answers_[places_.written()][order_.last()[place]] = {.neighbors = {}, .incomplete = true};
-  places_.let_stand(count);
+  places_.publish_answers(count);
 }
 
 bool GpuNearestQuery::take_answer(std::uint32_t place) noexcept {

@@ -46,9 +46,9 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   bool truncated() const noexcept override { return incomplete(answered_) > 0; }
   std::uint32_t answered() const noexcept override { return answered_; }
   std::uint32_t incomplete(std::uint32_t answered) const noexcept override;
-  bool asks_again() const noexcept override { return settled_ < incomplete_.size(); }
-  void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override;
-  void let_fall() noexcept override { places_.let_fall(); }
+  bool has_retries() const noexcept override { return settled_ < incomplete_.size(); }
+  void publish_answers(std::uint32_t answered, std::uint32_t count) noexcept override;
+  void discard_answers() noexcept override { places_.discard_answers(); }
 
  private:
   Result<void> create_pipelines(gpu::Device& device);

@@ -45,11 +45,11 @@ class GpuOverlapQuery final : public OverlapQuery, public GpuQuery {
   std::uint32_t incomplete(std::uint32_t answered) const noexcept override {
     return runner_.incomplete(answered);
   }
-  bool asks_again() const noexcept override { return runner_.asks_again(); }
-  void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override {
-    runner_.let_stand(answered, count);
+  bool has_retries() const noexcept override { return runner_.has_retries(); }
+  void publish_answers(std::uint32_t answered, std::uint32_t count) noexcept override {
+    runner_.publish_answers(answered, count);
   }
-  void let_fall() noexcept override { runner_.let_fall(); }
+  void discard_answers() noexcept override { runner_.discard_answers(); }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
  private:

@@ -390,14 +390,14 @@ void GpuRayQuery::pull(std::uint32_t first_ray, std::uint32_t end_ray) const noe
   hits_[places_.written()].pull(first_ray * bytes_per_ray, (end_ray - first_ray) * bytes_per_ray);
 }
 
-void GpuRayQuery::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
+void GpuRayQuery::publish_answers(std::uint32_t answered, std::uint32_t count) noexcept {
   const auto hits = hit_memory_[places_.written()].as<RayHit>();
   for (std::size_t k = std::size_t{answered} * options_.hits_per_ray;
        k < std::size_t{count} * options_.hits_per_ray; ++k) {
     hits[k] = {};
     hits[k].status = HitStatus::incomplete;
   }
-  places_.let_stand(count);
+  places_.publish_answers(count);
 }
 
 std::uint32_t GpuRayQuery::incomplete(std::uint32_t answered) const noexcept {
@@ -405,7 +405,7 @@ std::uint32_t GpuRayQuery::incomplete(std::uint32_t answered) const noexcept {
       incomplete_, [&](std::uint32_t ray) { return ray < answered && is_incomplete(ray); }));
 }
 
-bool GpuRayQuery::asks_again() const noexcept {
+bool GpuRayQuery::has_retries() const noexcept {
   return std::ranges::any_of(std::span(incomplete_).subspan(settled_),
                              [&](std::uint32_t ray) { return is_incomplete(ray); });
 }

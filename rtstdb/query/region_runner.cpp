@@ -310,11 +310,11 @@ bool RegionRunner::truncated() const noexcept {
          });
 }
 
-void RegionRunner::let_stand(std::uint32_t answered, std::uint32_t count) noexcept {
+void RegionRunner::publish_answers(std::uint32_t answered, std::uint32_t count) noexcept {
   for (std::uint32_t place = answered; place < count; ++place)
     answers_[places_.written()].of_regions[order_[place]] = {
         .entities = {}, .triangles = {}, .found = 0, .overflow = false, .incomplete = true};
-  places_.let_stand(count);
+  places_.publish_answers(count);
 }
 
 void RegionRunner::unpack_answer(std::uint32_t place, std::uint32_t from, const accel::TlasView& view,

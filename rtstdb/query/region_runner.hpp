@@ -65,9 +65,9 @@ class RegionRunner {
   // As PreparedQuery.
   std::uint32_t answered() const noexcept { return answered_; }
   std::uint32_t incomplete(std::uint32_t answered) const noexcept;
-  bool asks_again() const noexcept { return settled_ < incomplete_.size(); }
-  void let_stand(std::uint32_t answered, std::uint32_t count) noexcept;
-  void let_fall() noexcept { places_.let_fall(); }
+  bool has_retries() const noexcept { return settled_ < incomplete_.size(); }
+  void publish_answers(std::uint32_t answered, std::uint32_t count) noexcept;
+  void discard_answers() noexcept { places_.discard_answers(); }
   std::span<const RegionAnswer> answers() const noexcept {
     return {answers_[places_.read()].of_regions.data(), places_.readable()};
   }

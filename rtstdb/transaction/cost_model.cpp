@@ -117,16 +117,16 @@ void CostModel::divide(std::span<query::Request> requests, Nanoseconds chunk) co
     const bool is_known = learnt_ns > 0.0;
     const double most = is_known ? std::clamp(chunk_ns / learnt_ns, 1.0, 1e9) : unmeasured;
     request.per_chunk = static_cast<std::uint32_t>(most);
-    request.first_share = 1.0;
+    request.initial_chunk_fraction = 1.0;
     if (request.count >= few_elements && is_known)
-      request.first_share = std::min(learnt_ns / dearest_element_ns(samples, request.count), 1.0);
+      request.initial_chunk_fraction = std::min(learnt_ns / dearest_element_ns(samples, request.count), 1.0);
     // What others of the kind cost says little.
     if (!is_known || (request.count >= few_elements && request.query->cost.samples < own_samples_needed))
-      request.first_share = std::min(request.first_share, first_unmeasured / most);
-    chunks += request.count / (most * request.first_share);
+      request.initial_chunk_fraction = std::min(request.initial_chunk_fraction, first_unmeasured / most);
+    chunks += request.count / (most * request.initial_chunk_fraction);
   }
   for (query::Request& request : requests) {
-    request.first_share = std::min(request.first_share, first_of_known);
+    request.initial_chunk_fraction = std::min(request.initial_chunk_fraction, first_of_known);
     if (chunks <= 2.0) request.per_chunk = 0;
   }
 }
@@ -140,9 +140,10 @@ void CostModel::learn_dearest(std::span<const query::Request> requests, Nanoseco
   for (const query::Request& request : requests) {
     if (request.count < few_elements) continue;
     const double chunk_ns = static_cast<double>(request.chunk_time.count());
-    const double element_ns = request.per_chunk > 0 ? request.query->dearness * chunk_ns / request.per_chunk
-                              : structures.any()    ? 0.0
-                                                    : whole * per_element_ns(of(request), request.count);
+    const double element_ns = request.per_chunk > 0
+                                  ? request.query->worst_cost_ratio * chunk_ns / request.per_chunk
+                              : structures.any() ? 0.0
+                                                 : whole * per_element_ns(of(request), request.count);
     transaction::learn_dearest(kinds_[static_cast<std::size_t>(request.query->kind())], request.count,
                                element_ns);
     transaction::learn_dearest(request.query->cost, request.count, element_ns);

@@ -67,7 +67,7 @@ struct EngineOptions {
   std::function<void(store::Store&)> past = {};
 };
 
-class Engine final : private query::Meanwhile, private LogOwner {
+class Engine final : private query::ExecutorCallbacks, private LogOwner {
  public:
   /// The executor is called on the engine's thread alone. Executor and clock must outlive the engine. With a log, it goes on from
   /// the world that was recovered.
@@ -132,9 +132,9 @@ class Engine final : private query::Meanwhile, private LogOwner {
   // gaps.cpp: what is done while a transaction waits for the device, and between its chunks.
   void begin_wait() noexcept override;
   void end_wait() noexcept override;
-  bool is_awaited() noexcept override;
-  void waited_for_outer(Nanoseconds time) noexcept override;
-  Gap between_chunks() noexcept override;
+  bool preemption_requested() noexcept override;
+  void on_outer_drained(Nanoseconds time) noexcept override;
+  Gap on_preemption_point() noexcept override;
   /// The relief's thread: while a transaction waits for the device, admits or refuses what comes; and carries out those
   /// that only write, since they need no device, where the one that waits only reads. So a tick's write waits
   /// microseconds, not for another thread's queries.

@@ -34,7 +34,7 @@ void Engine::end_wait() noexcept {
   gap_is_awaited_.store(false, std::memory_order_relaxed);
 }
 
-bool Engine::is_awaited() noexcept {
+bool Engine::preemption_requested() noexcept {
   if (gap_is_awaited_.load(std::memory_order_relaxed)) return true;
   return waits_ != nullptr && (waits_->is_to_be_cancelled() ||
                                (waits_->is(DeadlineClass::firm) && clock_.now() > waits_->terms().deadline));
@@ -49,7 +49,7 @@ bool Engine::somebody_would_pass(const TransactionImpl& transaction) const noexc
   return some;
 }
 
-void Engine::waited_for_outer(Nanoseconds time) noexcept {
+void Engine::on_outer_drained(Nanoseconds time) noexcept {
   if (clock_.is_virtual()) return;
   runner_.running().innermost().interrupted += time;
   Running* const outer = runner_.running().around();
@@ -58,7 +58,7 @@ void Engine::waited_for_outer(Nanoseconds time) noexcept {
   gap_waits_.learn(std::exchange(outer->awaited_for, Nanoseconds(0)) + time, clock_.now());
 }
 
-query::Meanwhile::Gap Engine::between_chunks() noexcept {
+query::ExecutorCallbacks::Gap Engine::on_preemption_point() noexcept {
   receive();
   Running& running = runner_.running().innermost();
   // A shared run has a gap where searches take longer than was thought: who is not answered by then goes on alone, with a deadline and
@@ -86,7 +86,7 @@ query::Meanwhile::Gap Engine::between_chunks() noexcept {
     running.gives_way = has_to_give_way(transaction);
     if (running.gives_way) return Gap::stop;
   }
-  if (late_answers::are_enough(running, clock_)) return Gap::enough;
+  if (late_answers::are_enough(running, clock_)) return Gap::finish_in_flight;
   const bool in_vain = transaction.is(DeadlineClass::firm) && clock_.now() > transaction.terms().deadline;
   return in_vain ? Gap::stop : Gap::go_on;
 }

@@ -15,11 +15,11 @@ bool may_be_partial(const TransactionImpl& transaction) noexcept {
                              [](const auto& request) { return may_be_partial(request); });
 }
 
-void let_stand(const query::Request& request, std::uint32_t answered,
-               const TransactionImpl& transaction) noexcept {
+void publish_answers(const query::Request& request, std::uint32_t answered,
+                     const TransactionImpl& transaction) noexcept {
   answered = std::min(answered, request.count);
   const std::uint32_t missing = request.count - answered + request.query->incomplete(answered);
-  request.query->let_stand(answered, request.count);
+  request.query->publish_answers(answered, request.count);
   const VersionInfo version = transaction.asked;
   request.query->info = {.elements = request.count,
                          .missing = missing,
@@ -48,7 +48,7 @@ bool are_enough(Running& running, const Clock& clock) noexcept {
   if (now + running.chunk <= transaction.terms().deadline) return false;
   return std::ranges::all_of(transaction.requests(), [](const query::Request& request) {
     const query::PreparedQuery& query = *request.query;
-    return may_be_partial(request) || (query.answered() >= request.count && !query.asks_again());
+    return may_be_partial(request) || (query.answered() >= request.count && !query.has_retries());
   });
 }
 
@@ -59,12 +59,12 @@ void settle(TransactionImpl& transaction, Status status, const Clock& clock) noe
   for (const query::Request& request : transaction.requests()) {
     query::PreparedQuery& query = *request.query;
     if (done) {
-      let_stand(request, outcome.partial ? query.answered() : request.count, transaction);
+      publish_answers(request, outcome.partial ? query.answered() : request.count, transaction);
     } else if (in_time_stands && may_be_partial(request) && query.answered_in_time > 0) {
-      let_stand(request, query.answered_in_time, transaction);
+      publish_answers(request, query.answered_in_time, transaction);
       outcome.partial = true;
     } else {
-      query.let_fall();
+      query.discard_answers();
       if (query.late() != LatePolicy::last_good) query.info = {};
       if (query.info.elements == 0) continue;
       query.info.stale = true;

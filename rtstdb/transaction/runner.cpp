@@ -8,7 +8,7 @@
 
 namespace rtstdb::transaction {
 
-Status Runner::run(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept {
+Status Runner::run(TransactionImpl& transaction, query::ExecutorCallbacks* callbacks) noexcept {
   Outcome& outcome = transaction.draft();
   const Terms& terms = transaction.terms();
   const ClockTime now = clock_.now();
@@ -18,8 +18,8 @@ Status Runner::run(TransactionImpl& transaction, query::Meanwhile* meanwhile) no
   }
   outcome.started = now;
   Running& running = running_.push(transaction);
-  const Status status = transaction.write_set().empty() ? read(transaction, running, meanwhile)
-                                                        : write(transaction, running, meanwhile);
+  const Status status = transaction.write_set().empty() ? read(transaction, running, callbacks)
+                                                        : write(transaction, running, callbacks);
   running_.pop();
   return status;
 }
@@ -35,7 +35,7 @@ Status Runner::rehearse(TransactionImpl& transaction) noexcept {
     transaction.ask_parts(1, 1);
   }
   for (const query::Request& request : transaction.requests()) {
-    request.query->let_fall();
+    request.query->discard_answers();
     if (request.query->late() != LatePolicy::last_good) request.query->info = {};
   }
   return status;
@@ -43,11 +43,11 @@ Status Runner::rehearse(TransactionImpl& transaction) noexcept {
 
 Status Runner::rehearse_once(TransactionImpl& transaction) noexcept {
   /// Divides batches as they will be, and lets nobody in.
-  class Alone final : public query::Meanwhile {
+  class Alone final : public query::ExecutorCallbacks {
    public:
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
-    Gap between_chunks() noexcept override { return Gap::go_on; }
+    Gap on_preemption_point() noexcept override { return Gap::go_on; }
   } alone;
   transaction.draft().started = clock_.now();
   const bool writes = !transaction.write_set().empty();
@@ -84,7 +84,8 @@ bool Runner::fits_beside(const TransactionImpl& transaction) const noexcept {
   });
 }
 
-Status Runner::write(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept {
+Status Runner::write(TransactionImpl& transaction, Running& running,
+                     query::ExecutorCallbacks* callbacks) noexcept {
   if (!expectations_hold(transaction, store_.latest_snapshot())) return Status::conflict;
   if (const auto refused = log_ != nullptr ? log_->refuses(transaction.write_set()) : std::nullopt) {
     transaction.draft().refused_by = *refused;
@@ -96,7 +97,7 @@ Status Runner::write(TransactionImpl& transaction, Running& running, query::Mean
   }
   running.staged = true;
   const store::Snapshot version = store_.staged_snapshot();
-  if (auto failure = answer(transaction, running, version, meanwhile)) {
+  if (auto failure = answer(transaction, running, version, callbacks)) {
     store_.discard();
     return *failure;
   }
@@ -113,7 +114,8 @@ Status Runner::write(TransactionImpl& transaction, Running& running, query::Mean
   return status;
 }
 
-Status Runner::read(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept {
+Status Runner::read(TransactionImpl& transaction, Running& running,
+                    query::ExecutorCallbacks* callbacks) noexcept {
   const auto purpose =
       transaction.requests().empty() ? store::ReadFor::rows : store::ReadFor::rows_and_shapes;
   const auto found = store_.read(transaction.terms().read_at, purpose);
@@ -124,7 +126,7 @@ Status Runner::read(TransactionImpl& transaction, Running& running, query::Meanw
   const auto& version = *std::get_if<store::Snapshot>(&found);
   if (!expectations_hold(transaction, version)) return Status::conflict;
   running.reading = version.version();
-  if (const auto failure = answer(transaction, running, version, meanwhile)) return *failure;
+  if (const auto failure = answer(transaction, running, version, callbacks)) return *failure;
   if (!published_in_time(transaction, running)) return Status::missed;
   return done(transaction, version);
 }
@@ -147,7 +149,8 @@ bool Runner::expectations_hold(TransactionImpl& transaction, const query::RowSou
 }
 
 std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& running,
-                                     const query::RowSource& rows, query::Meanwhile* meanwhile) noexcept {
+                                     const query::RowSource& rows,
+                                     query::ExecutorCallbacks* callbacks) noexcept {
   Outcome& outcome = transaction.draft();
   transaction.answer_reads(rows);
   if (transaction.requests().empty()) {
@@ -163,10 +166,10 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   transaction.asked = {rows.version(), rows.time()};
   for (const query::Request& request : transaction.requests()) {
     request.query->answered_in_time = 0;
-    request.query->dearness = 0.0;
+    request.query->worst_cost_ratio = 0.0;
   }
   const ClockTime begun = clock_.now();
-  const query::RunReport report = executor_.run(rows, transaction.requests(), times, meanwhile);
+  const query::RunReport report = executor_.run(rows, transaction.requests(), times, callbacks);
   outcome.computed = clock_.now();
   running.queries_cost = outcome.computed - begun - running.interrupted;
   running.structures = report.structures;

@@ -36,15 +36,15 @@ class Runner {
       : store_(store), executor_(executor), clock_(clock), costs_(costs), chunk_(chunk), log_(log) {}
 
   /// Fills the transaction's outcome and returns its status, pending when it gave way (Running); does not give the transaction back. In its waits and gaps
-  /// `meanwhile` is served and may run others by this: those that fits_beside says yes to.
-  Status run(TransactionImpl& transaction, query::Meanwhile* meanwhile) noexcept;
+  /// `callbacks` is served and may run others by this: those that fits_beside says yes to.
+  Status run(TransactionImpl& transaction, query::ExecutorCallbacks* callbacks) noexcept;
   static constexpr std::size_t max_together = 16;
   /// The version that it would read, where it could share a run with others: it only reads, asks, and is small.
   std::optional<Version> shared_version(const TransactionImpl& transaction) const noexcept;
   /// Readers of one shared_version in one run, two to max_together. Fills their outcomes and `statuses`; pending is one that could
   /// not take part, since its times lie too far from the others'. What is wrong with one is its own.
   void read_together(std::span<TransactionImpl* const> readers, std::span<Status> statuses,
-                     query::Meanwhile* meanwhile) noexcept;
+                     query::ExecutorCallbacks* callbacks) noexcept;
   /// Carries out parts of a transaction and all of it, each as often as it takes to know what it costs, and leaves nothing of
   /// it. Committed, or why it can not be done.
   Status rehearse(TransactionImpl& transaction) noexcept;
@@ -61,15 +61,15 @@ class Runner {
                         query::TimeSpan& times) noexcept;
   Status end_together(TransactionImpl& reader, const query::RunReport& report, const Running& running,
                       const store::Snapshot& version) noexcept;
-  Status write(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept;
+  Status write(TransactionImpl& transaction, Running& running, query::ExecutorCallbacks* callbacks) noexcept;
   /// Sync mode (logging.cpp): what is staged is published when it is on disk.
   Status write_through(TransactionImpl& transaction, const Running& running,
                        const query::RowSource& version) noexcept;
-  Status read(TransactionImpl& transaction, Running& running, query::Meanwhile* meanwhile) noexcept;
+  Status read(TransactionImpl& transaction, Running& running, query::ExecutorCallbacks* callbacks) noexcept;
   static bool expectations_hold(TransactionImpl& transaction, const query::RowSource& rows) noexcept;
   /// The status with which the transaction fails; none when its answers stand.
   std::optional<Status> answer(TransactionImpl& transaction, Running& running, const query::RowSource& rows,
-                               query::Meanwhile* meanwhile) noexcept;
+                               query::ExecutorCallbacks* callbacks) noexcept;
   /// Into halves of a chunk, what takes longer than a whole one.
   void divide(TransactionImpl& transaction) const noexcept;
   static Status cancelled(TransactionImpl& transaction) noexcept;

@@ -46,7 +46,7 @@ std::optional<Version> Runner::shared_version(const TransactionImpl& transaction
 }
 
 void Runner::read_together(std::span<TransactionImpl* const> readers, std::span<Status> statuses,
-                           query::Meanwhile* meanwhile) noexcept {
+                           query::ExecutorCallbacks* callbacks) noexcept {
   const auto found = store_.read(readers[0]->terms().read_at, store::ReadFor::rows_and_shapes);
   const auto& version = *std::get_if<store::Snapshot>(&found);
   Running& running = running_.push(*readers[0]);
@@ -62,7 +62,7 @@ void Runner::read_together(std::span<TransactionImpl* const> readers, std::span<
   query::RunReport report;
   const ClockTime begun = clock_.now();
   if (taking_part > 0)
-    report = executor_.run(version, std::span(together_).first(requests_together_), times, meanwhile);
+    report = executor_.run(version, std::span(together_).first(requests_together_), times, callbacks);
   const ClockTime computed = clock_.now();
   running.queries_cost = computed - begun - running.interrupted;
   const bool is_whole =
@@ -122,7 +122,7 @@ Status Runner::end_together(TransactionImpl& reader, const query::RunReport& rep
   if (reader.is_to_be_cancelled()) return cancelled(reader);
   const auto requests = reader.requests();
   const auto is_left = [](const query::Request& one) {
-    return one.query->answered() < one.count || one.query->asks_again();
+    return one.query->answered() < one.count || one.query->has_retries();
   };
   if (report.status == query::RunStatus::stopped && std::ranges::any_of(requests, is_left))
     return Status::pending;

@@ -149,7 +149,7 @@ class PacedRuns : public testing::Test {
   }
   /// What it took.
   Nanoseconds ask(query::GpuRayQuery& query, std::span<const Ray> rays, const query::RowSource& rows,
-                  query::Meanwhile* meanwhile) {
+                  query::ExecutorCallbacks* callbacks) {
     std::ranges::copy(rays, query.rays().begin());
     const auto count = static_cast<std::uint32_t>(rays.size());
     query::TimeSpan times;
@@ -157,9 +157,9 @@ class PacedRuns : public testing::Test {
     const query::Request request{
         .query = &query, .count = count, .per_chunk = per_chunk_, .chunk_time = chunk_time};
     const auto begun = SteadyClock::now();
-    EXPECT_EQ(executor_->run(rows, std::span(&request, 1), times, meanwhile).status, query::RunStatus::done);
+    EXPECT_EQ(executor_->run(rows, std::span(&request, 1), times, callbacks).status, query::RunStatus::done);
     const auto took = SteadyClock::now() - begun;
-    query.let_stand(count, count);
+    query.publish_answers(count, count);
     return std::chrono::duration_cast<Nanoseconds>(took);
   }
 

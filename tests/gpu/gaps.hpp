@@ -30,13 +30,13 @@ class OneWorld final : public query::RowSource {
 };
 
 /// Whoever runs in the gaps of a run.
-class Gaps final : public query::Meanwhile {
+class Gaps final : public query::ExecutorCallbacks {
  public:
   explicit Gaps(std::function<void()> in_each) : in_each_(std::move(in_each)) {}
   void begin_wait() noexcept override {}
   void end_wait() noexcept override {}
-  bool is_awaited() noexcept override { return awaited; }
-  Gap between_chunks() noexcept override {
+  bool preemption_requested() noexcept override { return awaited; }
+  Gap on_preemption_point() noexcept override {
     ++count;
     in_each_();
     return Gap::go_on;

@@ -137,7 +137,8 @@ class HaltedRuns : public testing::Test {
     return all;
   }
 
-  query::RunStatus run(std::span<const Asked> all, query::Meanwhile* meanwhile, std::uint32_t per_chunk = 0) {
+  query::RunStatus run(std::span<const Asked> all, query::ExecutorCallbacks* callbacks,
+                       std::uint32_t per_chunk = 0) {
     const OneWorld rows = world();
     query::TimeSpan times;
     std::vector<query::Request> requests;
@@ -146,10 +147,10 @@ class HaltedRuns : public testing::Test {
       requests.push_back(
           {.query = one.query.get(), .count = one.count, .per_chunk = per_chunk, .chunk_time = chunk_time_});
     }
-    const query::RunReport report = executor_->run(rows, requests, times, meanwhile);
+    const query::RunReport report = executor_->run(rows, requests, times, callbacks);
     gpu_ns_ = report.gpu_ns;
     for (const Asked& one : all)
-      one.query->let_stand(one.query->answered(), one.count);
+      one.query->publish_answers(one.query->answered(), one.count);
     return report.status;
   }
   static std::vector<std::vector<Words>> answers_of(std::span<const Asked> all) {
@@ -162,13 +163,13 @@ class HaltedRuns : public testing::Test {
     for (std::size_t k = 0; k < all.size(); ++k)
       EXPECT_TRUE(same(all[k].answers(), whole[k])) << "query " << k;
   }
-  void run_at_another_version(const Asked& one, query::Meanwhile* meanwhile = nullptr) {
+  void run_at_another_version(const Asked& one, query::ExecutorCallbacks* callbacks = nullptr) {
     constexpr std::uint32_t few = 64;
     const OneWorld other_world(states_, 2, 0, {});
     query::TimeSpan times;
     const query::Request request{.query = one.query.get(), .count = few};
     EXPECT_FALSE(one.query->check(few, other_world, times));
-    executor_->run(other_world, std::span(&request, 1), times, meanwhile);
+    executor_->run(other_world, std::span(&request, 1), times, callbacks);
   }
   bool can_halt() const { return executor_->device_info().software; }
 
@@ -235,12 +236,12 @@ TEST_F(HaltedRuns, AnswerAsWholeOnesWithOthersInTheirGaps) {
 
 /// Two are under way: who runs in the gap behind the first waits for no more of the second than it has begun.
 TEST_F(HaltedRuns, EndAtOnceForWhoeverRunsInTheirGaps) {
-  class Waits final : public query::Meanwhile {
+  class Waits final : public query::ExecutorCallbacks {
    public:
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
-    void waited_for_outer(Nanoseconds time) noexcept override { least = std::min(least, time); }
-    Gap between_chunks() noexcept override { return Gap::go_on; }
+    void on_outer_drained(Nanoseconds time) noexcept override { least = std::min(least, time); }
+    Gap on_preemption_point() noexcept override { return Gap::go_on; }
     Nanoseconds least = Nanoseconds::max();
   };
   make_world(300);
@@ -288,12 +289,12 @@ TEST_F(HaltedRuns, ThrowLittleAwayForOthers) {
 /// What stands when a run ends early is the beginning of what the whole one answers.
 TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
   make_world(300);
-  class Enough final : public query::Meanwhile {
+  class Enough final : public query::ExecutorCallbacks {
    public:
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
-    bool is_awaited() noexcept override { return true; }
-    Gap between_chunks() noexcept override { return Gap::enough; }
+    bool preemption_requested() noexcept override { return true; }
+    Gap on_preemption_point() noexcept override { return Gap::finish_in_flight; }
   };
   for (const Asked& one : all_kinds()) {
     run(std::span(&one, 1), nullptr);

@@ -50,14 +50,14 @@ class PausedInCompany : public testing::Test {
     return *queries_.back();
   }
   query::RunStatus ask(query::GpuRayQuery& query, std::span<const Ray> rays, const query::RowSource& rows,
-                       query::Meanwhile* meanwhile = nullptr) {
+                       query::ExecutorCallbacks* callbacks = nullptr) {
     std::ranges::copy(rays, query.rays().begin());
     const auto count = static_cast<std::uint32_t>(rays.size());
     query::TimeSpan times;
     EXPECT_FALSE(query.check(count, rows, times));
     const query::Request request{.query = &query, .count = count, .per_chunk = 64};
-    const query::RunStatus status = executor_->run(rows, std::span(&request, 1), times, meanwhile).status;
-    query.let_stand(count, count);
+    const query::RunStatus status = executor_->run(rows, std::span(&request, 1), times, callbacks).status;
+    query.publish_answers(count, count);
     return status;
   }
   /// One that pauses twenty times.

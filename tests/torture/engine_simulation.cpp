@@ -45,8 +45,8 @@ class EngineSimulation::Query final : public RayQuery, public query::PreparedQue
   std::uint32_t answered() const noexcept override { return 0; }
   std::uint32_t incomplete(std::uint32_t) const noexcept override { return 0; }
   bool truncated() const noexcept override { return is_truncated; }
-  void let_stand(std::uint32_t, std::uint32_t) noexcept override {}
-  void let_fall() noexcept override {}
+  void publish_answers(std::uint32_t, std::uint32_t) noexcept override {}
+  void discard_answers() noexcept override {}
 
   Client& client;
   bool is_truncated = false;

@@ -56,7 +56,7 @@ Nanoseconds taken_by_host() {
 class NoQueries final : public query::Executor {
  public:
   query::RunReport run(const query::RowSource&, std::span<const query::Request>, const query::TimeSpan&,
-                       query::Meanwhile*) noexcept override {
+                       query::ExecutorCallbacks*) noexcept override {
     return {};
   }
 };

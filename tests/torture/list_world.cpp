@@ -66,7 +66,7 @@ std::optional<rtstdb::BadInput> ListQuery::check(std::uint32_t, const rtstdb::qu
 rtstdb::query::RunReport ListExecutor::run(const rtstdb::query::RowSource& rows,
                                            std::span<const rtstdb::query::Request> requests,
                                            const rtstdb::query::TimeSpan&,
-                                           rtstdb::query::Meanwhile* meanwhile) noexcept {
+                                           rtstdb::query::ExecutorCallbacks* callbacks) noexcept {
   for (const bool second_half : {false, true}) {
     for (const rtstdb::query::Request& request : requests) {
       auto& lists = static_cast<ListQuery*>(request.query)->lists;
@@ -74,10 +74,10 @@ rtstdb::query::RunReport ListExecutor::run(const rtstdb::query::RowSource& rows,
         if ((k >= lists.size() / 2) == second_half) lists[k].values = list_in(rows, lists[k].key);
       }
     }
-    if (second_half || meanwhile == nullptr) continue;
-    meanwhile->begin_wait();
+    if (second_half || callbacks == nullptr) continue;
+    callbacks->begin_wait();
     if (random_() % 4 == 0) std::this_thread::sleep_for(std::chrono::microseconds(20));
-    meanwhile->end_wait();
+    callbacks->end_wait();
   }
   rtstdb::query::RunReport report;
   if (random_() % 64 == 0) report.status = rtstdb::query::RunStatus::device_lost;

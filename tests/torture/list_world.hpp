@@ -34,8 +34,8 @@ class ListQuery final : public rtstdb::RayQuery, public rtstdb::query::PreparedQ
   std::uint32_t answered() const noexcept override { return capacity(); }
   std::uint32_t incomplete(std::uint32_t) const noexcept override { return 0; }
   bool truncated() const noexcept override { return false; }
-  void let_stand(std::uint32_t, std::uint32_t) noexcept override {}
-  void let_fall() noexcept override {}
+  void publish_answers(std::uint32_t, std::uint32_t) noexcept override {}
+  void discard_answers() noexcept override {}
   const rtstdb::AnswerInfo& answer_info() const noexcept override { return info; }
 
   std::vector<ListRead> lists;  ///< by key; values are the answer
@@ -48,7 +48,7 @@ class ListExecutor final : public rtstdb::query::Executor {
   rtstdb::query::RunReport run(const rtstdb::query::RowSource& rows,
                                std::span<const rtstdb::query::Request> requests,
                                const rtstdb::query::TimeSpan& times,
-                               rtstdb::query::Meanwhile* meanwhile) noexcept override;
+                               rtstdb::query::ExecutorCallbacks* callbacks) noexcept override;
 
  private:
   std::minstd_rand random_{1};

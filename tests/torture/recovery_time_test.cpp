@@ -27,7 +27,7 @@ constexpr std::uint32_t moved = 100;
 class NoQueries final : public query::Executor {
  public:
   query::RunReport run(const query::RowSource&, std::span<const query::Request>, const query::TimeSpan&,
-                       query::Meanwhile*) noexcept override {
+                       query::ExecutorCallbacks*) noexcept override {
     return {};
   }
 };

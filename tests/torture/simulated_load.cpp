@@ -172,8 +172,8 @@ void SimulatedLoad::pass(Nanoseconds time) {
 }
 
 rtstdb::query::RunReport SimulatedLoad::carry_out(std::span<const rtstdb::query::Request> requests,
-                                                  rtstdb::query::Meanwhile* meanwhile) {
-  using rtstdb::query::Meanwhile;
+                                                  rtstdb::query::ExecutorCallbacks* callbacks) {
+  using rtstdb::query::ExecutorCallbacks;
   using rtstdb::query::RunStatus;
   // Each chunk costs what it costs: elements, and something for the submission.
   const bool dear = options_.one_dear_in != 0 && random_() % options_.one_dear_in == 0;
@@ -190,10 +190,10 @@ rtstdb::query::RunReport SimulatedLoad::carry_out(std::span<const rtstdb::query:
       query.answer(first, end, 1.0f);
       const bool last = k + 1 == requests.size() && end == request.count;
       // Two that share are one chunk.
-      if (last || meanwhile == nullptr || request.per_chunk == 0) continue;
-      const Meanwhile::Gap gap = meanwhile->between_chunks();
-      if (gap == Meanwhile::Gap::stop) return {.status = RunStatus::stopped};
-      if (gap == Meanwhile::Gap::enough) return {.status = RunStatus::partial};
+      if (last || callbacks == nullptr || request.per_chunk == 0) continue;
+      const ExecutorCallbacks::Gap gap = callbacks->on_preemption_point();
+      if (gap == ExecutorCallbacks::Gap::stop) return {.status = RunStatus::stopped};
+      if (gap == ExecutorCallbacks::Gap::finish_in_flight) return {.status = RunStatus::partial};
     }
   }
   return {};

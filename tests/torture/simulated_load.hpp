@@ -76,7 +76,7 @@ class SimulatedLoad {
   struct Flow;
 
   rtstdb::query::RunReport carry_out(std::span<const rtstdb::query::Request> requests,
-                                     rtstdb::query::Meanwhile* meanwhile);
+                                     rtstdb::query::ExecutorCallbacks* callbacks);
   /// The device works for so long; who comes meanwhile is submitted when he comes.
   void pass(Nanoseconds time);
   void submit_due();
@@ -92,8 +92,8 @@ class SimulatedLoad {
     rtstdb::query::RunReport run(const rtstdb::query::RowSource&,
                                  std::span<const rtstdb::query::Request> requests,
                                  const rtstdb::query::TimeSpan&,
-                                 rtstdb::query::Meanwhile* meanwhile) noexcept override {
-      return load_.carry_out(requests, meanwhile);
+                                 rtstdb::query::ExecutorCallbacks* callbacks) noexcept override {
+      return load_.carry_out(requests, callbacks);
     }
 
    private:

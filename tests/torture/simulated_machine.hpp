@@ -72,9 +72,9 @@ class SimulatedDevice final : public rtstdb::query::Executor {
   rtstdb::query::RunReport run(const rtstdb::query::RowSource& rows,
                                std::span<const rtstdb::query::Request> requests,
                                const rtstdb::query::TimeSpan& times,
-                               rtstdb::query::Meanwhile* meanwhile) noexcept override;
+                               rtstdb::query::ExecutorCallbacks* callbacks) noexcept override;
   bool lost() const noexcept override { return lost_; }
-  bool revive(rtstdb::query::Meanwhile* meanwhile) noexcept override;
+  bool revive(rtstdb::query::ExecutorCallbacks* callbacks) noexcept override;
   rtstdb::Nanoseconds revival_takes() const noexcept override { return rtstdb::Nanoseconds(300'000); }
 
   /// A lost device is tried once after it was lost, after each run that it could not do, and after each of these calls:
@@ -86,8 +86,8 @@ class SimulatedDevice final : public rtstdb::query::Executor {
  private:
   rtstdb::query::RunStatus run_chunks(const rtstdb::query::RowSource& rows,
                                       std::span<const rtstdb::query::Request> requests,
-                                      rtstdb::query::Meanwhile* meanwhile);
-  void let_others_in(rtstdb::query::Meanwhile* meanwhile);
+                                      rtstdb::query::ExecutorCallbacks* callbacks);
+  void let_others_in(rtstdb::query::ExecutorCallbacks* callbacks);
 
   Chance& chance_;
   SimulatedClock& clock_;

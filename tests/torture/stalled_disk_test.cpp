@@ -34,7 +34,7 @@ constexpr auto never_that_long = stall / 2;
 class NoQueries final : public query::Executor {
  public:
   query::RunReport run(const query::RowSource&, std::span<const query::Request>, const query::TimeSpan&,
-                       query::Meanwhile*) noexcept override {
+                       query::ExecutorCallbacks*) noexcept override {
     return {};
   }
 };

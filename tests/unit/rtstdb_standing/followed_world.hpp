@@ -21,7 +21,7 @@ inline WorldTime at_ns(std::int64_t ns) {
 class NoDevice final : public query::Executor {
  public:
   query::RunReport run(const query::RowSource&, std::span<const query::Request>, const query::TimeSpan&,
-                       query::Meanwhile*) noexcept override {
+                       query::ExecutorCallbacks*) noexcept override {
     return {};
   }
 };

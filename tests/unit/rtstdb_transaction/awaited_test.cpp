@@ -31,9 +31,9 @@ class Awaited : public testing::Test {
   }
   /// The relief's thread has to see it.
   bool becomes_awaited() {
-    for (int k = 0; k < 5'000 && !world_.executor.is_awaited(); ++k)
+    for (int k = 0; k < 5'000 && !world_.executor.preemption_requested(); ++k)
       std::this_thread::sleep_for(1ms);
-    return world_.executor.is_awaited();
+    return world_.executor.preemption_requested();
   }
   /// What was submitted before has been looked at: this was afterwards.
   void write_meanwhile() {
@@ -51,7 +51,7 @@ class Awaited : public testing::Test {
 TEST_F(Awaited, ByOneThatGoesBefore) {
   bool before = true, after = false;
   EXPECT_EQ(read([&] {
-              before = world_.executor.is_awaited();
+              before = world_.executor.preemption_requested();
               submit_other(7);
               after = becomes_awaited();
             }),
@@ -60,7 +60,7 @@ TEST_F(Awaited, ByOneThatGoesBefore) {
   EXPECT_TRUE(after);
   EXPECT_EQ(world_.engine.wait(*other_).status, Status::committed);
   bool later = true;
-  read([&] { later = world_.executor.is_awaited(); });
+  read([&] { later = world_.executor.preemption_requested(); });
   EXPECT_FALSE(later) << "that was another wait";
 }
 
@@ -69,7 +69,7 @@ TEST_F(Awaited, ByNoneThatGoesBehind) {
   read([&] {
     submit_other(2);
     write_meanwhile();
-    awaited = world_.executor.is_awaited();
+    awaited = world_.executor.preemption_requested();
   });
   EXPECT_FALSE(awaited);
   EXPECT_EQ(world_.engine.wait(*other_).status, Status::committed);
@@ -79,7 +79,7 @@ TEST_F(Awaited, ByNoWriteThatIsCarriedOutMeanwhile) {
   bool awaited = true;
   read([&] {
     write_meanwhile();
-    awaited = world_.executor.is_awaited();
+    awaited = world_.executor.preemption_requested();
   });
   EXPECT_FALSE(awaited);
 }
@@ -88,7 +88,7 @@ TEST_F(Awaited, ByWhoeverCancelsIt) {
   bool awaited = false;
   read([&] {
     world_.engine.cancel(*reader_);
-    awaited = world_.executor.is_awaited();
+    awaited = world_.executor.preemption_requested();
   });
   EXPECT_TRUE(awaited);
 }
@@ -98,9 +98,9 @@ TEST_F(Awaited, OnceItsFirmDeadlineHasPassed) {
   const ClockTime deadline = world_.clock.now() + 10ms;
   EXPECT_EQ(read(
                 [&] {
-                  before = world_.executor.is_awaited();
+                  before = world_.executor.preemption_requested();
                   world_.clock.advance(11ms);
-                  after = world_.executor.is_awaited();
+                  after = world_.executor.preemption_requested();
                 },
                 terms(DeadlineClass::firm, deadline)),
             Status::missed);

@@ -168,7 +168,7 @@ TEST(CostModel, WhatWasNeverAskedBeginsWithFew) {
   EXPECT_EQ(divided(model, query, 100).per_chunk, 0u);
   const query::Request request = divided(model, query, 1'000);
   EXPECT_EQ(request.per_chunk, 4'096u);
-  EXPECT_DOUBLE_EQ(request.first_share * request.per_chunk, 64.0);
+  EXPECT_DOUBLE_EQ(request.initial_chunk_fraction * request.per_chunk, 64.0);
 }
 
 TEST(CostModel, WhatOthersOfItsKindCostSaysLittle) {
@@ -179,8 +179,8 @@ TEST(CostModel, WhatOthersOfItsKindCostSaysLittle) {
     model.learn_queries(std::span(&request, 1), Nanoseconds(500'000));
   EXPECT_EQ(divided(model, known, 1'900).per_chunk, 0u);
   EXPECT_EQ(divided(model, known, 2'100).per_chunk, 1'000u);
-  EXPECT_EQ(divided(model, known, 2'100).first_share, 0.5);
-  EXPECT_DOUBLE_EQ(divided(model, unknown, 1'900).first_share * 1'000.0, 64.0);
+  EXPECT_EQ(divided(model, known, 2'100).initial_chunk_fraction, 0.5);
+  EXPECT_DOUBLE_EQ(divided(model, unknown, 1'900).initial_chunk_fraction * 1'000.0, 64.0);
   EXPECT_EQ(divided(model, unknown, 500).per_chunk, 0u) << "few are not divided for what is not known";
 }
 
@@ -205,19 +205,19 @@ TEST(CostModel, WhereSomeWereFarDearerABatchBeginsWithFew) {
   run(whole, Nanoseconds(50'000'000));
   const query::Request request = divided(model, query, 1'900);
   EXPECT_EQ(request.per_chunk, 1'000u);
-  EXPECT_NEAR(request.first_share, 0.01, 1e-6);
+  EXPECT_NEAR(request.initial_chunk_fraction, 0.01, 1e-6);
   EXPECT_EQ(divided(model, query, 500).per_chunk, 0u);
   for (int k = 0; k < 60; ++k)
     run(whole, Nanoseconds(500'000));
-  EXPECT_NEAR(divided(model, query, 1'900).first_share, 0.025, 0.002) << "it fades";
+  EXPECT_NEAR(divided(model, query, 1'900).initial_chunk_fraction, 0.025, 0.002) << "it fades";
   for (int k = 0; k < 500; ++k)
     run(whole, Nanoseconds(500'000));
   EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u);
 
-  query.dearness = 200.0;
+  query.worst_cost_ratio = 200.0;
   run({.query = &query, .count = 1'000, .per_chunk = 1'000, .chunk_time = Nanoseconds(500'000)},
       Nanoseconds(500'000));
-  EXPECT_NEAR(divided(model, query, 1'900).first_share, 0.005, 1e-6) << "one chunk of them";
+  EXPECT_NEAR(divided(model, query, 1'900).initial_chunk_fraction, 0.005, 1e-6) << "one chunk of them";
 }
 
 TEST(CostModel, NoChunkIsMostlyItsDispatch) {

@@ -16,18 +16,18 @@ using namespace std::chrono_literals;
 class LosableExecutor final : public query::Executor {
  public:
   query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
-                       const query::TimeSpan& times, query::Meanwhile* meanwhile) noexcept override {
+                       const query::TimeSpan& times, query::ExecutorCallbacks* callbacks) noexcept override {
     if (lost_) return {.status = query::RunStatus::device_lost};
-    const query::RunReport report = inner.run(rows, requests, times, meanwhile);
+    const query::RunReport report = inner.run(rows, requests, times, callbacks);
     if (lose_next_run.exchange(false)) lost_ = true;
     return lost_ ? query::RunReport{.status = query::RunStatus::device_lost} : report;
   }
   bool lost() const noexcept override { return lost_; }
-  bool revive(query::Meanwhile* meanwhile) noexcept override {
+  bool revive(query::ExecutorCallbacks* callbacks) noexcept override {
     ++revivals;
-    if (meanwhile != nullptr) meanwhile->begin_wait();
+    if (callbacks != nullptr) callbacks->begin_wait();
     if (while_reviving) while_reviving();
-    if (meanwhile != nullptr) meanwhile->end_wait();
+    if (callbacks != nullptr) callbacks->end_wait();
     lost_ = stays_away;
     return !lost_;
   }

@@ -88,13 +88,13 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
   std::uint32_t answered() const noexcept override { return answered_; }
   std::uint32_t incomplete(std::uint32_t) const noexcept override { return 0; }
   bool truncated() const noexcept override { return is_truncated; }
-  void let_stand(std::uint32_t answered, std::uint32_t count) noexcept override {
+  void publish_answers(std::uint32_t answered, std::uint32_t count) noexcept override {
     std::ranges::copy(hits_, kept_.begin());
     for (std::uint32_t k = answered; k < count; ++k)
       kept_[k].status = HitStatus::incomplete;
     readable_ = count;
   }
-  void let_fall() noexcept override {
+  void discard_answers() noexcept override {
     if (late() != LatePolicy::last_good) readable_ = 0;
   }
   /// The executor has come so far; elements from `first` on hit something at that distance.
@@ -125,21 +125,21 @@ class SimulatedExecutor final : public query::Executor {
                                               const query::TimeSpan&)>;
 
   query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
-                       const query::TimeSpan& times, query::Meanwhile* meanwhile) noexcept override {
+                       const query::TimeSpan& times, query::ExecutorCallbacks* callbacks) noexcept override {
     using enum query::RunStatus;
-    if (outer_takes > Nanoseconds(0) && meanwhile != nullptr) meanwhile->waited_for_outer(outer_takes);
+    if (outer_takes > Nanoseconds(0) && callbacks != nullptr) callbacks->on_outer_drained(outer_takes);
     for (const query::Request& request : requests)
       dynamic_cast<SimulatedQuery&>(*request.query).answer(0, chunk ? 0 : request.count, lambda);
     if (chunk) {
-      const query::RunStatus ended = run_chunks(rows, requests, meanwhile);
+      const query::RunStatus ended = run_chunks(rows, requests, callbacks);
       if (ended != done) return {ended, 0};
     }
-    if (while_waiting && meanwhile != nullptr) {
-      meanwhile->begin_wait();
-      waits_ = meanwhile;
+    if (while_waiting && callbacks != nullptr) {
+      callbacks->begin_wait();
+      waits_ = callbacks;
       while_waiting();
       waits_ = nullptr;
-      meanwhile->end_wait();
+      callbacks->end_wait();
     }
     return work ? work(rows, requests, times) : query::RunReport{};
   }
@@ -152,32 +152,32 @@ class SimulatedExecutor final : public query::Executor {
   /// What happens while a run waits for the device; none: it never waits.
   std::function<void()> while_waiting;
   /// Asked there.
-  bool is_awaited() const noexcept { return waits_ != nullptr && waits_->is_awaited(); }
+  bool preemption_requested() const noexcept { return waits_ != nullptr && waits_->preemption_requested(); }
   Nanoseconds outer_takes{
       0};               ///< of what `work` or a chunk takes, so much is told to be for whoever's gap this is
   float lambda = 0.0f;  ///< of all hits
 
  private:
-  query::Meanwhile* waits_ = nullptr;
+  query::ExecutorCallbacks* waits_ = nullptr;
   query::RunStatus run_chunks(const query::RowSource& rows, std::span<const query::Request> requests,
-                              query::Meanwhile* meanwhile) {
+                              query::ExecutorCallbacks* callbacks) {
     for (std::size_t k = 0; k < requests.size(); ++k) {
       const query::Request& request = requests[k];
       const std::uint32_t step = request.per_chunk == 0 ? request.count : request.per_chunk;
       for (std::uint32_t first = 0; first < request.count; first += step) {
         const bool last = k + 1 == requests.size() && first + step >= request.count;
-        if (meanwhile != nullptr) meanwhile->begin_wait();
+        if (callbacks != nullptr) callbacks->begin_wait();
         chunk(rows, request, first, std::min(first + step, request.count));
-        if (meanwhile != nullptr) meanwhile->end_wait();
+        if (callbacks != nullptr) callbacks->end_wait();
         const std::uint32_t end = std::min(first + step, request.count);
         dynamic_cast<SimulatedQuery&>(*request.query).answer(first, end, lambda);
-        if (last || meanwhile == nullptr) continue;
-        switch (meanwhile->between_chunks()) {
-          case query::Meanwhile::Gap::go_on:
+        if (last || callbacks == nullptr) continue;
+        switch (callbacks->on_preemption_point()) {
+          case query::ExecutorCallbacks::Gap::go_on:
             break;
-          case query::Meanwhile::Gap::enough:
+          case query::ExecutorCallbacks::Gap::finish_in_flight:
             return query::RunStatus::partial;
-          case query::Meanwhile::Gap::stop:
+          case query::ExecutorCallbacks::Gap::stop:
             return query::RunStatus::stopped;
         }
       }
