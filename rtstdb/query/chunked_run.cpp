@@ -35,9 +35,9 @@ RunReport ChunkedRun::run() noexcept {
   if (!bring_up(lanes_[0])) return ended(RunStatus::device_lost);
   bool truncated = false;
   for (const Request& request : requests_)
-    static_cast<GpuQuery*>(request.query)->arrange(request.count);
+    static_cast<GpuQuery*>(request.query)->begin_batch(request.count);
   if (const auto status = run_pass(Pass::all)) return ended(*status);
-  if (const auto status = ask_again()) return ended(*status);
+  if (const auto status = next_retry_batch()) return ended(*status);
   for (std::size_t k = 0; k < requests_.size(); ++k)
     truncated = truncated || query(k).truncated();
   return ended(truncated ? RunStatus::truncated : RunStatus::done);
@@ -175,12 +175,12 @@ ExecutorCallbacks::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
   return gap;
 }
 
-std::optional<RunStatus> ChunkedRun::ask_again() noexcept {
+std::optional<RunStatus> ChunkedRun::next_retry_batch() noexcept {
   pace_ = ChunkPace(chunk_ns());
   while (true) {
     bool some = false;
     for (std::size_t k = 0; k < requests_.size(); ++k) {
-      query(k).asked_again = query(k).ask_again();
+      query(k).asked_again = query(k).next_retry_batch();
       some = some || query(k).asked_again > 0;
     }
     if (!some) return std::nullopt;
@@ -263,7 +263,7 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
 }
 
 std::uint32_t ChunkedRun::at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept {
-  if (pass == Pass::again) return std::max(elements, query(request).least_asked_again());
+  if (pass == Pass::again) return std::max(elements, query(request).min_retry_batch());
   const std::uint32_t step = fewest_places(structures_.device.limits().processors);
   return (elements + step - 1) / step * step;
 }
@@ -278,7 +278,7 @@ std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexce
   const std::uint32_t thought = requests_[request].per_chunk;
   const std::uint32_t most = thought > 0 ? thought : undivided_per_chunk_;
   return pass == Pass::all || most == 0 ? most
-                                        : std::max(query(request).least_asked_again(), most / alone_is_worth);
+                                        : std::max(query(request).min_retry_batch(), most / alone_is_worth);
 }
 
 double ChunkedRun::share(std::size_t request) const noexcept {

@@ -67,7 +67,7 @@ class ChunkedRun {
   std::optional<RunStatus> run_pass(Pass pass) noexcept;
   ExecutorCallbacks::Gap let_others_run(Pass pass) noexcept;
   /// All passes that ask again what is incomplete.
-  std::optional<RunStatus> ask_again() noexcept;
+  std::optional<RunStatus> next_retry_batch() noexcept;
   /// Before each of them.
   std::optional<RunStatus> gap_between_passes() noexcept;
   /// Between two chunks of a pass. `next` is the lane that the next chunk takes, if there is one; `under_way` the chunk in the other.

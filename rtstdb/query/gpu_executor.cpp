@@ -181,7 +181,7 @@ RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::spa
   if (fit_one_window(times)) return ChunkedRun(structures, lanes, rows, requests, times, callbacks).run();
   // A query whose window has not run has an empty batch, not the batch of an earlier run.
   for (const Request& request : requests)
-    static_cast<GpuQuery*>(request.query)->arrange(0);
+    static_cast<GpuQuery*>(request.query)->begin_batch(0);
   RunReport all;
   for (std::size_t first = 0; first < requests.size();) {
     if (first > 0 && callbacks != nullptr) {

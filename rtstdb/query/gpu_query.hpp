@@ -35,7 +35,7 @@ class GpuQuery : public PreparedQuery {
   virtual void record_warm_up(gpu::Recorder& recorder) noexcept = 0;
   /// A batch of the first `count` elements, which have passed check, begins: brings them into the order that suits the
   /// device. Places count in that order from here on.
-  virtual void arrange(std::uint32_t count) noexcept = 0;
+  virtual void begin_batch(std::uint32_t count) noexcept = 0;
   /// The elements at these places to device form, and the dispatch that answers them. Ranges of a batch begin at
   /// multiples of neighbours; two of them may be under way at a time, and their views may differ in all but the
   /// version.
@@ -48,9 +48,9 @@ class GpuQuery : public PreparedQuery {
   // could depend on its neighbours in the batch. Those left incomplete are asked again, in one pass after the other, once
   // the whole batch is unpacked.
   /// How many the next pass asks; none: nothing is to be asked again any more. Between passes.
-  virtual std::uint32_t ask_again() noexcept = 0;
+  virtual std::uint32_t next_retry_batch() noexcept = 0;
   /// So many of them take the device no longer than one.
-  virtual std::uint32_t least_asked_again() const noexcept = 0;
+  virtual std::uint32_t min_retry_batch() const noexcept = 0;
   /// Of those, these. Halted as in record, if it can be.
   virtual void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                             const accel::TlasView& view, const HaltAt& halt,

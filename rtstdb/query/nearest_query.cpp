@@ -219,7 +219,7 @@ void GpuNearestQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
   if (sign_) recorder.dispatch(sign_, sign_bindings_.front(), nothing, 1);
 }
 
-void GpuNearestQuery::arrange(std::uint32_t count) noexcept {
+void GpuNearestQuery::begin_batch(std::uint32_t count) noexcept {
   order_.of(std::span(points_).first(count));
   incomplete_.clear();
   settled_ = 0;

@@ -43,8 +43,8 @@ Result<void> GpuOverlapQuery::bind(gpu::Device& device, const accel::GeometryPoo
   return runner_.bind(device, pool, tlas);
 }
 
-void GpuOverlapQuery::arrange(std::uint32_t count) noexcept {
-  runner_.arrange(std::span(order_).first(count), {count, count, count});
+void GpuOverlapQuery::begin_batch(std::uint32_t count) noexcept {
+  runner_.begin_batch(std::span(order_).first(count), {count, count, count});
 }
 
 shared::RegionRecord GpuOverlapQuery::packed(const Overlap& overlap, const RowSource& rows,

@@ -26,14 +26,14 @@ class GpuOverlapQuery final : public OverlapQuery, public GpuQuery {
   void leave_device() noexcept override { runner_.leave_device(); }
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
   void record_warm_up(gpu::Recorder& recorder) noexcept override { runner_.record_warm_up(recorder); }
-  void arrange(std::uint32_t count) noexcept override;
+  void begin_batch(std::uint32_t count) noexcept override;
   void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
               const HaltAt& halt, gpu::Recorder& recorder) noexcept override;
   void unpack(PlaceRange range, const accel::TlasView& view) noexcept override {
     runner_.unpack(range, view, fork_join());
   }
-  std::uint32_t ask_again() noexcept override { return runner_.ask_again(); }
-  std::uint32_t least_asked_again() const noexcept override { return runner_.least_asked_again(); }
+  std::uint32_t next_retry_batch() noexcept override { return runner_.next_retry_batch(); }
+  std::uint32_t min_retry_batch() const noexcept override { return runner_.min_retry_batch(); }
   void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                     const accel::TlasView& view, const HaltAt& halt,
                     gpu::Recorder& recorder) noexcept override;

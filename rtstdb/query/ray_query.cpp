@@ -288,14 +288,14 @@ void GpuRayQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
     recorder.dispatch(kernel.pipeline, kernel.bindings.front(), shared::RayArgs{}, 1);
 }
 
-void GpuRayQuery::arrange(std::uint32_t /*count*/) noexcept {
+void GpuRayQuery::begin_batch(std::uint32_t /*count*/) noexcept {
   std::ranges::fill(some_incomplete_.host_as<std::uint32_t>(), 0u);
   incomplete_.clear();
   answered_ = settled_ = window_ = restarts_ = 0;
   some_restart_ = false;
 }
 
-std::uint32_t GpuRayQuery::ask_again() noexcept {
+std::uint32_t GpuRayQuery::next_retry_batch() noexcept {
   std::uint32_t& some_paused = some_incomplete_.host_as<std::uint32_t>()[2];
   restarts_ += std::exchange(some_restart_, false) ? 1 : 0;
   if (std::exchange(some_paused, 0u) == 0 || restarts_ > max_restarts) {
@@ -308,7 +308,7 @@ std::uint32_t GpuRayQuery::ask_again() noexcept {
   return window_;
 }
 
-std::uint32_t GpuRayQuery::least_asked_again() const noexcept {
+std::uint32_t GpuRayQuery::min_retry_batch() const noexcept {
   return limits_.processors == 0 ? shared::paused_rays : rays_per_packet * limits_.processors;
 }
 

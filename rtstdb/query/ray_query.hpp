@@ -43,12 +43,12 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void leave_device() noexcept override;
   Result<void> bind(gpu::Device& device, const accel::GeometryPool& pool, const accel::Tlas& tlas) override;
   void record_warm_up(gpu::Recorder& recorder) noexcept override;
-  void arrange(std::uint32_t count) noexcept override;
+  void begin_batch(std::uint32_t count) noexcept override;
   void record(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas, const accel::TlasView& view,
               const HaltAt& halt, gpu::Recorder& recorder) noexcept override;
   void unpack(PlaceRange range, const accel::TlasView& view) noexcept override;
-  std::uint32_t ask_again() noexcept override;
-  std::uint32_t least_asked_again() const noexcept override;
+  std::uint32_t next_retry_batch() noexcept override;
+  std::uint32_t min_retry_batch() const noexcept override;
   void record_again(PlaceRange range, const RowSource& rows, const accel::Tlas& tlas,
                     const accel::TlasView& view, const HaltAt& halt,
                     gpu::Recorder& recorder) noexcept override;

@@ -102,7 +102,7 @@ std::optional<BadInput> GpuRegionQuery::check(std::uint32_t count, const RowSour
   return std::nullopt;
 }
 
-void GpuRegionQuery::arrange(std::uint32_t count) noexcept {
+void GpuRegionQuery::begin_batch(std::uint32_t count) noexcept {
   const auto asked = std::span<const Region>(regions_).first(count);
   const auto kind_of = [&](const Region& region) { return region_kind(level_, region.shape); };
   RegionKindEnds of_kind{};
@@ -120,7 +120,7 @@ void GpuRegionQuery::arrange(std::uint32_t count) noexcept {
     for (const std::uint32_t i : beside)
       order_[next[kind_of(asked[i])]++] = i;
   }
-  runner_.arrange(std::span(order_).first(count), ends);
+  runner_.begin_batch(std::span(order_).first(count), ends);
 }
 
 shared::RegionRecord GpuRegionQuery::packed(const Region& region, const accel::Tlas& tlas,

@@ -203,7 +203,7 @@ void RegionRunner::record_warm_up(gpu::Recorder& recorder) noexcept {
   });
 }
 
-void RegionRunner::arrange(std::span<const std::uint32_t> order, const RegionKindEnds& ends) noexcept {
+void RegionRunner::begin_batch(std::span<const std::uint32_t> order, const RegionKindEnds& ends) noexcept {
   order_ = order;
   ends_ = ends;
   incomplete_.clear();

@@ -47,17 +47,17 @@ class RegionRunner {
   void record_warm_up(gpu::Recorder& recorder) noexcept;
   /// A batch begins. `order`: whose record stands at each place, kind after kind; it has to stay until the answers are
   /// unpacked.
-  void arrange(std::span<const std::uint32_t> order, const RegionKindEnds& ends) noexcept;
+  void begin_batch(std::span<const std::uint32_t> order, const RegionKindEnds& ends) noexcept;
   /// Answers what stands in these records.
   void record(PlaceRange range, const accel::TlasView& view, const HaltAt& halt,
               gpu::Recorder& recorder) noexcept;
   void unpack(PlaceRange range, const accel::TlasView& view, threads::ForkJoin& fork_join) noexcept;
   /// Places to be asked again: the i-th of them as the i-th record.
   std::span<const std::uint32_t> incomplete() const noexcept { return incomplete_; }
-  std::uint32_t ask_again() const noexcept {
+  std::uint32_t next_retry_batch() const noexcept {
     return static_cast<std::uint32_t>(incomplete_.size()) - settled_;
   }
-  std::uint32_t least_asked_again() const noexcept { return groups_at_once(processors_); }
+  std::uint32_t min_retry_batch() const noexcept { return groups_at_once(processors_); }
   void record_again(PlaceRange range, const accel::TlasView& view, const HaltAt& halt,
                     gpu::Recorder& recorder) noexcept;
   void unpack_again(PlaceRange range, const accel::TlasView& view) noexcept;

@@ -188,7 +188,7 @@ TEST_F(Thefts, WithoutEndLeaveSearchesIncompleteAndSaySo) {
 TEST_F(Thefts, NowAndThenAreMadeUpFor) {
   constexpr int passes = 24,
                 robbed = 11;  // each that is not robbed makes a thousand of 20,000 rounds, and some more
-  const int at_a_time = static_cast<int>(std::max(prepare().least_asked_again(), 8u));
+  const int at_a_time = static_cast<int>(std::max(prepare().min_retry_batch(), 8u));
   const auto gaps_of_a_pass = [&](int rays) { return (rays + at_a_time - 1) / at_a_time; };
   const int of_the_first = gaps_of_a_pass(256), of_the_others = gaps_of_a_pass(max_rays - 256);
   const int behind_the_first = 4 + of_the_first * (robbed + passes + 2);
