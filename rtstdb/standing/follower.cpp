@@ -11,7 +11,7 @@
 
 #include "rtstdb/standing/membership_watch.hpp"
 #include "rtstdb/standing/nearest_watch.hpp"
-#include "rtstdb/standing/version_errand.hpp"
+#include "rtstdb/standing/version_job.hpp"
 #include "rtstdb/threads/signals_blocked.hpp"
 
 namespace rtstdb::standing {
@@ -207,17 +207,17 @@ bool Follower::follow_one_version() {
 }
 
 void Follower::catch_up() {
-  VersionErrand errand(feed_, options_.max_entities);
-  engine_.carry_out(errand);
+  VersionJob job(feed_, options_.max_entities);
+  engine_.carry_out(job);
   if (fed_) {
     gaps_.fetch_add(1, std::memory_order_relaxed);
-    mirror_.compare(errand.rows(), errand.shapes(), changed_);
+    mirror_.compare(job.rows(), job.shapes(), changed_);
     each([&](Watch& watch) {
       watch.forget(changed_);
-      watch.advance(errand.version());
+      watch.advance(job.version());
     });
   }
-  mirror_.replace(errand.version(), errand.rows(), errand.shapes());
+  mirror_.replace(job.version(), job.rows(), job.shapes());
   each([&](Watch& watch) { watch.follow(changed_, EventCause::gap); });
   fed_ = true;
 }

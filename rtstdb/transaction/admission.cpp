@@ -86,7 +86,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
   }
   if (!cost) {
     // Nobody knows whether they are kept behind it.
-    each_behind(transaction, deadline, [](TransactionImpl& other) { other.promised = false; });
+    for_each_lower_priority(transaction, deadline, [](TransactionImpl& other) { other.promised = false; });
     return true;
   }
   const ClockTime end = expected_end(now, transaction, deadline);
@@ -155,7 +155,8 @@ Nanoseconds Engine::rest_before(ClockTime now, const TransactionImpl& transactio
 }
 
 template <class Each>
-void Engine::each_behind(const TransactionImpl& transaction, ClockTime deadline, Each each) noexcept {
+void Engine::for_each_lower_priority(const TransactionImpl& transaction, ClockTime deadline,
+                                     Each each) noexcept {
   const auto look = [&](TransactionImpl& other) {
     if (other.promised && ReadyQueue::comes_before(transaction, deadline, other)) each(other);
   };
@@ -170,7 +171,7 @@ void Engine::each_behind(const TransactionImpl& transaction, ClockTime deadline,
 std::optional<ClockTime> Engine::first_broken(const TransactionImpl& transaction,
                                               ClockTime deadline) noexcept {
   std::optional<ClockTime> first;
-  each_behind(transaction, deadline, [&](const TransactionImpl& other) {
+  for_each_lower_priority(transaction, deadline, [&](const TransactionImpl& other) {
     const bool equal = other.terms().importance == transaction.terms().importance;
     if (!equal || other.slack >= transaction.promised_cost) return;
     first = std::min(first.value_or(ClockTime::max()), other.terms().deadline);
@@ -179,8 +180,8 @@ std::optional<ClockTime> Engine::first_broken(const TransactionImpl& transaction
 }
 
 void Engine::take_from_slack(const TransactionImpl& transaction) noexcept {
-  each_behind(transaction, transaction.terms().deadline,
-              [&](TransactionImpl& other) { other.slack -= transaction.promised_cost; });
+  for_each_lower_priority(transaction, transaction.terms().deadline,
+                          [&](TransactionImpl& other) { other.slack -= transaction.promised_cost; });
 }
 
 ClockTime Engine::earliest_feasible(ClockTime now, const TransactionImpl& transaction) noexcept {

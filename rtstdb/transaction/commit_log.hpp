@@ -36,7 +36,7 @@ namespace rtstdb::transaction {
 class TransactionImpl;
 
 /// What the log wants of the engine; called on the log's thread.
-class LogOwner : public ErrandTaker {
+class LogOwner : public JobTaker {
  public:
   /// A transaction that was held; its outcome says whether it is durable.
   virtual void give_back_held(TransactionImpl& transaction) noexcept = 0;

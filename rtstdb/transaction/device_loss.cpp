@@ -12,7 +12,7 @@ void Engine::revive_device() noexcept {
   device_back_at_.reset();
 }
 
-void Engine::give_back_hopeless() noexcept {
+void Engine::fail_unmeetable() noexcept {
   if (!device_back_at_) return;
   const auto hopeless = [this](const TransactionImpl& waiting) {
     return !waiting.requests().empty() && waiting.is(DeadlineClass::firm) &&

@@ -10,16 +10,16 @@
 
 #include "rtstdb/threads/signals_blocked.hpp"
 #include "rtstdb/transaction/late_answers.hpp"
-#include "rtstdb/transaction/shape_errand.hpp"
-#include "rtstdb/transaction/snapshot_errand.hpp"
+#include "rtstdb/transaction/shape_job.hpp"
+#include "rtstdb/transaction/snapshot_job.hpp"
 
 namespace rtstdb::transaction {
 
 namespace {
 
-class CallErrand final : public Errand {
+class CallJob final : public EngineJob {
  public:
-  explicit CallErrand(const std::function<void()>& work) : work_(work) {}
+  explicit CallJob(const std::function<void()>& work) : work_(work) {}
   bool step(const store::Store&) noexcept override {
     work_();
     return true;
@@ -60,7 +60,7 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
   const threads::SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run_thread(); });
   try {
-    relief_ = std::thread([this] { relieve(); });
+    relief_ = std::thread([this] { run_write_helper(); });
     if (log_ != nullptr) log_->start(*this, clock_);
   } catch (...) {
     close();
@@ -129,36 +129,36 @@ const Outcome& Engine::wait(Transaction& transaction) noexcept {
 }
 
 Result<std::vector<EntityState>> Engine::snapshot(const ReadAt& read_at) {
-  SnapshotErrand errand(read_at, max_entities_);
-  give_errand(errand);
-  errand.wait();
-  return std::move(errand).take();
+  SnapshotJob job(read_at, max_entities_);
+  give_job(job);
+  job.wait();
+  return std::move(job).take();
 }
 
 Result<std::vector<glm::vec3>> Engine::shape(GeometryId geometry, std::size_t positions,
                                              const ReadAt& read_at) {
-  ShapeErrand errand(geometry, positions, read_at);
-  give_errand(errand);
-  errand.wait();
-  return std::move(errand).take();
+  ShapeJob job(geometry, positions, read_at);
+  give_job(job);
+  job.wait();
+  return std::move(job).take();
 }
 
 void Engine::call(const std::function<void()>& work) {
-  CallErrand errand(work);
-  give_errand(errand);
-  errand.wait();
+  CallJob job(work);
+  give_job(job);
+  job.wait();
 }
 
 void Engine::give_back(ReservationImpl& reservation) noexcept {
   const std::function<void()> work = [&] { reservations_.give_back(reservation); };
-  CallErrand errand(work);
-  take_errand(errand);  // its owner may have closed the database
-  errand.wait();
+  CallJob job(work);
+  take_job(job);  // its owner may have closed the database
+  job.wait();
 }
 
-void Engine::carry_out(Errand& errand) noexcept {
-  give_errand(errand);
-  errand.wait();
+void Engine::carry_out(EngineJob& job) noexcept {
+  give_job(job);
+  job.wait();
 }
 
 void Engine::listen(CommitListener* listener) {
@@ -191,8 +191,8 @@ SchedulerCounts Engine::scheduler_counts() const {
   return counts;
 }
 
-void Engine::give_errand(Errand& errand) noexcept {
-  const bool open = errands_given_.push(errand);
+void Engine::give_job(EngineJob& job) noexcept {
+  const bool open = jobs_given_.push(job);
   RTSTDB_REQUIRE(open, "Database", "the database is closed (Database::close)");
   ring();
 }
@@ -255,7 +255,7 @@ bool Engine::work_once() noexcept {
   TransactionImpl* const most_urgent = queue_.pop();
   if (most_urgent != nullptr) carry_out_and_log(*most_urgent);
   if (most_urgent == nullptr && log_ != nullptr) log_->hand_over();
-  const bool stepped = step_errand();
+  const bool stepped = step_job();
   return most_urgent != nullptr || stepped;
 }
 
@@ -300,14 +300,14 @@ void Engine::end(TransactionImpl& transaction, Status status) noexcept {
   log_->hold(transaction);
 }
 
-bool Engine::step_errand() noexcept {
-  if (errands_ == nullptr) errands_ = errands_given_.take_all();
-  if (errands_ == nullptr) return false;
-  auto& errand = static_cast<Errand&>(*errands_);
+bool Engine::step_job() noexcept {
+  if (jobs_ == nullptr) jobs_ = jobs_given_.take_all();
+  if (jobs_ == nullptr) return false;
+  auto& job = static_cast<EngineJob&>(*jobs_);
   if (log_ != nullptr) log_->hand_over();  // it may take long
-  if (errand.step(store_)) {
-    errands_ = errand.next;
-    errand.mark_done();  // from here on it may be gone
+  if (job.step(store_)) {
+    jobs_ = job.next;
+    job.mark_done();  // from here on it may be gone
   }
   return true;
 }
@@ -320,11 +320,11 @@ void Engine::cancel_all() noexcept {
   }
   while (TransactionImpl* const waiting = queue_.pop())
     finish_cancelled(*waiting, CancelledBy::closing);
-  while (step_errand()) {
+  while (step_job()) {
   }
-  errands_ = errands_given_.close();
-  while (errands_ != nullptr)
-    step_errand();
+  jobs_ = jobs_given_.close();
+  while (jobs_ != nullptr)
+    step_job();
 }
 
 }  // namespace rtstdb::transaction

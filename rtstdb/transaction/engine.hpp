@@ -42,7 +42,7 @@
 #include "rtstdb/transaction/commit_listener.hpp"
 #include "rtstdb/transaction/commit_log.hpp"
 #include "rtstdb/transaction/cost_model.hpp"
-#include "rtstdb/transaction/errand.hpp"
+#include "rtstdb/transaction/engine_job.hpp"
 #include "rtstdb/transaction/gap_waits.hpp"
 #include "rtstdb/transaction/hand_over.hpp"
 #include "rtstdb/transaction/latest_version.hpp"
@@ -101,8 +101,8 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   /// setup: transactions wait meanwhile. Misuse after close.
   void call(const std::function<void()>& work);
 
-  /// Has the errand's steps done by the engine's thread and waits for the last. Misuse after close.
-  void carry_out(Errand& errand) noexcept;
+  /// Has the job's steps done by the engine's thread and waits for the last. Misuse after close.
+  void carry_out(EngineJob& job) noexcept;
   /// Who is told what is committed from now on; null: nobody. It stays until somebody else is. Setup; misuse after close.
   void listen(CommitListener* listener);
 
@@ -138,12 +138,12 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   /// The relief's thread: while a transaction waits for the device, admits or refuses what comes; and carries out those
   /// that only write, since they need no device, where the one that waits only reads. So a tick's write waits
   /// microseconds, not for another thread's queries.
-  void relieve() noexcept;
+  void run_write_helper() noexcept;
   void carry_out_writes() noexcept;
   /// Whether in a gap of this one something would be done.
   bool somebody_would_pass(const TransactionImpl& transaction) const noexcept;
   // logging.cpp
-  void take_errand(Errand& errand) noexcept override;
+  void take_job(EngineJob& job) noexcept override;
   void give_back_held(TransactionImpl& transaction) noexcept override;
   void tend_log_soon() noexcept override { ring(); }
   bool is_held(const TransactionImpl& transaction, Status status) const noexcept;
@@ -163,16 +163,16 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
                           ClockTime deadline) const noexcept;
   /// Those to whom a promise was made, and before whom a newcomer goes.
   template <class Each>
-  void each_behind(const TransactionImpl& transaction, ClockTime deadline, Each each) noexcept;
+  void for_each_lower_priority(const TransactionImpl& transaction, ClockTime deadline, Each each) noexcept;
   /// The earliest deadline among the promises of its importance that a newcomer would break.
   std::optional<ClockTime> first_broken(const TransactionImpl& transaction, ClockTime deadline) noexcept;
   void take_from_slack(const TransactionImpl& transaction) noexcept;
   /// The earliest deadline from its own on that is admitted when it is asked for at once.
   ClockTime earliest_feasible(ClockTime now, const TransactionImpl& transaction) noexcept;
   // reserve.cpp
-  Result<void> take_on(ReservationImpl& reservation);
+  Result<void> admit_reservation(ReservationImpl& reservation);
   /// One that has cost more than its budget has its rank no longer.
-  void look_at_budget(const Running& running) noexcept;
+  void enforce_budget(const Running& running) noexcept;
   /// Whether one that waits may run inside the gap of the innermost one.
   bool may_nest(const TransactionImpl& waiting) const noexcept;
   /// Whether the innermost one stands in the way of a reserved one, and gives way to it.
@@ -198,12 +198,12 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   // device_loss.cpp
   void revive_device() noexcept;
   /// While the device is being revived: gives back those that ask and whose firm deadline comes before it can.
-  void give_back_hopeless() noexcept;
+  void fail_unmeetable() noexcept;
   void finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept;
   void drop_cancelled() noexcept;
-  bool step_errand() noexcept;
+  bool step_job() noexcept;
   void cancel_all() noexcept;
-  void give_errand(Errand& errand) noexcept;
+  void give_job(EngineJob& job) noexcept;
   void ring() noexcept;
   void sleep_unless_rung(std::uint32_t heard) noexcept;
   void set_priority(std::thread& thread, int priority);
@@ -219,7 +219,7 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   Accuracy accuracy_;
   std::atomic<std::uint64_t> restarts_{0};
   HandOver submitted_;
-  HandOver errands_given_;
+  HandOver jobs_given_;
   threads::Bell bell_;  ///< rung when there is anything to look at
   std::atomic<std::uint32_t> cancels_asked_{0};
   std::atomic<bool> closing_{false};
@@ -242,8 +242,8 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   ReadyQueue queue_;
   Reservations reservations_;
   Runner runner_;
-  HandOverLink* errands_ = nullptr;  ///< taken over, oldest first
-  std::uint32_t received_at_ = 0;    ///< the bell when submissions were last taken over
+  HandOverLink* jobs_ = nullptr;   ///< taken over, oldest first
+  std::uint32_t received_at_ = 0;  ///< the bell when submissions were last taken over
   std::uint32_t cancels_seen_ = 0;
   std::uint64_t arrivals_ = 0;
   std::uint32_t refused_in_a_row_ = 0;

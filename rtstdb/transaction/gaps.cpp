@@ -66,7 +66,7 @@ query::ExecutorCallbacks::Gap Engine::on_preemption_point() noexcept {
   if (!running.others.empty()) return Gap::stop;
   const TransactionImpl& transaction = *running.transaction;
   if (transaction.is_to_be_cancelled()) return Gap::stop;
-  look_at_budget(running);
+  enforce_budget(running);
   late_answers::note_gap(running, clock_);
   if (queue_.holds_before(transaction) && !stays_in_one_piece(transaction)) {
     running.stands_since = clock_.now();
@@ -91,7 +91,7 @@ query::ExecutorCallbacks::Gap Engine::on_preemption_point() noexcept {
   return in_vain ? Gap::stop : Gap::go_on;
 }
 
-void Engine::relieve() noexcept {
+void Engine::run_write_helper() noexcept {
   while (!closing_.load(std::memory_order_acquire)) {
     const std::uint32_t heard = relief_bell_.heard();
     if (waits_for_device_.load(std::memory_order_seq_cst)) {
@@ -104,7 +104,7 @@ void Engine::relieve() noexcept {
 
 void Engine::carry_out_writes() noexcept {
   receive();
-  give_back_hopeless();
+  fail_unmeetable();
   const auto only_writes = [this](const TransactionImpl& waiting) {
     return !waiting.write_set().empty() && waiting.requests().empty() && runner_.fits_beside(waiting);
   };

@@ -40,13 +40,13 @@ Status Runner::write_through(TransactionImpl& transaction, const Running& runnin
 
 // ---- the log's thread
 
-void Engine::take_errand(Errand& errand) noexcept {
-  if (errands_given_.push(errand)) return ring();
-  // The engine's thread has ended, or carries out the last errands.
+void Engine::take_job(EngineJob& job) noexcept {
+  if (jobs_given_.push(job)) return ring();
+  // The engine's thread has ended, or carries out the last jobs.
   const std::lock_guard lock(working_);
-  while (!errand.step(store_)) {
+  while (!job.step(store_)) {
   }
-  errand.mark_done();
+  job.mark_done();
 }
 
 void Engine::give_back_held(TransactionImpl& transaction) noexcept {

@@ -105,7 +105,7 @@ ReservationCounts ReservationImpl::counts() const {
 
 // ---- all
 
-Result<void> Reservations::take_on(ReservationImpl& reservation, Nanoseconds piece, double share) {
+Result<void> Reservations::admit_reservation(ReservationImpl& reservation, Nanoseconds piece, double share) {
   if (auto checked = check(reservation.options()); !checked) return checked;
   if (taken_on_.size() == max_reservations) {
     return Error{ErrorCode::capacity, described(reservation.options()) + ": there are " +

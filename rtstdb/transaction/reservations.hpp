@@ -8,7 +8,7 @@
 // reservations were made, whatever the callers do. How often one may come in the long run is told by deadlines, so that one
 // that is late once is not late ever after.
 //
-// Threads: take_on and give_back by any, one at a time with the engine standing still; what transactions pass under the
+// Threads: admit_reservation and give_back by any, one at a time with the engine standing still; what transactions pass under the
 // engine's lock; counts by any.
 
 #include <atomic>
@@ -62,7 +62,7 @@ class Reservations {
   static constexpr std::size_t max_in_gaps = 4;
 
   /// Adds it, or says why not. `piece`: the longest one of other work that can not be interrupted.
-  Result<void> take_on(ReservationImpl& reservation, Nanoseconds piece, double share);
+  Result<void> admit_reservation(ReservationImpl& reservation, Nanoseconds piece, double share);
   void give_back(ReservationImpl& reservation) noexcept;
   std::vector<ReservationCounts> counts() const;
 

@@ -18,7 +18,7 @@ Result<std::unique_ptr<Reservation>> Engine::reserve(const ReservationOptions& o
   Result<void> taken_on;
   call([&] {
     try {
-      taken_on = take_on(*reservation);
+      taken_on = admit_reservation(*reservation);
     } catch (const std::bad_alloc&) {
       taken_on =
           Error{ErrorCode::out_of_memory, "reservation '" + options.name + "' does not fit into memory"};
@@ -28,20 +28,21 @@ Result<std::unique_ptr<Reservation>> Engine::reserve(const ReservationOptions& o
   return std::unique_ptr<Reservation>(std::move(reservation));
 }
 
-Result<void> Engine::take_on(ReservationImpl& reservation) {
+Result<void> Engine::admit_reservation(ReservationImpl& reservation) {
   // Time stands still in a virtual run: nothing takes any.
-  if (clock_.is_virtual()) return reservations_.take_on(reservation, Nanoseconds(0), max_reserved_share_);
+  if (clock_.is_virtual())
+    return reservations_.admit_reservation(reservation, Nanoseconds(0), max_reserved_share_);
   if (chunk_ == Nanoseconds(0)) {
     return Error{ErrorCode::capacity,
                  "reservation '" + reservation.options().name +
                      "': chunk is 0, so that there is no end to what may go on before it"};
   }
   const CostModel::Pieces pieces = costs_.longest_pieces();
-  return reservations_.take_on(reservation, std::max(chunk_ + pieces.structures, pieces.commit),
-                               max_reserved_share_);
+  return reservations_.admit_reservation(reservation, std::max(chunk_ + pieces.structures, pieces.commit),
+                                         max_reserved_share_);
 }
 
-void Engine::look_at_budget(const Running& running) noexcept {
+void Engine::enforce_budget(const Running& running) noexcept {
   TransactionImpl& transaction = *running.transaction;
   if (!transaction.reserved) return;
   const Nanoseconds spent = clock_.now() - transaction.outcome().started - running.interrupted;

@@ -48,7 +48,7 @@ std::optional<log::WorldHead> WorldCopy::begin(Version) {
     copying_.begin_anew();
     copying_.attempts_ = 0;
     copying_.given = true;
-    taker_->take_errand(copying_);
+    taker_->take_job(copying_);
   }
   if (!copying_.is_done()) return std::nullopt;
   copying_.given = false;

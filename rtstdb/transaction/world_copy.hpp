@@ -11,15 +11,15 @@
 #include <vector>
 
 #include "rtstdb/log/world_source.hpp"
-#include "rtstdb/transaction/errand.hpp"
+#include "rtstdb/transaction/engine_job.hpp"
 
 namespace rtstdb::transaction {
 
-/// Who has the store: carries an errand out, sooner or later.
-class ErrandTaker {
+/// Who has the store: carries a job out, sooner or later.
+class JobTaker {
  public:
-  virtual ~ErrandTaker() = default;
-  virtual void take_errand(Errand& errand) noexcept = 0;
+  virtual ~JobTaker() = default;
+  virtual void take_job(EngineJob& job) noexcept = 0;
 };
 
 class WorldCopy final : public log::WorldSource {
@@ -27,7 +27,7 @@ class WorldCopy final : public log::WorldSource {
   explicit WorldCopy(std::uint32_t max_entities) : copying_(max_entities) {}
 
   /// Before it is asked. Outlives this, or is let go.
-  void attach(ErrandTaker* taker) noexcept { taker_ = taker; }
+  void attach(JobTaker* taker) noexcept { taker_ = taker; }
   /// A geometry whose record has been put, or that was there from the start, with so many positions.
   void add(const log::LoggedGeometry& geometry, std::size_t positions);
   std::vector<log::LoggedGeometry> geometries() const;
@@ -41,7 +41,7 @@ class WorldCopy final : public log::WorldSource {
   void end() noexcept override;
 
  private:
-  class Copying final : public Errand {
+  class Copying final : public EngineJob {
    public:
     explicit Copying(std::uint32_t entities) : max_entities(entities) {}
     bool step(const store::Store& store) noexcept override;
@@ -77,7 +77,7 @@ class WorldCopy final : public log::WorldSource {
   };
   mutable std::mutex known_mutex_;
   std::vector<Known> known_;  // by index
-  ErrandTaker* taker_ = nullptr;
+  JobTaker* taker_ = nullptr;
   Copying copying_;
 };
 

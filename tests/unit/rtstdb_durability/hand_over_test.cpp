@@ -105,21 +105,21 @@ TEST_F(HandingOver, BeforeAQueryThatTakesLong) {
   EXPECT_EQ(life_.engine.wait(*reader_).status, Status::committed);
 }
 
-TEST_F(HandingOver, BeforeAnErrand) {
+TEST_F(HandingOver, BeforeAJob) {
   // Both are given while the engine can not look: a commit, and what takes long.
   Gate before;
-  Gate errand;
+  Gate job;
   std::thread first([&] { life_.engine.call([&] { before.pass(); }); });
   before.wait_until_somebody_stands_there();
   writer_->begin({});
   writer_->update(id_, body(2));
   life_.engine.submit(*writer_);
-  std::thread second([&] { life_.engine.call([&] { errand.pass(); }); });
+  std::thread second([&] { life_.engine.call([&] { job.pass(); }); });
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
   before.open();
-  errand.wait_until_somebody_stands_there();
+  job.wait_until_somebody_stands_there();
   EXPECT_TRUE(becomes_durable(life_.engine.wait(*writer_).version));
-  errand.open();
+  job.open();
   first.join();
   second.join();
 }

@@ -8,9 +8,9 @@
 
 namespace rtstdb::transaction {
 
-class Errand : public HandOverLink {
+class EngineJob : public HandOverLink {
  public:
-  virtual ~Errand() = default;
+  virtual ~EngineJob() = default;
   /// One step, on the engine's thread. True: that was the last.
   virtual bool step(const store::Store& store) noexcept = 0;
 

@@ -9,14 +9,14 @@
 #include <rtstdb/database.hpp>
 #include <rtstdb/result.hpp>
 
-#include "rtstdb/transaction/errand.hpp"
+#include "rtstdb/transaction/engine_job.hpp"
 
 namespace rtstdb::transaction {
 
-class SnapshotErrand final : public Errand {
+class SnapshotJob final : public EngineJob {
  public:
   /// `room`: as many rows as there can be; reserved here, since steps must not allocate.
-  SnapshotErrand(const ReadAt& read_at, std::size_t room) : read_at_(read_at) { states_.reserve(room); }
+  SnapshotJob(const ReadAt& read_at, std::size_t room) : read_at_(read_at) { states_.reserve(room); }
 
   bool step(const store::Store& store) noexcept override;
   /// After the last step.

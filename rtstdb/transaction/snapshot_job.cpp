@@ -1,4 +1,4 @@
-#include "rtstdb/transaction/snapshot_errand.hpp"
+#include "rtstdb/transaction/snapshot_job.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -6,7 +6,7 @@
 
 namespace rtstdb::transaction {
 
-bool SnapshotErrand::step(const store::Store& store) noexcept {
+bool SnapshotJob::step(const store::Store& store) noexcept {
   if (!snapshot_ || !snapshot_->still_kept()) {
     // Not begun, or overtaken by commits: whoever asked for a version by its number stays with that.
     const ReadAt again =
@@ -30,7 +30,7 @@ bool SnapshotErrand::step(const store::Store& store) noexcept {
   return next_index_ == limit;
 }
 
-Result<std::vector<EntityState>> SnapshotErrand::take() && {
+Result<std::vector<EntityState>> SnapshotJob::take() && {
   if (fault_) return Error{ErrorCode::bad_input, describe(*fault_)};
   return std::move(states_);
 }

@@ -1,11 +1,11 @@
-#include "rtstdb/transaction/shape_errand.hpp"
+#include "rtstdb/transaction/shape_job.hpp"
 
 #include <utility>
 #include <variant>
 
 namespace rtstdb::transaction {
 
-bool ShapeErrand::step(const store::Store& store) noexcept {
+bool ShapeJob::step(const store::Store& store) noexcept {
   const auto found = store.read(read_at_, store::ReadFor::rows_and_shapes);
   if (const auto* fault = std::get_if<BadInput>(&found)) {
     fault_ = *fault;
@@ -16,7 +16,7 @@ bool ShapeErrand::step(const store::Store& store) noexcept {
   return true;
 }
 
-Result<std::vector<glm::vec3>> ShapeErrand::take() && {
+Result<std::vector<glm::vec3>> ShapeJob::take() && {
   if (fault_) return Error{ErrorCode::bad_input, describe(*fault_)};
   return std::move(positions_m_);
 }

@@ -1,15 +1,15 @@
-#include "rtstdb/standing/version_errand.hpp"
+#include "rtstdb/standing/version_job.hpp"
 
 #include <algorithm>
 
 namespace rtstdb::standing {
 
-VersionErrand::VersionErrand(ChangeFeed& feed, std::size_t room) : feed_(feed) {
+VersionJob::VersionJob(ChangeFeed& feed, std::size_t room) : feed_(feed) {
   rows_.reserve(room);
   shapes_.reserve(feed.used_positions().size());
 }
 
-void VersionErrand::begin(const store::Store& store) noexcept {
+void VersionJob::begin(const store::Store& store) noexcept {
   snapshot_ = store.latest_snapshot();
   ++attempts_;
   next_index_ = 0;
@@ -22,7 +22,7 @@ void VersionErrand::begin(const store::Store& store) noexcept {
   }
 }
 
-bool VersionErrand::step(const store::Store& store) noexcept {
+bool VersionJob::step(const store::Store& store) noexcept {
   if (!snapshot_) feed_.start();
   if (!snapshot_ || !snapshot_->still_kept()) begin(store);
   const std::uint32_t limit = snapshot_->index_limit();

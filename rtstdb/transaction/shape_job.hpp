@@ -7,14 +7,14 @@
 #include <rtstdb/database.hpp>
 #include <rtstdb/result.hpp>
 
-#include "rtstdb/transaction/errand.hpp"
+#include "rtstdb/transaction/engine_job.hpp"
 
 namespace rtstdb::transaction {
 
-class ShapeErrand final : public Errand {
+class ShapeJob final : public EngineJob {
  public:
   /// `positions`: as many as the geometry has; reserved here, since a step must not allocate.
-  ShapeErrand(GeometryId geometry, std::size_t positions, const ReadAt& read_at)
+  ShapeJob(GeometryId geometry, std::size_t positions, const ReadAt& read_at)
       : geometry_(geometry), read_at_(read_at) {
     positions_m_.reserve(positions);
   }

@@ -8,14 +8,14 @@
 
 #include "rtstdb/standing/change_feed.hpp"
 #include "rtstdb/standing/mirror.hpp"
-#include "rtstdb/transaction/errand.hpp"
+#include "rtstdb/transaction/engine_job.hpp"
 
 namespace rtstdb::standing {
 
-class VersionErrand final : public transaction::Errand {
+class VersionJob final : public transaction::EngineJob {
  public:
   /// `room`: as many rows as there can be; reserved here, since steps must not allocate.
-  VersionErrand(ChangeFeed& feed, std::size_t room);
+  VersionJob(ChangeFeed& feed, std::size_t room);
 
   bool step(const store::Store& store) noexcept override;
   // After the last step.
