@@ -134,13 +134,13 @@ Nanoseconds Engine::rest_before(ClockTime now, const TransactionImpl& transactio
   Nanoseconds sum{0};
   const bool may_nest_here = may_nest(transaction);
   const Nanoseconds longest_chunk =
-      chunk_ > Nanoseconds(0) ? std::max(chunk_, gap_waits_.longest(now)) : Nanoseconds(0);
+      chunk_ > Nanoseconds(0) ? std::max(chunk_, preemption_latency_.longest(now)) : Nanoseconds(0);
   for (const Running& running : runner_.running().all()) {
     const TransactionImpl& other = *running.transaction;
     const bool innermost = &running == &runner_.running().all().back();
     const bool passed = may_nest_here && ReadyQueue::comes_before(transaction, deadline, other);
     const Nanoseconds spent =
-        running.stands_since.value_or(now) - other.outcome().started - running.interrupted;
+        running.preempted_at.value_or(now) - other.outcome().started - running.interrupted;
     // Of one that takes longer than was thought, or of which nothing is known, a chunk is left.
     const Nanoseconds as_promised = running.promised_cost() - spent;
     const Nanoseconds chunk = as_promised > Nanoseconds(0) ? chunk_ : longest_chunk;

@@ -43,9 +43,9 @@
 #include "rtstdb/transaction/commit_log.hpp"
 #include "rtstdb/transaction/cost_model.hpp"
 #include "rtstdb/transaction/engine_job.hpp"
-#include "rtstdb/transaction/gap_waits.hpp"
 #include "rtstdb/transaction/hand_over.hpp"
 #include "rtstdb/transaction/latest_version.hpp"
+#include "rtstdb/transaction/preemption_latency.hpp"
 #include "rtstdb/transaction/ready_queue.hpp"
 #include "rtstdb/transaction/reservations.hpp"
 #include "rtstdb/transaction/runner.hpp"
@@ -238,7 +238,7 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   CommitListener* listener_ = nullptr;
   LatestVersion latest_;  ///< written by it, read by any
   CostModel costs_;
-  GapWaits gap_waits_;
+  PreemptionLatency preemption_latency_;
   ReadyQueue queue_;
   Reservations reservations_;
   Runner runner_;

@@ -54,8 +54,8 @@ void Engine::on_outer_drained(Nanoseconds time) noexcept {
   runner_.running().innermost().interrupted += time;
   Running* const outer = runner_.running().around();
   if (outer == nullptr) return;
-  outer->got_on += time;
-  gap_waits_.learn(std::exchange(outer->awaited_for, Nanoseconds(0)) + time, clock_.now());
+  outer->device_time_while_preempted += time;
+  preemption_latency_.learn(std::exchange(outer->awaited_for, Nanoseconds(0)) + time, clock_.now());
 }
 
 query::ExecutorCallbacks::Gap Engine::on_preemption_point() noexcept {
@@ -69,8 +69,8 @@ query::ExecutorCallbacks::Gap Engine::on_preemption_point() noexcept {
   enforce_budget(running);
   late_answers::note_gap(running, clock_);
   if (queue_.holds_before(transaction) && !stays_in_one_piece(transaction)) {
-    running.stands_since = clock_.now();
-    running.awaited_for = *running.stands_since - gap_awaited_since_.value_or(*running.stands_since);
+    running.preempted_at = clock_.now();
+    running.awaited_for = *running.preempted_at - gap_awaited_since_.value_or(*running.preempted_at);
     const auto urgent = [&](const TransactionImpl& waiting) {
       return ReadyQueue::goes_before(waiting, transaction) && may_nest(waiting);
     };
@@ -80,11 +80,11 @@ query::ExecutorCallbacks::Gap Engine::on_preemption_point() noexcept {
       carry_out(*next, &transaction);
       receive();
     }
-    running.interrupted +=
-        clock_.now() - *running.stands_since - std::exchange(running.got_on, Nanoseconds(0));
-    running.stands_since.reset();
-    running.gives_way = has_to_give_way(transaction);
-    if (running.gives_way) return Gap::stop;
+    running.interrupted += clock_.now() - *running.preempted_at -
+                           std::exchange(running.device_time_while_preempted, Nanoseconds(0));
+    running.preempted_at.reset();
+    running.must_restart = has_to_give_way(transaction);
+    if (running.must_restart) return Gap::stop;
   }
   if (late_answers::are_enough(running, clock_)) return Gap::finish_in_flight;
   const bool in_vain = transaction.is(DeadlineClass::firm) && clock_.now() > transaction.terms().deadline;

@@ -209,7 +209,7 @@ Status Runner::cancelled(TransactionImpl& transaction) noexcept {
 
 Status Runner::stopped(TransactionImpl& transaction, const Running& running) noexcept {
   if (transaction.is_to_be_cancelled()) return cancelled(transaction);
-  if (running.gives_way) return Status::pending;
+  if (running.must_restart) return Status::pending;
   if (!clock_.is_virtual())
     costs_.learn_stopped(transaction.requests(), running.queries_cost, running.structures);
   transaction.note_late(clock_.now());

@@ -23,12 +23,12 @@ struct Running {
   bool staged = false;                       ///< its writes are: nobody else's can be
   Nanoseconds queries_cost{0};               ///< of that, interruptions are no part
   query::StructureWork structures;
-  std::optional<ClockTime> stands_since;  ///< when it was interrupted; none while it gets on
+  std::optional<ClockTime> preempted_at;  ///< when it was interrupted; none while it gets on
   Nanoseconds awaited_for{0};             ///< so long before that somebody waited for it
   /// Spent on others in its gaps, and until the device was done with the one whose gap this is.
   Nanoseconds interrupted{0};
-  Nanoseconds got_on{0};   ///< so long the device was busy with it while it stood
-  bool gives_way = false;  ///< it stops to be begun anew
+  Nanoseconds device_time_while_preempted{0};  ///< so long the device was busy with it while it stood
+  bool must_restart = false;                   ///< it stops to be begun anew
   // Where answers may be partial.
   std::optional<ClockTime> last_gap;  ///< when others had run in it
   Nanoseconds chunk{0};               ///< from the gap before to this one

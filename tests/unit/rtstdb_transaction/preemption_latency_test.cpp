@@ -1,4 +1,4 @@
-#include "rtstdb/transaction/gap_waits.hpp"
+#include "rtstdb/transaction/preemption_latency.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,33 +10,33 @@ using namespace std::chrono_literals;
 constexpr Nanoseconds usual{500'000}, long_one{25'000'000};
 constexpr ClockTime first_came{Nanoseconds(1'000'000'000'000)};
 
-GapWaits after_usual_ones() {
-  GapWaits waits;
+PreemptionLatency after_usual_ones() {
+  PreemptionLatency waits;
   for (int i = 0; i < 100; ++i)
     waits.learn(usual, first_came - 10ms * (100 - i));
   return waits;
 }
 
-TEST(GapWaitsTest, AreNoneBeforeAnybodyWaited) {
-  EXPECT_EQ(GapWaits().longest(first_came), 0ns);
+TEST(PreemptionLatencyTest, AreNoneBeforeAnybodyWaited) {
+  EXPECT_EQ(PreemptionLatency().longest(first_came), 0ns);
 }
 
-TEST(GapWaitsTest, AreAsLongAsTheyAllAre) {
+TEST(PreemptionLatencyTest, AreAsLongAsTheyAllAre) {
   const Nanoseconds longest = after_usual_ones().longest(first_came);
   EXPECT_LE(longest, usual);
   EXPECT_GT(longest, usual * 9 / 10);
 }
 
-TEST(GapWaitsTest, OneThatIsLongByItselfMovesThemByHalf) {
-  GapWaits waits = after_usual_ones();
+TEST(PreemptionLatencyTest, OneThatIsLongByItselfMovesThemByHalf) {
+  PreemptionLatency waits = after_usual_ones();
   waits.learn(100 * long_one, first_came);
   EXPECT_GT(waits.longest(first_came), usual);
   EXPECT_LE(waits.longest(first_came), usual * 3 / 2);
 }
 
 /// Among a hundred a second.
-TEST(GapWaitsTest, FollowThoseThatComeFiveTimesASecond) {
-  GapWaits waits = after_usual_ones();
+TEST(PreemptionLatencyTest, FollowThoseThatComeFiveTimesASecond) {
+  PreemptionLatency waits = after_usual_ones();
   ClockTime now = first_came;
   Nanoseconds least = long_one;
   for (int i = 0; i < 1'000; ++i) {
@@ -48,8 +48,8 @@ TEST(GapWaitsTest, FollowThoseThatComeFiveTimesASecond) {
   EXPECT_LE(waits.longest(now), long_one);
 }
 
-TEST(GapWaitsTest, LeaveOutThoseThatAreRare) {
-  GapWaits waits = after_usual_ones();
+TEST(PreemptionLatencyTest, LeaveOutThoseThatAreRare) {
+  PreemptionLatency waits = after_usual_ones();
   ClockTime now = first_came;
   for (int i = 0; i < 2'000; ++i) {
     now += 10ms;
@@ -58,8 +58,8 @@ TEST(GapWaitsTest, LeaveOutThoseThatAreRare) {
   }
 }
 
-TEST(GapWaitsTest, AreForgottenByHalfEverySecond) {
-  GapWaits waits;
+TEST(PreemptionLatencyTest, AreForgottenByHalfEverySecond) {
+  PreemptionLatency waits;
   for (int i = 0; i < 20; ++i)
     waits.learn(long_one, first_came);
   ASSERT_EQ(waits.longest(first_came), long_one);

@@ -9,7 +9,7 @@
 
 namespace rtstdb::transaction {
 
-class GapWaits {
+class PreemptionLatency {
  public:
   void learn(Nanoseconds wait, ClockTime now) noexcept {
     const Nanoseconds before = longest(now);
