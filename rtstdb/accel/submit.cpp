@@ -22,7 +22,7 @@ std::atomic_ref<std::uint32_t> wanted(const gpu::Buffer& halt) noexcept {
   return std::atomic_ref(halt.host_as<shared::HaltWords>()[0].wanted);
 }
 std::atomic_ref<std::uint32_t> first_left_in(const gpu::Buffer& halt) noexcept {
-  return std::atomic_ref(halt.host_as<shared::HaltWords>()[0].first_left);
+  return std::atomic_ref(halt.host_as<shared::HaltWords>()[0].first_unstarted);
 }
 
 }  // namespace
@@ -85,16 +85,16 @@ bool Submit::finish(bool awaited, Submit* behind) {
 }
 
 gpu::WaitResult Submit::wait(bool awaited, Submit* behind) {
-  if (halt_ && halting_.whole_for.count() > 0) {
+  if (halt_ && halting_.halt_after.count() > 0) {
     halted_at_once_ = awaited && halting_.at_once;
     DeviceFree look = halted_at_once_ ? std::chrono::steady_clock::now()
-                                      : std::max(started_, *device_free_) + halting_.whole_for;
+                                      : std::max(started_, *device_free_) + halting_.halt_after;
     while (true) {
       const auto left = look - std::chrono::steady_clock::now();
       const gpu::WaitResult waited = timeline_.wait(under_way_, nanoseconds(left));
       if (waited != gpu::WaitResult::timeout) return waited;
       if (awaited || (callbacks_ != nullptr && callbacks_->preemption_requested())) break;
-      look = std::chrono::steady_clock::now() + halting_.whole_for / 2;
+      look = std::chrono::steady_clock::now() + halting_.halt_after / 2;
     }
     halt();
     if (behind != nullptr) behind->halt();
@@ -106,7 +106,7 @@ void Submit::halt() noexcept {
   wanted(halt_).store(1, std::memory_order_relaxed);
 }
 
-std::uint32_t Submit::first_left() const noexcept {
+std::uint32_t Submit::first_unstarted() const noexcept {
   return halt_ ? first_left_in(halt_).load(std::memory_order_relaxed)
                : std::numeric_limits<std::uint32_t>::max();
 }

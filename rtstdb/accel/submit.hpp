@@ -16,8 +16,8 @@ namespace rtstdb::accel {
 
 /// When what is started may be halted.
 struct Halting {
-  std::chrono::nanoseconds whole_for{0};  ///< the device has been at it for so long; zero: never
-  bool at_once = false;                   ///< sooner, where finish is told that it is awaited
+  std::chrono::nanoseconds halt_after{0};  ///< the device has been at it for so long; zero: never
+  bool at_once = false;                    ///< sooner, where finish is told that it is awaited
 };
 
 class Submit {
@@ -44,11 +44,11 @@ class Submit {
   /// For dispatches that can be halted (shaders/common/halt.glsl); zero where none can be: the device does not share the host's memory.
   glm::uvec2 halt_address() const noexcept { return halt_ ? halt_.address() : glm::uvec2(0); }
   /// Of what was finished last: the first of its elements that did not begin, since it was halted; or beyond all.
-  std::uint32_t first_left() const noexcept;
+  std::uint32_t first_unstarted() const noexcept;
   /// What was finished last was halted sooner than when the device had been at it for long.
   bool halted_at_once() const noexcept { return halted_at_once_; }
   /// Of a device that is timed by the host: what was finished last had been done before finish was called, and took less than was measured.
-  bool seen_late() const noexcept { return seen_late_; }
+  bool completed_before_wait() const noexcept { return seen_late_; }
   /// Time that the device spent on all runs since the last call. A device that is the processor itself is timed
   /// by the host, from the submission until the wait is over: lavapipe draws a scene with all its threads for each
   /// timestamp, which takes longer than a small dispatch.

@@ -9,10 +9,10 @@ namespace rtstdb::query {
 
 class ChunkPace {
  public:
-  /// What a chunk was thought to take and took. `seen_late`: it was done before anybody looked, and took less than that.
+  /// What a chunk was thought to take and took. `completed_before_wait`: it was done before anybody looked, and took less than that.
   struct Chunk {
     double thought_ns = 0.0, took_ns = 0.0;
-    bool seen_late = false;
+    bool completed_before_wait = false;
   };
 
   /// A chunk should take `chunk_ns`.
@@ -39,7 +39,7 @@ class ChunkPace {
         took_ns < unremarkable * thought_ns ? std::max(thought_ns / took_ns, 1.0) : thought_ns / took_ns;
     share = std::clamp(share, least_share, most_);
     before_ = chunk;
-    if (chunk.seen_late) {
+    if (chunk.completed_before_wait) {
       if (share >= share_) {
         share_ = share;
       } else if (share < share_ / 2.0) {

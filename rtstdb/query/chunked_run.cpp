@@ -70,7 +70,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
     accel::Submit& lane = lanes_[turn % 2];
     accel::Submit& other = lanes_[(turn + 1) % 2];
     std::optional<Chunk> before = std::exchange(under_way, std::nullopt);
-    if (before && other.first_left() < before->elements) {
+    if (before && other.first_unstarted() < before->elements) {
       // It was halted for whoever ran in the gap: the next one begins with what it left.
       if (!finish(other, *before, pass, nullptr)) return RunStatus::device_lost;
       unpack(*before, pass);
@@ -81,7 +81,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
       under_way = take(next, pass);
       if (std::exchange(brought_up_, false)) under_way->thought_ns = 0.0;
       record(*under_way, pass, lane);
-      if (!lane.start({.whole_for = whole_for_, .at_once = spares_others()})) return RunStatus::device_lost;
+      if (!lane.start({.halt_after = whole_for_, .at_once = spares_others()})) return RunStatus::device_lost;
     }
     if (!before) continue;
     if (!finish(other, *before, pass, under_way ? &lane : nullptr)) return RunStatus::device_lost;
@@ -106,8 +106,8 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
   if (!lane.finish(false, behind)) return false;
   const std::int64_t took_ns = lane.take_gpu_ns();
   gpu_ns_ += took_ns;
-  if (const std::uint32_t asked = chunk.elements; lane.first_left() < asked) {
-    cut(chunk, lane.first_left(), pass);
+  if (const std::uint32_t asked = chunk.elements; lane.first_unstarted() < asked) {
+    cut(chunk, lane.first_unstarted(), pass);
     const auto worth_ns = static_cast<std::int64_t>(chunk.elements * element_ns_);
     if (chunk.elements == 0 || lane.halted_at_once())
       thrown_away_ns_ += std::max(took_ns - worth_ns, std::int64_t{0});
@@ -118,21 +118,21 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
     element_ns_ = static_cast<double>(took_ns) / std::max(asked, 1u);
     whole_for_ = usual_whole_for();
   }
-  if (chunk.thought_ns > 0.0) learn(chunk, static_cast<double>(took_ns), lane.seen_late(), pass);
+  if (chunk.thought_ns > 0.0) learn(chunk, static_cast<double>(took_ns), lane.completed_before_wait(), pass);
   return true;
 }
 
-void ChunkedRun::cut(Chunk& chunk, std::uint32_t first_left, Pass pass) noexcept {
+void ChunkedRun::cut(Chunk& chunk, std::uint32_t first_unstarted, Pass pass) noexcept {
   Cursor at = chunk.begin;
   std::uint32_t before = 0;
-  for (PlaceRange range = part(chunk, at.request, pass); first_left >= before + (range.end - range.first);
-       range = part(chunk, at.request, pass)) {
+  for (PlaceRange range = part(chunk, at.request, pass);
+       first_unstarted >= before + (range.end - range.first); range = part(chunk, at.request, pass)) {
     before += range.end - range.first;
     at = {at.request + 1, 0};
   }
   // Neighbours stay together; those that are asked again are alone.
   const std::uint32_t step = pass == Pass::all ? neighbours : 1;
-  const std::uint32_t answered = (first_left - before) / step * step;
+  const std::uint32_t answered = (first_unstarted - before) / step * step;
   at.element += answered;
   const std::uint32_t elements = before + answered;
   chunk.thought_ns *= static_cast<double>(elements) / chunk.elements;
@@ -150,15 +150,15 @@ void ChunkedRun::follow_halt(const Chunk& chunk, std::uint32_t asked) noexcept {
     undivided_per_chunk_ = std::max(asked / fewer_after_none, 1u);
 }
 
-void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool seen_late, Pass pass) noexcept {
+void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool completed_before_wait, Pass pass) noexcept {
   const std::size_t request = chunk.begin.request;
   if (request >= known_) {
     pace_.begin_with(requests_[request].initial_chunk_fraction);
     known_ = request + 1;
   }
-  pace_.learn({chunk.thought_ns, took_ns, seen_late});
+  pace_.learn({chunk.thought_ns, took_ns, completed_before_wait});
   const bool is_short = took_ns <= static_cast<double>(requests_[request].chunk_time.count());
-  if (pass == Pass::again || seen_late || is_short) return;
+  if (pass == Pass::again || completed_before_wait || is_short) return;
   const double worst_cost_ratio = (took_ns - dispatch_ns) / chunk.thought_ns;
   each_part(chunk, pass, [&](GpuQuery& query, PlaceRange) {
     query.worst_cost_ratio = std::max(query.worst_cost_ratio, worst_cost_ratio);

@@ -78,10 +78,10 @@ class ChunkedRun {
   /// anything was, which is halted with it. False: the device is lost.
   bool finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Submit* behind) noexcept;
   /// Of the chunk only the elements before this one were answered.
-  void cut(Chunk& chunk, std::uint32_t first_left, Pass pass) noexcept;
+  void cut(Chunk& chunk, std::uint32_t first_unstarted, Pass pass) noexcept;
   /// That chunk, of so many elements, has been halted and cut. If none came to an end the next one gets more time, for fewer.
   void follow_halt(const Chunk& chunk, std::uint32_t asked) noexcept;
-  void learn(const Chunk& chunk, double took_ns, bool seen_late, Pass pass) noexcept;
+  void learn(const Chunk& chunk, double took_ns, bool completed_before_wait, Pass pass) noexcept;
   /// Past requests that nothing is left of.
   void pass_over(Cursor& next, Pass pass) const noexcept;
   std::int64_t chunk_ns() const noexcept {

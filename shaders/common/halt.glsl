@@ -9,7 +9,7 @@ layout(buffer_reference, buffer_reference_align = 8, scalar) volatile buffer Hal
 bool halt_is_wanted(uvec2 halt) { return (halt.x | halt.y) != 0u && Halt(halt).words.wanted != 0u; }
 
 // The element, and what comes behind it in its chunk, is to be asked once more.
-void leave(uvec2 halt, uint element) { atomicMin(Halt(halt).words.first_left, element); }
+void leave(uvec2 halt, uint element) { atomicMin(Halt(halt).words.first_unstarted, element); }
 
 // Whether the element is not to begin any more; then it is left.
 bool is_left(uvec2 halt, uint element) {

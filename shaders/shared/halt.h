@@ -4,9 +4,9 @@
 #include "shared/interop.h"
 
 // The host writes and reads them while the chunk runs. Elements are counted from the chunk's first.
-#define RTSTDB_FIELDS_HaltWords(F) \
-  F(uint, wanted)     /* not 0: elements that have not begun do not begin any more */ \
-  F(uint, first_left) /* of those, the first */
+#define RTSTDB_FIELDS_HaltWords(F)                                                         \
+  F(uint, wanted)          /* not 0: elements that have not begun do not begin any more */ \
+  F(uint, first_unstarted) /* of those, the first */
 RTSTDB_STRUCT(HaltWords)
 
 #endif
