@@ -11,7 +11,7 @@ class ChunkPace {
  public:
   /// What a chunk was thought to take and took. `completed_before_wait`: it was done before anybody looked, and took less than that.
   struct Chunk {
-    double thought_ns = 0.0, took_ns = 0.0;
+    double predicted_ns = 0.0, took_ns = 0.0;
     bool completed_before_wait = false;
   };
 
@@ -32,11 +32,11 @@ class ChunkPace {
 
   void learn(const Chunk& chunk) noexcept {
     // With the one before: where the host wakes late one chunk seems the longer for it, and the next the shorter.
-    const double thought_ns = chunk.thought_ns + before_.thought_ns;
+    const double predicted_ns = chunk.predicted_ns + before_.predicted_ns;
     const double took_ns = chunk.took_ns + before_.took_ns;
-    const double chunks = before_.thought_ns > 0.0 ? 2.0 : 1.0;
-    double share =
-        took_ns < unremarkable * thought_ns ? std::max(thought_ns / took_ns, 1.0) : thought_ns / took_ns;
+    const double chunks = before_.predicted_ns > 0.0 ? 2.0 : 1.0;
+    double share = took_ns < unremarkable * predicted_ns ? std::max(predicted_ns / took_ns, 1.0)
+                                                         : predicted_ns / took_ns;
     share = std::clamp(share, least_share, most_);
     before_ = chunk;
     if (chunk.completed_before_wait) {
@@ -52,7 +52,7 @@ class ChunkPace {
     tell_dispatch_from_elements(chunk);
     if (by_elements_ < least_by_elements &&
         took_ns < chunks * std::max(1.5 * chunk_ns_, longest_dispatch_ns)) {
-      const double doubled = 2.0 * thought_ns / (chunks * chunk_ns_);
+      const double doubled = 2.0 * predicted_ns / (chunks * chunk_ns_);
       share = std::max(share, std::min(doubled, weight_ >= few ? max_share : most_));
       most_ = std::max(most_, share);
     }
@@ -62,7 +62,7 @@ class ChunkPace {
  private:
   /// A line through the last chunks of different sizes: how much of what they took goes with the size.
   void tell_dispatch_from_elements(const Chunk& chunk) noexcept {
-    const double thought = chunk.thought_ns / chunk_ns_, took = chunk.took_ns / chunk_ns_;
+    const double thought = chunk.predicted_ns / chunk_ns_, took = chunk.took_ns / chunk_ns_;
     weight_ = weight_ * fading + 1.0;
     thought_ = thought_ * fading + thought;
     took_ = took_ * fading + took;

@@ -79,7 +79,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
     if (!at_end(next)) {
       if (!std::exchange(begun_, false)) lane.begin();
       under_way = take(next, pass);
-      if (std::exchange(brought_up_, false)) under_way->thought_ns = 0.0;
+      if (std::exchange(brought_up_, false)) under_way->predicted_ns = 0.0;
       record(*under_way, pass, lane);
       if (!lane.start({.halt_after = whole_for_, .at_once = spares_others()})) return RunStatus::device_lost;
     }
@@ -118,7 +118,8 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
     element_ns_ = static_cast<double>(took_ns) / std::max(asked, 1u);
     whole_for_ = usual_whole_for();
   }
-  if (chunk.thought_ns > 0.0) learn(chunk, static_cast<double>(took_ns), lane.completed_before_wait(), pass);
+  if (chunk.predicted_ns > 0.0)
+    learn(chunk, static_cast<double>(took_ns), lane.completed_before_wait(), pass);
   return true;
 }
 
@@ -135,7 +136,7 @@ void ChunkedRun::cut(Chunk& chunk, std::uint32_t first_unstarted, Pass pass) noe
   const std::uint32_t answered = (first_unstarted - before) / step * step;
   at.element += answered;
   const std::uint32_t elements = before + answered;
-  chunk.thought_ns *= static_cast<double>(elements) / chunk.elements;
+  chunk.predicted_ns *= static_cast<double>(elements) / chunk.elements;
   chunk.elements = elements;
   chunk.end = at;
   chunk.halted = true;
@@ -156,10 +157,10 @@ void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool completed_before
     pace_.begin_with(requests_[request].initial_chunk_fraction);
     known_ = request + 1;
   }
-  pace_.learn({chunk.thought_ns, took_ns, completed_before_wait});
+  pace_.learn({chunk.predicted_ns, took_ns, completed_before_wait});
   const bool is_short = took_ns <= static_cast<double>(requests_[request].chunk_time.count());
   if (pass == Pass::again || completed_before_wait || is_short) return;
-  const double worst_cost_ratio = (took_ns - dispatch_ns) / chunk.thought_ns;
+  const double worst_cost_ratio = (took_ns - dispatch_ns) / chunk.predicted_ns;
   each_part(chunk, pass, [&](GpuQuery& query, PlaceRange) {
     query.worst_cost_ratio = std::max(query.worst_cost_ratio, worst_cost_ratio);
   });
@@ -252,7 +253,7 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
       filled += taken / most;
     }
     if (most > 0.0)
-      chunk.thought_ns +=
+      chunk.predicted_ns +=
           taken / thought_most * static_cast<double>(requests_[next.request].chunk_time.count());
     next.element += taken;
     chunk.elements += taken;

@@ -57,8 +57,8 @@ class ChunkedRun {
   struct Chunk {
     Cursor begin, end;
     std::uint32_t elements = 0;
-    bool halted = false;      // it was meant to end later
-    double thought_ns = 0.0;  // what it should take; 0: no matter, structures are brought up with it
+    bool halted = false;        // it was meant to end later
+    double predicted_ns = 0.0;  // what it should take; 0: no matter, structures are brought up with it
   };
 
   /// Begins the lane. False: the device is lost.

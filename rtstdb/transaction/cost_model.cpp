@@ -133,10 +133,10 @@ void CostModel::divide(std::span<query::Request> requests, Nanoseconds chunk) co
 
 void CostModel::learn_dearest(std::span<const query::Request> requests, Nanoseconds cost,
                               const query::StructureWork& structures) noexcept {
-  double thought_ns = 0.0;
+  double predicted_ns = 0.0;
   for (const query::Request& request : requests)
-    thought_ns += predict_ns(of(request), request.count);
-  const double whole = thought_ns > 0.0 ? static_cast<double>(cost.count()) / thought_ns : 0.0;
+    predicted_ns += predict_ns(of(request), request.count);
+  const double whole = predicted_ns > 0.0 ? static_cast<double>(cost.count()) / predicted_ns : 0.0;
   for (const query::Request& request : requests) {
     if (request.count < few_elements) continue;
     const double chunk_ns = static_cast<double>(request.chunk_time.count());
