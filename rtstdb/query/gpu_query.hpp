@@ -8,9 +8,9 @@
 
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas.hpp"
+#include "rtstdb/query/dispatch_layout.hpp"
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/query/prepared_queries.hpp"
-#include "rtstdb/query/spread.hpp"
 #include "rtstdb/threads/fork_join.hpp"
 
 namespace rtstdb::query {

@@ -256,7 +256,7 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
   const auto run = [&](const gpu::Pipeline& pipeline, const gpu::Bindings& bindings,
                        std::uint32_t places_per_point) {
     const std::uint32_t count = (range.end - range.first) * places_per_point;
-    const Spread spread = alone ? one_a_group(count) : spread_out(count, processors_);
+    const DispatchLayout spread = alone ? one_a_group(count) : spread_out(count, processors_);
     const shared::NearestArgs whole{.root = view.root,
                                     .first = range.first * places_per_point,
                                     .end = range.end * places_per_point,

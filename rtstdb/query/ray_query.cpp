@@ -353,7 +353,7 @@ void GpuRayQuery::dispatch(PlaceRange range, bool again, const RowSource& rows, 
                            const HaltAt& halt, gpu::Recorder& recorder) noexcept {
   const double window_s = seconds_between(view.window_begin, view.window_end);
   const Kernel& kernel = again ? kernel_that_pauses() : kernel_for(carried_ || window_s > 0.0, view.entities);
-  const Spread spread = spread_out(range.end - range.first, limits_.processors);
+  const DispatchLayout spread = spread_out(range.end - range.first, limits_.processors);
   const shared::RayArgs whole{.root = view.root,
                               .first = range.first,
                               .end = range.end,

@@ -223,7 +223,7 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
                             gpu::Recorder& recorder) noexcept {
   const auto run = [&](const std::optional<Kernel>& kernel, std::uint32_t first, std::uint32_t end) {
     if (!kernel || first >= end) return;
-    const Spread spread = alone ? one_a_group(end - first) : spread_out(end - first, processors_);
+    const DispatchLayout spread = alone ? one_a_group(end - first) : spread_out(end - first, processors_);
     const shared::RegionArgs args{.root = view.root,
                                   .first = first,
                                   .end = end,

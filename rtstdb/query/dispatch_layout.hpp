@@ -14,7 +14,7 @@ struct PlaceRange {
   std::uint32_t first = 0, end = 0;
 };
 
-struct Spread {
+struct DispatchLayout {
   std::uint32_t per_group = places_per_group;  ///< the other invocations of a group have nothing to do
   std::uint32_t groups = 0;
 };
@@ -30,7 +30,7 @@ constexpr std::uint32_t fewest_places(std::uint32_t processors) noexcept {
 
 /// A software device gives each group to one of its `processors`, so a small batch takes groups enough for all of them, and none
 /// gets much more than another. Other devices (none) get full groups.
-constexpr Spread spread_out(std::uint32_t places, std::uint32_t processors) noexcept {
+constexpr DispatchLayout spread_out(std::uint32_t places, std::uint32_t processors) noexcept {
   const auto divided_up = [](std::uint32_t a, std::uint32_t b) { return a / b + (a % b != 0 ? 1 : 0); };
   const std::uint32_t full = divided_up(places, places_per_group);
   if (processors == 0 || full == 0) return {places_per_group, full};
@@ -42,7 +42,8 @@ constexpr Spread spread_out(std::uint32_t places, std::uint32_t processors) noex
 
 /// `dispatch(args, groups)` piece by piece, none of more than `max_groups`; `args.first` is where each begins.
 template <class Args, class Dispatch>
-void in_pieces(const Spread& spread, std::uint32_t max_groups, Args args, Dispatch dispatch) noexcept {
+void in_pieces(const DispatchLayout& spread, std::uint32_t max_groups, Args args,
+               Dispatch dispatch) noexcept {
   for (std::uint32_t left = spread.groups; left > 0;) {
     const std::uint32_t some = std::min(left, max_groups);
     dispatch(args, some);
@@ -57,7 +58,7 @@ constexpr std::uint32_t groups_at_once(std::uint32_t processors) noexcept {
 }
 
 /// Those that are asked again: each may take as long as a batch.
-constexpr Spread one_a_group(std::uint32_t places) noexcept {
+constexpr DispatchLayout one_a_group(std::uint32_t places) noexcept {
   return {1, places};
 }
 
