@@ -46,7 +46,7 @@ void each_field(T& gpu, Visit&& visit) {
   visit("api", gpu.api);
 }
 
-template <Is<Spread> T, class Visit>
+template <Is<Quantiles> T, class Visit>
 void each_field(T& spread, Visit&& visit) {
   visit("samples", spread.samples);
   visit("p50", spread.p50);

@@ -60,7 +60,7 @@ struct Gpu {
 };
 
 /// Quantiles of durations. `samples` 0: nothing was measured and the rest means nothing.
-struct Spread {
+struct Quantiles {
   std::uint64_t samples = 0;
   std::int64_t p50 = 0;
   std::int64_t p99 = 0;
@@ -121,11 +121,11 @@ struct Task {
   std::uint64_t warmup_trouble =
       0;  ///< misses, overruns, skipped, aborted and over_budget of the warm-up, in none of those
   std::uint64_t page_faults = 0;
-  Spread wake_latency_ns;
-  Spread wall_ns;
-  Spread cpu_ns;
-  Spread blocked_ns;  ///< waiting for the database
-  Spread gpu_ns;
+  Quantiles wake_latency_ns;
+  Quantiles wall_ns;
+  Quantiles cpu_ns;
+  Quantiles blocked_ns;  ///< waiting for the database
+  Quantiles gpu_ns;
   Slack slack_ns;
   TaskHistograms histograms;
   /// Of all misses, by cause; may add up to fewer than deadline_misses where records were lost.
@@ -138,7 +138,7 @@ struct Task {
 struct BaseStage {
   std::string name;
   std::int64_t total_ns = 0;
-  Spread per_tick_ns;
+  Quantiles per_tick_ns;
 };
 
 /// Something that happened at one instant: a light changed, braking began, the watchdog fired.

@@ -5,7 +5,7 @@
 namespace hil::run {
 namespace {
 
-report::Spread spread_of(const executive::Histogram& histogram) {
+report::Quantiles spread_of(const executive::Histogram& histogram) {
   const executive::Quantiles quantiles = histogram.quantiles();
   return {histogram.count(), quantiles.p50_ns, quantiles.p99_ns, quantiles.p999_ns, quantiles.max_ns};
 }

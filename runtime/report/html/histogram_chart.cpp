@@ -215,7 +215,7 @@ Histogram histogram_of(std::span<const std::int64_t> samples_ns, std::size_t bin
   return histogram;
 }
 
-Spread spread_of(std::vector<std::int64_t> samples_ns) {
+Quantiles spread_of(std::vector<std::int64_t> samples_ns) {
   if (samples_ns.empty()) return {};
   std::ranges::sort(samples_ns);
   const auto at_share = [&](double share) {

@@ -18,7 +18,7 @@ Histogram histogram_of(std::span<const std::int64_t> samples_ns, std::size_t bin
 
 /// The quantile by rank: the smallest sample that at least a share of `share` does not exceed. Empty spread
 /// for none.
-Spread spread_of(std::vector<std::int64_t> samples_ns);
+Quantiles spread_of(std::vector<std::int64_t> samples_ns);
 
 /// A vertical line with its name; each mark has a line of text of its own, so that two never overlap.
 struct HistogramMark {

@@ -68,7 +68,7 @@ void cloud_legend(Markup& out, const std::vector<ScanPicture>& pictures) {
 }
 
 void response_card(Markup& out, const ResponseTime& response) {
-  const Spread spread = spread_of(response.samples_ns);
+  const Quantiles spread = spread_of(response.samples_ns);
   const auto late =
       std::ranges::count_if(response.samples_ns, [&](std::int64_t ns) { return ns > response.limit_ns; });
   out.open("div", {{"class", "card"}}).element("h3", response.name);

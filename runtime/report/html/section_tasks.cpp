@@ -30,7 +30,7 @@ std::string story_of(const Task& task) {
   return story + "; " + counted(task.page_faults, "page fault", "page faults") + ".";
 }
 
-void spread_row(Table& table, const char* name, const Spread& spread) {
+void spread_row(Table& table, const char* name, const Quantiles& spread) {
   if (spread.samples == 0) {
     table.row({name, dash, dash, dash, dash});
     return;
@@ -40,7 +40,7 @@ void spread_row(Table& table, const char* name, const Spread& spread) {
 }
 
 void chart(Markup& out, const char* title, const char* quantity, const Histogram& histogram,
-           const Spread& spread) {
+           const Quantiles& spread) {
   out.open("div").element("p", {{"class", "chart-title"}}, title);
   draw_histogram(
       out, histogram,

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t misses_on_page = 200;
 
 /// A quantile of a spread, or a dash when nothing was measured.
-std::string of(const Spread& spread, std::int64_t quantile) {
+std::string of(const Quantiles& spread, std::int64_t quantile) {
   return spread.samples == 0 ? std::string(dash) : measured_time(quantile);
 }
 
@@ -41,7 +41,7 @@ void timing_row(Markup& out, const Task& task) {
   const auto bad_count = [&](const char* label, std::uint64_t count) {
     cell(label, count_text(count), count > 0 ? "n tone bad" : "n");
   };
-  const Spread& wake = task.wake_latency_ns;
+  const Quantiles& wake = task.wake_latency_ns;
   const Slack& slack = task.slack_ns;
   const bool has_slack = slack.samples > 0;
   out.open("tr");
@@ -98,7 +98,7 @@ void budget_table(Markup& out, const RunRecord& record) {
                     {"p99 (bar), max (tick), up to twice the budget (red)"}});
   for (const Task& task : record.tasks) {
     if (task.budget_ns <= 0) continue;
-    const Spread& cpu = task.cpu_ns;
+    const Quantiles& cpu = task.cpu_ns;
     const double share =
         cpu.samples > 0 ? static_cast<double>(cpu.max) / static_cast<double>(task.budget_ns) : not_known;
     table.open_row({task.name,
@@ -216,7 +216,7 @@ void stages_section(Markup& out, const RunRecord& record) {
                     {"Share of the run"}});
   for (const BaseStage& stage : record.base_stages) {
     const double share = total_ns > 0.0 ? static_cast<double>(stage.total_ns) / total_ns : not_known;
-    const Spread& spread = stage.per_tick_ns;
+    const Quantiles& spread = stage.per_tick_ns;
     table.open_row({stage.name, percent(share), measured_time(stage.total_ns), of(spread, spread.p50),
                     of(spread, spread.p99), of(spread, spread.max)},
                    "bar-cell");

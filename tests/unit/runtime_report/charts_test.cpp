@@ -164,7 +164,7 @@ TEST(SpreadOf, IsTheRankedSample) {
   std::vector<std::int64_t> samples;
   for (std::int64_t value = 1000; value >= 1; --value)
     samples.push_back(value);
-  const Spread spread = spread_of(samples);
+  const Quantiles spread = spread_of(samples);
   EXPECT_EQ(spread.p50, 500);
   EXPECT_EQ(spread.p99, 990);
   EXPECT_EQ(spread.p999, 999);

@@ -13,8 +13,8 @@ namespace {
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::int64_t millisecond = 1'000'000;
 
-Spread spread(std::uint64_t samples, std::int64_t p50, std::int64_t p99, std::int64_t p999,
-              std::int64_t max) {
+Quantiles spread(std::uint64_t samples, std::int64_t p50, std::int64_t p99, std::int64_t p999,
+                 std::int64_t max) {
   return {samples, p50, p99, p999, max};
 }
 
@@ -30,8 +30,8 @@ Task task(const char* name, double rate_hz, std::int64_t deadline_ns, std::int64
 }
 
 /// The histogram's own quantiles, by the upper edges of its bins.
-Spread spread_of_bins(const Histogram& histogram) {
-  Spread spread;
+Quantiles spread_of_bins(const Histogram& histogram) {
+  Quantiles spread;
   for (const Bin& bin : histogram)
     spread.samples += bin.count;
   const auto at_share = [&](double share) {
