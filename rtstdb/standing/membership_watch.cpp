@@ -27,8 +27,8 @@ void MembershipWatch::examine(std::uint32_t index, std::int64_t now_ns, EventCau
   }
   entry.generation = state->id.generation;
   entry.doublings = 0;
-  const Sight now = sight(*state);
-  const Sight::Place place = now.place(now_ns);
+  const MembershipPredictor now = sight(*state);
+  const MembershipPredictor::Place place = now.place(now_ns);
   // Who rests on the border stays what it was.
   const bool member = place.certain || !same_one ? place.inside : entry.member;
   if (member != entry.member) set_member(index, member, now_ns, cause);

@@ -23,7 +23,7 @@ NearestWatch::NearestWatch(const Question& question, const StandingOptions& opti
       max_candidates_(2 * wanted_) {}
 
 SquaredDistance NearestWatch::distance(const EntityState& state) const noexcept {
-  const Sight now = sight(state);
+  const MembershipPredictor now = sight(state);
   return {now.motion(), now.place_m(), now.box(), Measure::nearest};
 }
 
@@ -125,7 +125,7 @@ void NearestWatch::changed_rows(std::span<const std::uint32_t> indices, std::int
     }
     bool within = true;
     if (std::isfinite(guarded_.radius_m)) {
-      const Sight::Place place = sight(*state, guarded_).place(now_ns);
+      const MembershipPredictor::Place place = sight(*state, guarded_).place(now_ns);
       within = place.certain || !was_seen ? place.inside : entry.candidate;
     }
     set_candidate(index, within);

@@ -182,8 +182,8 @@ Meeting meeting(const glm::dvec3& apart_m, const glm::dvec3& velocity_mps, doubl
   return {at(std::max(0.0, first_s * (1.0 - 1e-9) - 1e-6)), at(last_s * (1.0 + 1e-9) + 1e-6)};
 }
 
-Sight::Sight(const Question& question, const Motion& carrier, const Motion& entity,
-             const EntityBox& box) noexcept
+MembershipPredictor::MembershipPredictor(const Question& question, const Motion& carrier,
+                                         const Motion& entity, const EntityBox& box) noexcept
     : question_(question),
       box_(box),
       place_m_(carried(carrier, question.place_m).offset_m),
@@ -191,7 +191,7 @@ Sight::Sight(const Question& question, const Motion& carrier, const Motion& enti
   box_.center_m = carried(entity, box.center_m).offset_m;
 }
 
-ConvexBody Sight::body(std::int64_t from_ns, std::int64_t to_ns) const {
+ConvexBody MembershipPredictor::body(std::int64_t from_ns, std::int64_t to_ns) const {
   if (question_.kind == Question::Kind::box) return box_body(place_m_, question_.q, question_.half_extent_m);
   if (question_.kind == Question::Kind::frustum)
     return frustum_body(place_m_, question_.q, question_.near_m, question_.half_extent_m);
@@ -204,7 +204,7 @@ ConvexBody Sight::body(std::int64_t from_ns, std::int64_t to_ns) const {
                       place_m_ + last_m * question_.direction, question_.direction);
 }
 
-double Sight::reach_m() const noexcept {
+double MembershipPredictor::reach_m() const noexcept {
   switch (question_.kind) {
     case Question::Kind::box:
     case Question::Kind::frustum:
@@ -219,7 +219,7 @@ double Sight::reach_m() const noexcept {
 }
 
 template <class Use>
-auto Sight::with_gap(std::int64_t from_ns, std::int64_t to_ns, Use use) const {
+auto MembershipPredictor::with_gap(std::int64_t from_ns, std::int64_t to_ns, Use use) const {
   if (question_.kind == Question::Kind::sphere || question_.kind == Question::Kind::nearest) {
     const bool farthest = question_.test == RegionTest::inside && !box_.is_point;
     const SquaredDistance distance(motion_, place_m_, box_, farthest ? Measure::farthest : Measure::nearest);
@@ -230,14 +230,15 @@ auto Sight::with_gap(std::int64_t from_ns, std::int64_t to_ns, Use use) const {
   return use(Separation(motion_, shape, box_, question_.test, noise_m));
 }
 
-Sight::Place Sight::place(std::int64_t ns) const {
+MembershipPredictor::Place MembershipPredictor::place(std::int64_t ns) const {
   return with_gap(ns, ns, [&](const auto& gap) {
     const auto look = gap.at(ns);
     return Place{gap.inside(look), gap.beyond(look, true) || gap.beyond(look, false)};
   });
 }
 
-Sight::Next Sight::next(std::int64_t from_ns, std::int64_t look_ahead_ns, bool member) const {
+MembershipPredictor::Next MembershipPredictor::next(std::int64_t from_ns, std::int64_t look_ahead_ns,
+                                                    bool member) const {
   if (from_ns >= max_world_time_ns) return {Next::What::never, 0};
   std::int64_t begin_ns = from_ns;
   std::int64_t end_ns = std::min(max_world_time_ns - look_ahead_ns, from_ns) + look_ahead_ns;

@@ -43,10 +43,11 @@ Result<Question> question_of(const StandingRay& asked, const std::string& name);
 Result<Question> question_of(const StandingNearest& asked, const std::string& name);
 
 /// One entity and the question, as they move from some version on.
-class Sight {
+class MembershipPredictor {
  public:
   /// `box`: of the entity; a point where its centre counts. No carrier: a motion that stands at the world's origin.
-  Sight(const Question& question, const Motion& carrier, const Motion& entity, const EntityBox& box) noexcept;
+  MembershipPredictor(const Question& question, const Motion& carrier, const Motion& entity,
+                      const EntityBox& box) noexcept;
 
   struct Place {
     bool inside = false;

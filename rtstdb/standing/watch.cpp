@@ -128,17 +128,17 @@ const EntityState* Watch::seen(std::uint32_t index) const noexcept {
   return state != nullptr && question_.sees(*state) ? state : nullptr;
 }
 
-Sight Watch::sight(const EntityState& state, const Question& question) const noexcept {
+MembershipPredictor Watch::sight(const EntityState& state, const Question& question) const noexcept {
   const EntityState* carrier = question.carrier.valid() ? mirror_.find(question.carrier) : nullptr;
   return {question, carrier != nullptr ? carrier->row.motion : Motion{}, state.row.motion,
           mirror_.box(state, question.target == StandingTarget::center)};
 }
 
-void Watch::schedule(std::uint32_t index, const Sight::Next& next) {
+void Watch::schedule(std::uint32_t index, const MembershipPredictor::Next& next) {
   count_examination();
   const std::uint32_t stamp = ++entries_[index].stamp;
-  if (next.what != Sight::Next::What::never)
-    push({next.ns, index, stamp, next.what == Sight::Next::What::flip});
+  if (next.what != MembershipPredictor::Next::What::never)
+    push({next.ns, index, stamp, next.what == MembershipPredictor::Next::What::flip});
 }
 
 void Watch::push(const Certificate& certificate) {

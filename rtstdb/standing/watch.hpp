@@ -86,9 +86,9 @@ class Watch {
 
   /// No state: an entity is not seen by the question.
   const EntityState* seen(std::uint32_t index) const noexcept;
-  Sight sight(const EntityState& state) const noexcept { return sight(state, question_); }
-  Sight sight(const EntityState& state, const Question& question) const noexcept;
-  void schedule(std::uint32_t index, const Sight::Next& next);
+  MembershipPredictor sight(const EntityState& state) const noexcept { return sight(state, question_); }
+  MembershipPredictor sight(const EntityState& state, const Question& question) const noexcept;
+  void schedule(std::uint32_t index, const MembershipPredictor::Next& next);
   void push(const Certificate& certificate);
   void set_member(std::uint32_t index, bool member, std::int64_t ns, EventCause cause);
   std::uint32_t index_limit() const noexcept { return mirror_.index_limit(); }
