@@ -64,8 +64,8 @@ class Telling final : public log::ChronicleListener {
     listener_.commit({set.version, set.time}, writes_, shapes_);
   }
   void gap(const log::Gap& gap) override { listener_.gap(gap.first, gap.last); }
-  void untold(const log::Gap& between, std::uint64_t commits) override {
-    listener_.untold(between.first, between.last, commits);
+  void unresolved(const log::Gap& between, std::uint64_t commits) override {
+    listener_.unresolved(between.first, between.last, commits);
   }
 
  private:

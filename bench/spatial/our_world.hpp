@@ -42,7 +42,7 @@ class Asked {
   /// Returns how long the device itself was busy. Throws when the answers do not stand.
   double run() {
     transaction_->begin({});
-    transaction_->ask(*query_, count_);
+    transaction_->add_query(*query_, count_);
     const rtstdb::Outcome& outcome = database_.execute(*transaction_);
     if (outcome.status != rtstdb::Status::committed) throw std::runtime_error(rtstdb::describe(outcome));
     return static_cast<double>(outcome.gpu_time.count()) * 1e-9;

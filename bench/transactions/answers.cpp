@@ -43,7 +43,7 @@ class Ticks {
       terms.world_time = now_;
       transaction_->begin(terms);
       transaction_->update_motion(ids_[entity], rtstdb::rebased(bodies_.rows[entity].motion, now_));
-      transaction_->ask(*query_, ray_count);
+      transaction_->add_query(*query_, ray_count);
       latencies_us.push_back(1e6 * seconds_of([&] { world_.database().execute(*transaction_); }));
       if (transaction_->status() != rtstdb::Status::committed)
         throw std::runtime_error(rtstdb::describe(transaction_->outcome()));

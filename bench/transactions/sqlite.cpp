@@ -88,7 +88,7 @@ class Workload {
       region.center_m = 0.5f * (round.regions[k].minimum_m + round.regions[k].maximum_m);
       region.half_extent_m = 0.5f * (round.regions[k].maximum_m - round.regions[k].minimum_m);
     }
-    transaction_->ask(*query_, size_.regions);
+    transaction_->add_query(*query_, size_.regions);
     const rtstdb::Outcome& outcome = world_.database().execute(*transaction_);
     if (outcome.status != rtstdb::Status::committed) throw std::runtime_error(rtstdb::describe(outcome));
   }

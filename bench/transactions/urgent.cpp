@@ -70,7 +70,7 @@ class BusyWorld {
     rtstdb::Terms terms;
     terms.importance = 1;
     urgent_->begin(terms);
-    urgent_->ask(*urgent_query_, urgent_rays);
+    urgent_->add_query(*urgent_query_, urgent_rays);
     const double whole_us = 1e6 * seconds_of([&] { database().execute(*urgent_); });
     if (!urgent_->outcome().done()) throw std::runtime_error(rtstdb::describe(urgent_->outcome()));
     return whole_us - 1e-3 * static_cast<double>(urgent_->outcome().actual_cost.count());

@@ -107,7 +107,7 @@ class Following final : public RecordVisitor {
     begin(std::move(*std::exchange(next_, std::nullopt)));
   }
   void tell_of_untold() {
-    if (commits_behind_gap_ > 0) listener_.untold(behind_gap_, commits_behind_gap_);
+    if (commits_behind_gap_ > 0) listener_.unresolved(behind_gap_, commits_behind_gap_);
     commits_behind_gap_ = 0;
   }
   const char* keep(std::string fault) {

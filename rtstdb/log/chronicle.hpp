@@ -27,7 +27,7 @@ class ChronicleListener {
   /// The log says that these were not recorded. Up to the next world, or to the end, nothing can be said of the world.
   virtual void gap(const Gap& gap) = 0;
   /// Behind a gap, before the next world: so many commits between these versions were recorded, and there is no world to add them to.
-  virtual void untold(const Gap& between, std::uint64_t commits) = 0;
+  virtual void unresolved(const Gap& between, std::uint64_t commits) = 0;
 };
 
 /// Errors: file, as recover; with `salvage` damage ends the history and is told in the report.

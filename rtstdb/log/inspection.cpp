@@ -91,7 +91,9 @@ class Inspecting final : public ChronicleListener {
     compare_checkpoints(now);
   }
   void gap(const Gap& gap) override { contents_.extent.gaps.push_back({gap.first, gap.last}); }
-  void untold(const Gap& /*between*/, std::uint64_t commits) override { contents_.untold_commits += commits; }
+  void unresolved(const Gap& /*between*/, std::uint64_t commits) override {
+    contents_.unresolved_commits += commits;
+  }
 
   /// All has been told.
   void end() {

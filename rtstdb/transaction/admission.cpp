@@ -41,7 +41,7 @@ void Engine::admit(TransactionImpl& transaction) noexcept {
   reservations_.admitted(transaction);
   if (transaction.is_to_be_cancelled()) return finish_cancelled(transaction, CancelledBy::caller);
   if (is_past_ && !transaction.write_set().empty()) {
-    transaction.draft().refused_by = RefusedBy::the_past;
+    transaction.draft().refused_by = RefusedBy::read_only;
     return finish(transaction, Status::refused);
   }
   if (!passes_admission(transaction, now)) return;

@@ -180,7 +180,7 @@ std::string why_refused(const Outcome& outcome) {
       return "the log has no room for its writes";
     case RefusedBy::log_fault:
       return "the log's disk refuses";
-    case RefusedBy::the_past:
+    case RefusedBy::read_only:
       return "nothing is written to the past";
     case RefusedBy::admission:
     case RefusedBy::nobody:
@@ -322,8 +322,8 @@ const char* to_string(RefusedBy refused_by) noexcept {
       return "log_full";
     case RefusedBy::log_fault:
       return "log_fault";
-    case RefusedBy::the_past:
-      return "the_past";
+    case RefusedBy::read_only:
+      return "read_only";
   }
   return "unknown";
 }

@@ -63,7 +63,7 @@ struct EngineOptions {
   int thread_priority = 0;
   double max_reserved_share = 0.8;
   Nanoseconds spin{0};  ///< see DatabaseOptions
-  /// Fills the store before all else; then nobody writes (RefusedBy::the_past).
+  /// Fills the store before all else; then nobody writes (RefusedBy::read_only).
   std::function<void(store::Store&)> past = {};
 };
 

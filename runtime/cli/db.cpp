@@ -53,7 +53,7 @@ std::string json_of(const std::string& directory, const rtstdb::LogContents& con
   for (const auto& gap : contents.extent.gaps)
     json["gaps"].push_back({{"first_version", gap.first}, {"last_version", gap.last}});
   json["commits"] = contents.extent.commits;
-  json["untold_commits"] = contents.untold_commits;
+  json["unresolved_commits"] = contents.unresolved_commits;
   json["row_writes"] = contents.row_writes;
   json["shape_writes"] = contents.shape_writes;
   json["entities"] = contents.entities;
@@ -87,10 +87,10 @@ void print_facts(const std::string& directory, const rtstdb::LogContents& conten
   for (const auto& gap : contents.extent.gaps)
     std::printf("  versions %llu to %llu were not recorded: the disk was too slow\n",
                 static_cast<unsigned long long>(gap.first), static_cast<unsigned long long>(gap.last));
-  if (contents.untold_commits > 0)
+  if (contents.unresolved_commits > 0)
     std::printf(
         "  %s behind that, up to the next checkpoint: recorded, but there is no world to add them to\n",
-        report::to_ascii(report::counted(contents.untold_commits, "commit", "commits")).c_str());
+        report::to_ascii(report::counted(contents.unresolved_commits, "commit", "commits")).c_str());
   if (contents.extent.closed) std::puts("  closed: nothing came behind it");
   if (const std::string open = history::not_closed(contents.extent); !open.empty())
     std::printf("  %s\n", open.c_str());

@@ -107,8 +107,8 @@ class Lines final : public rtstdb::LogListener {
   void gap(rtstdb::Version first, rtstdb::Version last) override {
     put({{"line", "gap"}, {"first_version", first}, {"last_version", last}});
   }
-  void untold(rtstdb::Version first, rtstdb::Version last, std::uint64_t commits) override {
-    put({{"line", "untold"}, {"first_version", first}, {"last_version", last}, {"commits", commits}});
+  void unresolved(rtstdb::Version first, rtstdb::Version last, std::uint64_t commits) override {
+    put({{"line", "unresolved"}, {"first_version", first}, {"last_version", last}, {"commits", commits}});
   }
 
   /// The system's answer to the first line that could not be written; 0: all were taken.

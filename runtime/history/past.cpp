@@ -61,7 +61,7 @@ Past::Past(const RunHistory& history, std::int64_t from_ns, std::int64_t to_ns, 
 template <class Query>
 const rtstdb::Outcome& Past::ask(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count) {
   transaction_->begin({.read_at = read_at});
-  transaction_->ask(query, count);
+  transaction_->add_query(query, count);
   const rtstdb::Outcome& outcome = database_->execute(*transaction_);
   if (!outcome.done())
     throw HistoryError(outcome.status == rtstdb::Status::device_lost ? Kind::gpu : Kind::question,

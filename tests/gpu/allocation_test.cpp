@@ -135,7 +135,7 @@ class TransactionAllocation : public testing::Test {
       move_all(now);
       for (std::uint32_t k = 0; k < elements.size(); ++k)
         fill(elements[k], k, now);
-      transaction_->ask(query, static_cast<std::uint32_t>(elements.size()));
+      transaction_->add_query(query, static_cast<std::uint32_t>(elements.size()));
       const Status status = database_->execute(*transaction_).status;
       if (ids_.empty()) {
         for (std::uint32_t i = 0; i < 20; ++i)
@@ -253,7 +253,7 @@ TEST(Allocation, NoneInAGeometryUpdate) {
       ray.origin_m = {10.2f, 10.2f, 5.0f};
       ray.direction = {0.0f, 0.0f, -1.0f};
     }
-    transaction->ask(*query.value(), 10);
+    transaction->add_query(*query.value(), 10);
     const Status status = database.execute(*transaction).status;
     return status == Status::committed && query.value()->hits()[9].status == HitStatus::hit;
   };

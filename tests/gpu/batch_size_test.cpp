@@ -73,7 +73,7 @@ class BatchSizes : public testing::TestWithParam<std::uint32_t> {
   template <class AQuery>
   void ask(AQuery& query, std::uint32_t count) {
     asking_->begin({});
-    asking_->ask(query, count);
+    asking_->add_query(query, count);
     const Outcome& outcome = database_->execute(*asking_);
     ASSERT_TRUE(outcome.status == Status::committed || outcome.truncated) << describe(outcome);
   }

@@ -107,10 +107,10 @@ class ChangingWorlds : public DatabaseTest, public testing::WithParamInterface<L
     std::ranges::copy(rays, any_->rays().begin());
     std::ranges::copy(rays, closest_->rays().begin());
     const Outcome outcome = execute([&](Transaction& transaction) {
-      transaction.ask(*lists_, count);
-      transaction.ask(*counts_, count);
-      transaction.ask(*any_, count);
-      transaction.ask(*closest_, count);
+      transaction.add_query(*lists_, count);
+      transaction.add_query(*counts_, count);
+      transaction.add_query(*any_, count);
+      transaction.add_query(*closest_, count);
     });
     ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
     const auto answers = lists_->answers().first(count);

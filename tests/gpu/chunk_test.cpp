@@ -70,7 +70,7 @@ class Chunks : public DatabaseTest {
   template <class Query, class Elements, class Source>
   Asker asker(std::shared_ptr<Query> query, Elements elements, const Source& source) {
     std::ranges::copy(source, elements.begin());
-    return {[query](Transaction& transaction) { transaction.ask(*query, batch_size); },
+    return {[query](Transaction& transaction) { transaction.add_query(*query, batch_size); },
             [query] {
               if constexpr (requires { query->hits(); })
                 return words_of(query->hits());
@@ -122,7 +122,7 @@ class Chunks : public DatabaseTest {
   }
 
   Outcome run(const Asker& asker) {
-    const Outcome outcome = execute([&](Transaction& transaction) { asker.ask(transaction); });
+    const Outcome outcome = execute([&](Transaction& transaction) { asker.add_query(transaction); });
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     return outcome;
   }
@@ -176,7 +176,7 @@ TEST_F(Chunks, AnswerAsTheWholeBatchWithOthersInTheirGaps) {
       Terms terms = terms_at({}, ReadAt::pinned(version));
       terms.importance = 1;
       transaction->begin(terms);
-      transaction->ask(*query, 64);
+      transaction->add_query(*query, 64);
       urgent_done += database().execute(*transaction).done() ? 1 : 0;
     }
   });
@@ -208,7 +208,7 @@ TEST_F(Chunks, CostNoMoreTheMoreOftenTheyAreAsked) {
       for (std::size_t i = 0; i < many; ++i)
         query->rays()[i] = rays_[i % batch_size];
       transaction->begin({});
-      transaction->ask(*query, many);
+      transaction->add_query(*query, many);
       const Outcome& outcome = database().execute(*transaction);
       EXPECT_TRUE(outcome.done());
       if (k >= 40) costs.push_back(outcome.actual_cost);
@@ -238,7 +238,7 @@ class Urgent : public Chunks {
     const auto flood = database().make_transaction({.max_queries = 1});
     const auto ask_large = [&](std::uint32_t count) {
       flood->begin({});
-      flood->ask(large, count);
+      flood->add_query(large, count);
       return database().execute(*flood);
     };
     const Outcome first = ask_large(known);
@@ -269,7 +269,7 @@ class Urgent : public Chunks {
     Terms terms;
     terms.importance = 1;
     urgent.begin(terms);
-    urgent.ask(small, 64);
+    urgent.add_query(small, 64);
     const Outcome& outcome = database().execute(urgent);
     EXPECT_TRUE(outcome.done());
     return outcome.published - outcome.submitted;
@@ -350,7 +350,7 @@ TEST_F(Urgent, QueriesPassTheFirstBatchOfItsKind) {
   for (int k = 0; k < 20; ++k)
     wait_of_urgent_one(*urgent, *small);
   flood->begin({});
-  flood->ask(*large.value(), many);
+  flood->add_query(*large.value(), many);
   database().submit(*flood);
   std::vector<Nanoseconds> waits;
   for (int k = 0; k < 5; ++k) {

@@ -192,7 +192,9 @@ std::vector<RayHit> DatabaseTest::trace(RayQuery& query, std::span<const Ray> ra
     const auto batch = rays.subspan(first, std::min(capacity, rays.size() - first));
     std::ranges::copy(batch, query.rays().begin());
     const Outcome outcome = execute(
-        [&](Transaction& transaction) { transaction.ask(query, static_cast<std::uint32_t>(batch.size())); },
+        [&](Transaction& transaction) {
+          transaction.add_query(query, static_cast<std::uint32_t>(batch.size()));
+        },
         {}, read_at);
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     hits.insert(hits.end(), query.hits().begin(), query.hits().end());

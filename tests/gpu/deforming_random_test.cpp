@@ -110,7 +110,7 @@ class DeformingSoups : public Deforming {
   }
   template <class Query>
   void run(Query& query, std::uint32_t count, const ReadAt& read_at) {
-    const Outcome outcome = execute([&](Transaction& t) { t.ask(query, count); }, {}, read_at);
+    const Outcome outcome = execute([&](Transaction& t) { t.add_query(query, count); }, {}, read_at);
     EXPECT_TRUE(outcome.done()) << describe(outcome);
   }
 

@@ -62,7 +62,7 @@ TEST_F(Deforming, QueriesSeeTheirOwnTransactionsShapeAndAVainOneLeavesNothing) {
   transaction->begin(terms_at({}));
   transaction->update_geometry(geometry, scaled(box, glm::vec3(2.0f)));
   transaction->update_geometry(geometry, scaled(box, glm::vec3(3.0f)));  // takes its place
-  transaction->ask(*query, 1);
+  transaction->add_query(*query, 1);
   ASSERT_EQ(database().execute(*transaction).status, Status::committed);
   EXPECT_EQ(query->hits()[0].lambda, 7.0f);
   EXPECT_EQ(lambda(), 7.0f);
@@ -87,7 +87,7 @@ TEST_F(Deforming, QueriesSeeTheirOwnTransactionsShapeAndAVainOneLeavesNothing) {
   expect_in_vain(Status::bad_input, [&](Transaction& t) { t.remove({99, 1}); });
   expect_in_vain(Status::bad_input, [&](Transaction& t) {
     query->rays()[0].direction = glm::vec3(0.0f);
-    t.ask(*query, 1);
+    t.add_query(*query, 1);
   });
 }
 
@@ -122,7 +122,7 @@ TEST_F(Deforming, NothingOfAMissedShapeStays) {
     terms.deadline = clock.after_readings(readings);
     transaction->begin(terms);
     transaction->update_geometry(geometry, scaled(box, glm::vec3(5.0f)));
-    transaction->ask(*query, 1);
+    transaction->add_query(*query, 1);
     const Outcome& outcome = database().execute(*transaction);
     if (outcome.status != Status::missed) {
       EXPECT_EQ(outcome.status, Status::committed);
@@ -255,7 +255,7 @@ TEST_F(Deforming, DistancesHaveASignWhileItIsClosed) {
   const auto judged = [&](GeometryId geometry, const Positions& positions) {
     committed(geometry, positions);
     query.value()->points()[0].point_m = {0.1f, 0.05f, 0.02f};
-    EXPECT_EQ(execute([&](Transaction& t) { t.ask(*query.value(), 1); }).status, Status::committed);
+    EXPECT_EQ(execute([&](Transaction& t) { t.add_query(*query.value(), 1); }).status, Status::committed);
     judge(world(), query.value()->points(), query.value()->answers(), options);
     return query.value()->answers()[0].neighbors[0].distance_m;
   };
@@ -299,7 +299,7 @@ TEST_F(Deforming, OthersAskMeanwhile) {
             glm::normalize(glm::vec3(std::cos(angle), std::sin(angle), 0.3f * std::sin(2.0f * angle)));
         query->rays()[i] = ray_from(10.0f * outwards, -outwards);
       }
-      transaction->ask(*query, 64);
+      transaction->add_query(*query, 64);
       const Outcome& outcome = database().execute(*transaction);
       if (outcome.status == Status::bad_input) {
         ++too_old;

@@ -45,7 +45,7 @@ class Deforming : public DatabaseTest {
   Outcome outcome_of_a_ray(const ReadAt& read_at) {
     const auto query = prepare_rays();
     query->rays()[0] = along_x();
-    return execute([&](Transaction& transaction) { transaction.ask(*query, 1); }, {}, read_at);
+    return execute([&](Transaction& transaction) { transaction.add_query(*query, 1); }, {}, read_at);
   }
 };
 

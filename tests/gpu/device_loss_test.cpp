@@ -69,7 +69,7 @@ TEST_F(DeviceLoss, WhileCalibratingIsSaid) {
   ASSERT_TRUE(made.ok()) << made.error().message;
   const auto transaction = lost_.database().make_transaction({.max_queries = 1});
   transaction->begin({});
-  transaction->ask(*made.value(), 8);
+  transaction->add_query(*made.value(), 8);
   loader_.lose_at_call(1);
   const auto lost = lost_.database().calibrate(*transaction);
   ASSERT_FALSE(lost.ok());

@@ -56,7 +56,7 @@ class DispatchLimit : public testing::Test {
     // What a ray costs is known once some have been asked, and with it how few make a chunk.
     for (int time = 0; time < 3; ++time) {
       transaction->begin({});
-      transaction->ask(*query, rays);
+      transaction->add_query(*query, rays);
       const std::uint64_t before = loader_.groups();
       const Outcome outcome = database->execute(*transaction);
       groups_ = loader_.groups() - before;

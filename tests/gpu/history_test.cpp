@@ -38,9 +38,9 @@ class Asker {
       points_->points()[k].t = t;
     }
     transaction_->begin(terms_at({}, read_at));
-    transaction_->ask(*rays_, count);
-    transaction_->ask(*regions_, count);
-    transaction_->ask(*points_, count);
+    transaction_->add_query(*rays_, count);
+    transaction_->add_query(*regions_, count);
+    transaction_->add_query(*points_, count);
     const Outcome& outcome = database_.execute(*transaction_);
     EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
     words_.clear();
@@ -157,7 +157,7 @@ class HistoryOfAWorld : public DatabaseTest {
       Then& then = then_[transaction->outcome().version];
       then.time = now;
       then.asked_at = at_s(0.1 * k + 0.05);
-      then.answers = asker.ask({}, then.asked_at, static_cast<std::uint32_t>(k));
+      then.answers = asker.add_query({}, then.asked_at, static_cast<std::uint32_t>(k));
       then.rows = database().snapshot({}).value();
     }
     hits_ = asker.hits();
@@ -182,8 +182,8 @@ class HistoryOfAWorld : public DatabaseTest {
     for (const Version version : order) {
       const Then& then = then_.at(version);
       const auto seed = static_cast<std::uint32_t>(version - then_.begin()->first);
-      EXPECT_EQ(asker.ask(ReadAt::pinned(version), then.asked_at, seed), then.answers) << version;
-      EXPECT_EQ(asker.ask(ReadAt::as_of(then.asked_at), then.asked_at, seed), then.answers) << version;
+      EXPECT_EQ(asker.add_query(ReadAt::pinned(version), then.asked_at, seed), then.answers) << version;
+      EXPECT_EQ(asker.add_query(ReadAt::as_of(then.asked_at), then.asked_at, seed), then.answers) << version;
       const auto rows = history.snapshot(ReadAt::pinned(version)).value();
       ASSERT_EQ(rows.size(), then.rows.size());
       for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -239,7 +239,7 @@ TEST_F(HistoryOfAWorld, IsNotWrittenAndDoesNotTellWhatCameAfter) {
   writer->begin(terms_at(at_s(100.0)));
   writer->create(row_of(GeometryId{0}));
   EXPECT_EQ(history->execute(*writer).status, Status::refused);
-  EXPECT_EQ(writer->outcome().refused_by, RefusedBy::the_past);
+  EXPECT_EQ(writer->outcome().refused_by, RefusedBy::read_only);
   EXPECT_EQ(history->latest().version, first + 4);
   writer->begin(terms_at({}));
   writer->create(row_of(GeometryId{0}));

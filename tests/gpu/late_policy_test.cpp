@@ -90,7 +90,7 @@ class LatePolicies : public DatabaseTest {
     std::ranges::copy(source, ((*query).*elements)().begin());
     all_.push_back(
         {name, query,
-         [query](Transaction& transaction, std::uint32_t count) { transaction.ask(*query, count); },
+         [query](Transaction& transaction, std::uint32_t count) { transaction.add_query(*query, count); },
          [query] {
            std::vector<std::string> words;
            if constexpr (requires { query->hits(); }) {
@@ -123,7 +123,7 @@ class LatePolicies : public DatabaseTest {
   Outcome run(const Prepared& prepared, const Terms& terms, std::uint32_t count = capacity) {
     const auto transaction = database().make_transaction({.max_queries = 1});
     transaction->begin(terms);
-    prepared.ask(*transaction, count);
+    prepared.add_query(*transaction, count);
     return database().execute(*transaction);
   }
   Terms firm(Nanoseconds deadline) const {
@@ -256,7 +256,7 @@ TEST_F(PartialAnswers, NameWhoLivedThen) {
       database().submit(*goes);
       comes->begin(urgent);
       comes->create(row_of(GeometryId{0}, glm::dvec3(points_[k].point_m)));
-      comes->ask(*rays, 64);
+      comes->add_query(*rays, 64);
       database().submit(*comes);
       submitted = true;
     };

@@ -155,7 +155,7 @@ Result<void> LossWorld::prepare_rays() {
                               ray.direction = random.point();
                               ray.t = random.time(round);
                             }
-                            transaction.ask(query, elements);
+                            transaction.add_query(query, elements);
                           },
                       .append_answers =
                           [&query](AnswerBits& all_bits) {
@@ -189,7 +189,7 @@ Result<void> LossWorld::prepare_regions() {
                               region.half_extent_m = glm::vec3(random.in(0.1f, query_is_wide ? 3.0f : 0.4f));
                               region.t = random.time(round);
                             }
-                            transaction.ask(query, elements);
+                            transaction.add_query(query, elements);
                           },
                       .append_answers =
                           [&query](AnswerBits& all_bits) {
@@ -219,7 +219,7 @@ Result<void> LossWorld::prepare_nearest() {
                               point.point_m = random.point();
                               point.t = random.time(round);
                             }
-                            transaction.ask(query, elements);
+                            transaction.add_query(query, elements);
                           },
                       .append_answers =
                           [&query](AnswerBits& all_bits) {
@@ -251,7 +251,7 @@ Result<void> LossWorld::create_entities() {
                           Random times(round + 3);
                           for (std::uint32_t k = 0; k < bodies; ++k)
                             overlaps_->overlaps()[k] = {.entity = entities_[k], .t = times.time(round)};
-                          transaction.ask(*overlaps_, bodies);
+                          transaction.add_query(*overlaps_, bodies);
                         },
                     .append_answers =
                         [this](AnswerBits& all) {

@@ -62,9 +62,9 @@ TEST_P(MovingLoop, IsAnsweredAsTheOracleDoes) {
     const Outcome outcome = execute(
         [&](Transaction& transaction) {
           change_one(transaction, known);
-          transaction.ask(*rays.value(), asked_each_time);
-          transaction.ask(*regions.value(), asked_each_time);
-          transaction.ask(*points.value(), asked_each_time);
+          transaction.add_query(*rays.value(), asked_each_time);
+          transaction.add_query(*regions.value(), asked_each_time);
+          transaction.add_query(*points.value(), asked_each_time);
         },
         time_);
     ASSERT_TRUE(outcome.done()) << describe(outcome);

@@ -33,8 +33,9 @@ class NearestTest : public DatabaseTest {
   }
   std::span<const NearestAnswer> ask(NearestQuery& query, std::span<const Nearest> points) {
     std::ranges::copy(points, query.points().begin());
-    const Outcome outcome = execute(
-        [&](Transaction& transaction) { transaction.ask(query, static_cast<std::uint32_t>(points.size())); });
+    const Outcome outcome = execute([&](Transaction& transaction) {
+      transaction.add_query(query, static_cast<std::uint32_t>(points.size()));
+    });
     EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
     EXPECT_EQ(query.answers().size(), points.size());
     return query.answers();
@@ -314,7 +315,8 @@ TEST_F(NearestLists, AnEmptyBatchHasNoAnswers) {
   create(row_of(add(make_box({2.0, 2.0, 2.0}))));
   const auto query = prepare(NearestTarget::surface, 3);
   EXPECT_EQ(ask(*query, near({})).size(), 1u);
-  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query, 0); }).status, Status::committed);
+  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*query, 0); }).status,
+            Status::committed);
   EXPECT_TRUE(query->answers().empty());
 }
 

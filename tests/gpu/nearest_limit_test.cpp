@@ -20,7 +20,7 @@ class NearestLimits : public DatabaseTest {
     for (std::size_t i = 0; i < points_m.size(); ++i)
       query.points()[i].point_m = points_m[i];
     return execute([&](Transaction& transaction) {
-      transaction.ask(query, static_cast<std::uint32_t>(points_m.size()));
+      transaction.add_query(query, static_cast<std::uint32_t>(points_m.size()));
     });
   }
   static void expect_none(const Outcome& outcome, const NearestAnswer& answer) {

@@ -99,7 +99,7 @@ class SameNearest : public DatabaseTest, public testing::WithParamInterface<Near
       const auto batch = points.subspan(first, std::min<std::size_t>(capacity, points.size() - first));
       std::ranges::copy(batch, query.value()->points().begin());
       const Outcome outcome = execute([&](Transaction& transaction) {
-        transaction.ask(*query.value(), static_cast<std::uint32_t>(batch.size()));
+        transaction.add_query(*query.value(), static_cast<std::uint32_t>(batch.size()));
       });
       EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
       for (const NearestAnswer& answer : query.value()->answers())
@@ -232,7 +232,8 @@ TEST_P(NearestOnRealMeshes, AgreesWithTheOracle) {
       const auto off = static_cast<float>(random.magnitude(1e-3, 1.0)) * size_m;
       point.point_m = glm::vec3(row.scale) * corner + off * glm::vec3(random.direction());
     }
-    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*query.value(), 400); });
+    const Outcome outcome =
+        execute([&](Transaction& transaction) { transaction.add_query(*query.value(), 400); });
     EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
     const auto answers = query.value()->answers();
     const Tally tally = judge(world(), points, answers, options);

@@ -100,7 +100,7 @@ class OutOfMemoryLater : public testing::Test {
     transaction->begin({});
     if (entity_.valid()) transaction->remove(entity_);
     const auto ordinal = transaction->create(row);
-    transaction->ask(*made.value(), 1);
+    transaction->add_query(*made.value(), 1);
     const Outcome& outcome = database_->execute(*transaction);
     ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
     entity_ = transaction->created(ordinal);

@@ -234,7 +234,7 @@ class NearestOfPeersInMotion : public PeersInMotion {
     EXPECT_TRUE(query.ok());
     std::ranges::copy(points, query.value()->points().begin());
     const Outcome outcome =
-        execute([&](Transaction& transaction) { transaction.ask(*query.value(), count); });
+        execute([&](Transaction& transaction) { transaction.add_query(*query.value(), count); });
     EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
     return std::move(query).value();
   }

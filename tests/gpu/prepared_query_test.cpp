@@ -39,7 +39,7 @@ TEST_F(WhatATransactionTook, LeavesOutTheSetupBeforeIt) {
   auto rays = database().prepare(RayQueryOptions{.name = "rays", .capacity = 1});
   ASSERT_TRUE(rays.ok());
   rays.value()->rays()[0] = ray_from({-3.0, 0.0, 0.0}, {1.0, 0.0, 0.0});
-  const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*rays.value(), 1); });
+  const Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(*rays.value(), 1); });
   ASSERT_EQ(outcome.status, Status::committed);
   EXPECT_GT(outcome.gpu_time.count(), 0);
   EXPECT_LE(outcome.gpu_time, outcome.actual_cost);

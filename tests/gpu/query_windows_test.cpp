@@ -32,10 +32,10 @@ TEST_F(QueryWindows, EachBatchHasItsOwn) {
   nearest->points()[0] = {.point_m = {500.0f, 50.0f, 10.0f}, .t = at_s(510.0)};
   for (int time = 0; time < 3; ++time) {
     const Outcome outcome = execute([&](Transaction& transaction) {
-      transaction.ask(*near, 1);
-      transaction.ask(*far, 2);
-      transaction.ask(*nearest, 1);
-      transaction.ask(*still, 1);
+      transaction.add_query(*near, 1);
+      transaction.add_query(*far, 2);
+      transaction.add_query(*nearest, 1);
+      transaction.add_query(*still, 1);
     });
     ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
     EXPECT_EQ(near->hits()[0].entity, mover_);
@@ -54,8 +54,8 @@ TEST_F(QueryWindows, OneThatIsTooLongIsRefusedWithItsQuery) {
   bad->rays()[0] = down_at(0.0f, 10.0);
   bad->rays()[1] = down_at(0.0f, 11.5);
   const Outcome outcome = execute([&](Transaction& transaction) {
-    transaction.ask(*good, 1);
-    transaction.ask(*bad, 2);
+    transaction.add_query(*good, 1);
+    transaction.add_query(*bad, 2);
   });
   EXPECT_EQ(outcome.bad_query, 1);
   EXPECT_EQ(describe(outcome),
@@ -71,8 +71,8 @@ TEST_F(QueryWindows, AnswersOfBeforeAreNoneOfALaterWindow) {
   near->rays()[0] = down_at(0.0f, 10.0);
   far->rays()[0] = down_at(1000.0f, 1010.0);
   const auto ask = [&](Transaction& transaction) {
-    transaction.ask(*near, 1);
-    transaction.ask(*far, 1);
+    transaction.add_query(*near, 1);
+    transaction.add_query(*far, 1);
   };
   ASSERT_EQ(execute(ask).status, Status::committed);
   EXPECT_EQ(far->hits()[0].status, HitStatus::hit);

@@ -69,7 +69,7 @@ Tally RandomQuestions::ask_batches(Query& query, Elements elements, std::size_t 
     const Window window = random_window();
     for (auto& element : elements)
       element = fill(window);
-    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(query, batch); });
+    const Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(query, batch); });
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     tally += judged();
   }

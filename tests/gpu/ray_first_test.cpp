@@ -21,8 +21,9 @@ class FirstHits : public DatabaseTest {
   }
   std::vector<RayHit> ask(RayQuery& query, std::span<const Ray> rays) {
     std::ranges::copy(rays, query.rays().begin());
-    const Outcome outcome = execute(
-        [&](Transaction& transaction) { transaction.ask(query, static_cast<std::uint32_t>(rays.size())); });
+    const Outcome outcome = execute([&](Transaction& transaction) {
+      transaction.add_query(query, static_cast<std::uint32_t>(rays.size()));
+    });
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     return {query.hits().begin(), query.hits().end()};
   }

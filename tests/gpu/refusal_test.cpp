@@ -46,8 +46,8 @@ class Refusals : public DatabaseTest {
     const Outcome outcome = execute(
         [&](Transaction& transaction) {
           transaction.update(body_, row_of(box_, {500.0, 0.0, 0.0}));
-          transaction.ask(*overlaps_, 0);
-          transaction.ask(query, 3);
+          transaction.add_query(*overlaps_, 0);
+          transaction.add_query(query, 3);
         },
         at_s(10.0));
     EXPECT_EQ(outcome.status, Status::bad_input);
@@ -142,7 +142,9 @@ TEST_F(Refusals, TheLatestTimesThereAreCanBeAskedAt) {
 TEST_F(Refusals, TheFirstFaultOfManyRaysIsTold) {
   constexpr std::uint32_t count = 100'000;
   const auto many = prepare_rays(RayMode::closest, false, count);
-  const auto ask = [&] { return execute([&](Transaction& transaction) { transaction.ask(*many, count); }); };
+  const auto ask = [&] {
+    return execute([&](Transaction& transaction) { transaction.add_query(*many, count); });
+  };
   const auto rays = many->rays();
   std::ranges::fill(rays, good_ray());
   rays[99'999].origin_m.x = 2e5f;
@@ -178,7 +180,7 @@ TEST_F(Refusals, OneOfManyRaysMayBeUnlikeTheOthers) {
     rays[one] = good_ray();
     rays[one].t = at_s(11.5);
     std::ranges::copy(rays, many->rays().begin());
-    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*many, count); });
+    const Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(*many, count); });
     EXPECT_EQ(outcome.bad_input.reason, BadInputReason::window_too_long);
     EXPECT_DOUBLE_EQ(outcome.bad_input.values[1], 11.5);
   }
@@ -195,7 +197,7 @@ TEST_F(Refusals, CarriersThatAreNotThere) {
     for (Overlap& overlap : overlaps_->overlaps())
       overlap = {.entity = body_, .t = at_s(10.0)};
     overlaps_->overlaps()[1].entity = stranger;
-    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*overlaps_, 2); });
+    const Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(*overlaps_, 2); });
     EXPECT_EQ(outcome.bad_input.reason, unknown_entity);
     EXPECT_EQ(outcome.bad_input.entity, stranger);
     EXPECT_EQ(outcome.bad_input.element, 1u);
@@ -252,7 +254,7 @@ TEST_F(Refusals, TheWidestFrustumCanBeAsked) {
   regions_->regions()[0].center_m = {10.5f, 300.0f, -20.0f};
   regions_->regions()[1].center_m = {9.0f, 300.0f, -20.0f};
   regions_->regions()[2].center_m = {12.5f, 300.0f, -20.0f};
-  ASSERT_TRUE(execute([&](Transaction& transaction) { transaction.ask(*regions_, 3); }).done());
+  ASSERT_TRUE(execute([&](Transaction& transaction) { transaction.add_query(*regions_, 3); }).done());
   EXPECT_EQ(regions_->answers()[0].found, 1u);
   EXPECT_EQ(regions_->answers()[1].found, 0u);
   EXPECT_EQ(regions_->answers()[2].found, 0u);
@@ -294,7 +296,7 @@ TEST_F(Refusals, PointsThatCanNotBeAsked) {
 /// The field, its value, and what is allowed.
 TEST_F(Refusals, SentencesNameTheField) {
   const auto said = [&](auto& query) {
-    return describe(execute([&](Transaction& transaction) { transaction.ask(query, 1); }));
+    return describe(execute([&](Transaction& transaction) { transaction.add_query(query, 1); }));
   };
   const auto ray = [&](const std::function<void(Ray&)>& spoil) {
     rays_->rays()[0] = good_ray();
@@ -404,7 +406,8 @@ TEST_F(Refusals, OverlapOfAnEntityWithoutGeometry) {
   auto overlaps = database().prepare(OverlapQueryOptions{.name = "o", .capacity = 1, .ids_per_entity = 8});
   ASSERT_TRUE(overlaps.ok());
   overlaps.value()->overlaps()[0] = {.entity = ids[1], .t = at_s(10.0)};
-  const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*overlaps.value(), 1); });
+  const Outcome outcome =
+      execute([&](Transaction& transaction) { transaction.add_query(*overlaps.value(), 1); });
   EXPECT_EQ(outcome.bad_input.reason, BadInputReason::no_geometry);
   EXPECT_EQ(outcome.bad_input.entity, ids[1]);
 }

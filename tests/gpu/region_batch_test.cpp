@@ -53,7 +53,7 @@ TEST_P(LongAnswers, OfALargeBatchAreThoseOfSmallOnes) {
       region = random_region(random(), everything().entities(), scene(), scene().version_time, window_s);
       region.half_extent_m *= 2.0f;
     }
-    execute([&](Transaction& transaction) { transaction.ask(*large.value(), large_batch); });
+    execute([&](Transaction& transaction) { transaction.add_query(*large.value(), large_batch); });
     const auto answers = large.value()->answers();
     ASSERT_EQ(answers.size(), large_batch);
     std::size_t listed = 0;
@@ -61,7 +61,7 @@ TEST_P(LongAnswers, OfALargeBatchAreThoseOfSmallOnes) {
     for (std::uint32_t first = 0; first < large_batch; first += 7 * 5) {
       const std::uint32_t count = std::min(7u, large_batch - first);
       std::copy_n(large.value()->regions().begin() + first, count, small.value()->regions().begin());
-      execute([&](Transaction& transaction) { transaction.ask(*small.value(), count); });
+      execute([&](Transaction& transaction) { transaction.add_query(*small.value(), count); });
       for (std::uint32_t i = 0; i < count; ++i)
         ASSERT_EQ(Listed(answers[first + i]), Listed(small.value()->answers()[i])) << first + i;
     }
@@ -114,8 +114,9 @@ TEST_P(OneInstant, FollowsTheVersions) {
                                            .q_world = stands[i] ? upright : glm::dquat(1, 0, 0, 0)});
       }
     });
-    ASSERT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query.value(), entities); }).status,
-              Status::committed);
+    ASSERT_EQ(
+        execute([&](Transaction& transaction) { transaction.add_query(*query.value(), entities); }).status,
+        Status::committed);
     for (std::uint32_t i = 0; i < entities; ++i) {
       const RegionAnswer& answer = query.value()->answers()[i];
       ASSERT_EQ(answer.found, stands[i] ? 1u : 0u) << i << " after " << changed;

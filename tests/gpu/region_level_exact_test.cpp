@@ -25,7 +25,7 @@ class RegionLevels : public DatabaseTest {
   Outcome ask(RegionQuery& query, std::span<const Region> regions) {
     std::ranges::copy(regions, query.regions().begin());
     return execute([&](Transaction& transaction) {
-      transaction.ask(query, static_cast<std::uint32_t>(regions.size()));
+      transaction.add_query(query, static_cast<std::uint32_t>(regions.size()));
     });
   }
   RegionAnswer ask(RegionQuery& query, const Region& region) {

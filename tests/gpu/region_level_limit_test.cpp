@@ -22,7 +22,7 @@ class RegionLevelLimits : public DatabaseTest {
     return std::move(query).value();
   }
   Outcome ask(RegionQuery& query, std::uint32_t count) {
-    return execute([&](Transaction& transaction) { transaction.ask(query, count); });
+    return execute([&](Transaction& transaction) { transaction.add_query(query, count); });
   }
 };
 

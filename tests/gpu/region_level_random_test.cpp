@@ -90,7 +90,7 @@ TEST_P(RandomRegionLevels, AgreeWithTheOracle) {
     const WorldTime first = options_.version_time + Nanoseconds(random_.below(2) * 5'300'000'000);
     for (Region& region : query->regions())
       region = random_one(everything.entities(), first, window_s);
-    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*query, batch); });
+    const Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(*query, batch); });
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     tally += judge(everything, query->regions(), query->answers(), GetParam().level);
     for (const RegionAnswer& answer : query->answers())
@@ -166,7 +166,7 @@ TEST_F(RegionBorders, AreWhereTheOracleHasThem) {
       region.half_extent_m = static_cast<float>(some * (1.0 + off)) * full_m;
     }
     const Outcome outcome =
-        execute([&](Transaction& transaction) { transaction.ask(*query.value(), batch); });
+        execute([&](Transaction& transaction) { transaction.add_query(*query.value(), batch); });
     ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
     tally += judge(everything, regions, query.value()->answers(), RegionLevel::triangle);
     close = tally.too_close;
@@ -210,7 +210,7 @@ TEST_F(RegionBorders, SliversAreFoundWhereTheyAre) {
       regions[i].center_m = points_m[i] - glm::normalize(regions[i].q) * glm::vec3(ahead_m, 0.0f, 0.0f);
     }
     const Outcome outcome =
-        execute([&](Transaction& transaction) { transaction.ask(*query.value(), batch); });
+        execute([&](Transaction& transaction) { transaction.add_query(*query.value(), batch); });
     ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
     const Tally tally = judge(world(), regions, query.value()->answers(), RegionLevel::triangle);
     EXPECT_EQ(tally.hits, batch);
@@ -248,7 +248,7 @@ TEST_F(RegionBorders, TheSameAnswersInAnyOrderAndAnySplit) {
         const auto part = asked.subspan(done, std::min<std::size_t>(capacity, asked.size() - done));
         std::ranges::copy(part, query.value()->regions().begin());
         execute([&](Transaction& transaction) {
-          transaction.ask(*query.value(), static_cast<std::uint32_t>(part.size()));
+          transaction.add_query(*query.value(), static_cast<std::uint32_t>(part.size()));
         });
         for (const RegionAnswer& answer : query.value()->answers()) {
           std::string words = std::to_string(answer.found) + (answer.overflow ? " and more:" : ":");

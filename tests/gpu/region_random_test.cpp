@@ -59,8 +59,8 @@ TEST_P(RandomRegions, CountsAreThoseOfTheLists) {
       region = random_region(random(), everything().entities(), scene(), scene().version_time, window_s);
     std::ranges::copy(listing.value()->regions(), counting.value()->regions().begin());
     const Outcome outcome = execute([&](Transaction& transaction) {
-      transaction.ask(*listing.value(), batch);
-      transaction.ask(*counting.value(), batch);
+      transaction.add_query(*listing.value(), batch);
+      transaction.add_query(*counting.value(), batch);
     });
     EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
     std::uint32_t found = 0;
@@ -80,7 +80,7 @@ TEST_P(RandomRegions, OverlapsAgreeWithTheOracle) {
         database().prepare(OverlapQueryOptions{.name = "overlaps", .capacity = 1, .ids_per_entity = 4096});
     ASSERT_TRUE(query.ok());
     query.value()->overlaps()[0] = {.entity = everything().entities()[0].id, .t = scene().version_time};
-    ASSERT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query.value(), 1); }).status,
+    ASSERT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*query.value(), 1); }).status,
               Status::committed);
     EXPECT_EQ(query.value()->answers()[0].found, 0u) << "an entity does not overlap itself";
     return;
@@ -121,7 +121,7 @@ TEST_F(Regions, OverflowKeepsTheLowestAndTheTrueCount) {
     for (const std::uint32_t room : {1u, 2u, 17u, 64u, 99u}) {
       const auto query = prepare(room);
       query->regions()[0] = everywhere();
-      const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*query, 1); });
+      const Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(*query, 1); });
       EXPECT_EQ(outcome.status, Status::truncated);
       const RegionAnswer& answer = query->answers()[0];
       EXPECT_TRUE(answer.overflow);
@@ -165,7 +165,7 @@ TEST_F(Regions, AFrustumLooksAlongXWithYToTheLeftAndZUp) {
   // Along y, when turned by a quarter about z.
   regions[13] = seen_from({0.0f, -10.4f, 0.0f}, 0.0f, touching);
   regions[13].q = {std::sqrt(0.5f), 0.0f, 0.0f, std::sqrt(0.5f)};
-  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query, 14); }).status,
+  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*query, 14); }).status,
             Status::committed);
   const std::uint32_t wanted[] = {1, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1};
   for (std::size_t i = 0; i < 14; ++i)
@@ -180,7 +180,7 @@ TEST_F(Regions, AFrustumIsRefusedThatEndsBeforeItBegins) {
   for (const auto& [near_m, far_m] : {std::pair{2.0f, 1.0f}, {-0.1f, 1.0f}, {0.0f, 0.0f}}) {
     region.near_m = near_m;
     region.half_extent_m = {far_m, 1.0f, 1.0f};
-    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*query, 1); });
+    const Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(*query, 1); });
     EXPECT_EQ(outcome.status, Status::bad_input);
     EXPECT_EQ(outcome.bad_input.reason, BadInputReason::bad_region) << near_m << " to " << far_m;
   }
@@ -201,7 +201,7 @@ TEST_F(Regions, OverflowOfSomeLeavesOthersAsTheyAre) {
       region.center_m.x = static_cast<float>(i);
       region.half_extent_m = {static_cast<float>(i) + 1.0f, 1.0f, 1.0f};
     }
-    EXPECT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query, 300); }).status,
+    EXPECT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*query, 300); }).status,
               Status::truncated);
     for (std::uint32_t i = 0; i < 300; ++i) {
       const RegionAnswer& answer = query->answers()[i];
@@ -216,7 +216,8 @@ TEST_F(Regions, ExactlyFullIsNotOverflow) {
   const auto ids = boxes(64);
   const auto query = prepare(64);
   query->regions()[0] = everywhere();
-  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query, 1); }).status, Status::committed);
+  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*query, 1); }).status,
+            Status::committed);
   EXPECT_FALSE(query->answers()[0].overflow);
   EXPECT_TRUE(std::ranges::equal(query->answers()[0].entities, ids));
 }
@@ -240,7 +241,8 @@ TEST_F(Regions, TouchingAndInsideAtTheBorder) {
   regions[3] = region(RegionShape::sphere, RegionTest::touching, 1.501f, 1.0f);
   regions[4] = region(RegionShape::box, RegionTest::inside, 0.0f, 0.5f);
   regions[5] = region(RegionShape::box, RegionTest::inside, 0.0f, 0.4999f);
-  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query, 6); }).status, Status::committed);
+  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*query, 6); }).status,
+            Status::committed);
   const std::uint32_t wanted[] = {1, 0, 1, 0, 1, 0};
   for (std::size_t i = 0; i < 6; ++i)
     EXPECT_EQ(query->answers()[i].found, wanted[i]) << i;
@@ -250,9 +252,10 @@ TEST_F(Regions, AnEmptyBatchHasNoAnswers) {
   boxes(3);
   const auto query = prepare(4);
   query->regions()[0] = everywhere();
-  execute([&](Transaction& transaction) { transaction.ask(*query, 1); });
+  execute([&](Transaction& transaction) { transaction.add_query(*query, 1); });
   EXPECT_EQ(query->answers().size(), 1u);
-  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.ask(*query, 0); }).status, Status::committed);
+  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*query, 0); }).status,
+            Status::committed);
   EXPECT_TRUE(query->answers().empty());
 }
 

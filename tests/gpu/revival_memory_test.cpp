@@ -50,7 +50,7 @@ class RevivalWithoutMemory : public testing::Test {
 
   Status ask() {
     transaction_->begin({});
-    transaction_->ask(*query_, 1);
+    transaction_->add_query(*query_, 1);
     return database_->execute(*transaction_).status;
   }
 

@@ -14,8 +14,9 @@ class SearchLimits : public DatabaseTest {
  protected:
   Outcome ask(RayQuery& query, std::span<const Ray> rays) {
     std::ranges::copy(rays, query.rays().begin());
-    return execute(
-        [&](Transaction& transaction) { transaction.ask(query, static_cast<std::uint32_t>(rays.size())); });
+    return execute([&](Transaction& transaction) {
+      transaction.add_query(query, static_cast<std::uint32_t>(rays.size()));
+    });
   }
 };
 
@@ -258,7 +259,8 @@ TEST_F(SearchLimits, ARegionFindsAllOrSaysThatItDidNot) {
       rows.push_back(row_of(box, 2.0 * glm::dvec3(glm::uvec3(i % 200, i / 200, 0))));
     const auto ids = create(rows);
     all.insert(all.end(), ids.begin(), ids.end());
-    const Outcome outcome = execute([&](Transaction& transaction) { transaction.ask(*query.value(), 70); });
+    const Outcome outcome =
+        execute([&](Transaction& transaction) { transaction.add_query(*query.value(), 70); });
     EXPECT_EQ(outcome.status, Status::truncated);
     EXPECT_EQ(query.value()->answer_info().missing,
               std::ranges::count_if(query.value()->answers(), &RegionAnswer::incomplete));

@@ -41,7 +41,7 @@ class SharedRuns : public DatabaseTest {
   void submit(Reader& reader, const Ray& ray, const Terms& terms) {
     std::ranges::fill(reader.query->rays(), ray);
     reader.transaction->begin(terms);
-    reader.transaction->ask(*reader.query, rays_each);
+    reader.transaction->add_query(*reader.query, rays_each);
     database().submit(*reader.transaction);
   }
   /// It writes, and shares with nobody.
@@ -50,7 +50,7 @@ class SharedRuns : public DatabaseTest {
     urgent.importance = 1;
     batch_->begin(urgent);
     batch_->update(written_, box_);
-    batch_->ask(*before_them_, many);
+    batch_->add_query(*before_them_, many);
     database().submit(*batch_);
   }
   /// Prepared anew, for what it was asked before tells what a query will cost.

@@ -123,9 +123,9 @@ TEST_F(StandingTest, MembersAreWhoOneShotQueriesFind) {
             transaction.remove(ids.back());
             ids.pop_back();
           }
-          transaction.ask(*region_query.value(), static_cast<std::uint32_t>(regions.size()));
-          transaction.ask(*nearest_query.value(), 1);
-          transaction.ask(*ray_query.value(), 1);
+          transaction.add_query(*region_query.value(), static_cast<std::uint32_t>(regions.size()));
+          transaction.add_query(*nearest_query.value(), 1);
+          transaction.add_query(*ray_query.value(), 1);
         },
         now);
     ASSERT_TRUE(outcome.done()) << describe(outcome);

@@ -40,7 +40,7 @@ Ask nearest(Database& database, std::uint32_t count, bool is_signed) {
       point.radius_m = 5.0f;
       point.t = at_s(5.1);
     }
-    transaction.ask(*query, count);
+    transaction.add_query(*query, count);
   };
 }
 
@@ -56,7 +56,7 @@ Ask regions(Database& database, std::uint32_t count, std::uint32_t ids) {
       region.half_extent_m = glm::vec3(0.5f);
       region.t = at_s(5.1);
     }
-    transaction.ask(*query, count);
+    transaction.add_query(*query, count);
   };
 }
 
@@ -118,7 +118,7 @@ TEST_P(ThoughtShort, ItIsPassedByUrgentQueries) {
   expect_short([&] {
     const bool passes = batch_->status() == Status::pending;
     urgent->begin(terms);
-    urgent->ask(*small, 64);
+    urgent->add_query(*small, 64);
     EXPECT_TRUE(database().execute(*urgent).done());
     return passes;
   });

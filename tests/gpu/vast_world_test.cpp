@@ -50,7 +50,7 @@ TEST_F(VastWorld, FourMillionRaysAreAnsweredAtOnce) {
     ++k;
   }
   const Outcome outcome =
-      execute([&](Transaction& transaction) { transaction.ask(*query.value(), max_rays_per_query); });
+      execute([&](Transaction& transaction) { transaction.add_query(*query.value(), max_rays_per_query); });
   ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
   k = 0;
   for (const RayHit& hit : query.value()->hits()) {

@@ -80,7 +80,7 @@ TEST_F(Versions, QueriesSeeTheirOwnTransactionsWrites) {
   transaction->remove(ids[0]);
   transaction->update(ids[1], box_at(-11.0));
   const auto made = transaction->create(box_at(21.0));
-  transaction->ask(*query, 2);
+  transaction->add_query(*query, 2);
   const auto removed = transaction->read(ids[0]);
   const auto moved = transaction->read(ids[1]);
   ASSERT_EQ(database().execute(*transaction).status, Status::committed);
@@ -110,7 +110,7 @@ TEST_F(Versions, AGeometryMayComeAfterTheQueries) {
     const RayHit hit = trace(*query, std::vector{along_x()})[0];
     EXPECT_EQ(hit.entity, newest);
     EXPECT_NEAR(hit.lambda, x_m - 1.0, 0.01);
-    ASSERT_EQ(execute([&](Transaction& transaction) { transaction.ask(*regions.value(), 1); }).status,
+    ASSERT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*regions.value(), 1); }).status,
               Status::committed);
     EXPECT_EQ(regions.value()->answers()[0].found, subdivisions - 1);
   }
@@ -153,7 +153,7 @@ TEST_F(Versions, AnEntityWithoutGeometryIsNotSeenButMayCarry) {
   regions.value()->regions()[0].half_extent_m = glm::vec3(1000.0f);
   regions.value()->regions()[1].half_extent_m = glm::vec3(25.0f);
   regions.value()->regions()[1].carrier = carrier;
-  ASSERT_EQ(execute([&](Transaction& transaction) { transaction.ask(*regions.value(), 2); }).status,
+  ASSERT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*regions.value(), 2); }).status,
             Status::committed);
   EXPECT_EQ(regions.value()->answers()[0].found, 2u);
   EXPECT_EQ(regions.value()->answers()[1].found, 1u);
@@ -219,7 +219,7 @@ TEST_F(Versions, NothingOfAMissedTransactionStaysOnTheDevice) {
     transaction->update(body, box_at(501.0));
     transaction->remove(other);
     transaction->create(box_at(5.0));
-    transaction->ask(*query, 1);
+    transaction->add_query(*query, 1);
     const Outcome& outcome = database().execute(*transaction);
     if (outcome.status != Status::missed) {
       EXPECT_EQ(outcome.status, Status::committed);

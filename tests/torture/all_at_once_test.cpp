@@ -96,8 +96,8 @@ class AllAtOnce : public testing::Test {
       transaction.update({static_cast<std::uint32_t>(random() % entities), 1},
                          row_of(static_cast<std::uint32_t>(random() % 100)));
     if (!writes || random() % 2 == 0)
-      transaction.ask(*queries_[self][k],
-                      1 + static_cast<std::uint32_t>(random() % 8 == 0 ? 3 * 4096 : random() % 200));
+      transaction.add_query(*queries_[self][k],
+                            1 + static_cast<std::uint32_t>(random() % 8 == 0 ? 3 * 4096 : random() % 200));
     engine_.submit(transaction);
   }
 

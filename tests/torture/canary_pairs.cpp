@@ -75,9 +75,9 @@ class CanaryPairs::Reader {
       const WorldTime t = terms.read_at.kind == ReadAt::Kind::time ? terms.read_at.time : ahead_;
       declare(repeats, t);
       transaction_->begin(terms);
-      transaction_->ask(*rays_, 2 * pairs * repeats);
-      transaction_->ask(*regions_, pairs * places * repeats);
-      transaction_->ask(*points_, pairs * repeats);
+      transaction_->add_query(*rays_, 2 * pairs * repeats);
+      transaction_->add_query(*regions_, pairs * places * repeats);
+      transaction_->add_query(*points_, pairs * repeats);
       const Outcome& outcome = world_.database_->execute(*transaction_);
       if (outcome.status == Status::bad_input && terms.read_at.kind != ReadAt::Kind::latest) {
         ++seen.too_old;

@@ -85,7 +85,7 @@ class Scene {
   void declare(Who who, const Terms& given, std::uint32_t elements) {
     made_[who]->begin(given);
     if (who == writer || who == reserved) made_[who]->update(entities_[who], row_of(rounds_));
-    made_[who]->ask(*queries_[who], elements);
+    made_[who]->add_query(*queries_[who], elements);
   }
   void submit(Who who, const Terms& given, std::uint32_t elements) {
     declare(who, given, elements);

@@ -163,7 +163,7 @@ class DeviceLists::Client {
       region.half_extent_m = {10.0f, 10.0f, 10.0f};
       region.mask = value_mask;
     }
-    transaction_->ask(*regions_, static_cast<std::uint32_t>(keys.size()));
+    transaction_->add_query(*regions_, static_cast<std::uint32_t>(keys.size()));
   }
 
   void append(const std::vector<Key>& keys, Attempt& attempt) {

@@ -348,7 +348,7 @@ void EngineSimulation::declare(Client& client) {
   }
   if (!writes || chance_.one_in(2)) {
     declared.asked = 1 + chance_.below(chance_.one_in(4) ? max_elements : 2'000);
-    transaction.ask(client.query, declared.asked);
+    transaction.add_query(client.query, declared.asked);
   }
 }
 

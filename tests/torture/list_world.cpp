@@ -126,7 +126,7 @@ class ListClient {
     while (status == Status::device_lost) {
       last = Recorded{};
       transaction_->begin({});
-      transaction_->ask(query_, 1);
+      transaction_->add_query(query_, 1);
       status = execute(last);
     }
     ASSERT_EQ(status, Status::committed) << describe(transaction_->outcome().bad_input);
@@ -165,7 +165,7 @@ class ListClient {
     query_.lists.clear();
     for (const Key key : keys)
       query_.lists.push_back({key, {}});
-    transaction_->ask(query_, 1);
+    transaction_->add_query(query_, 1);
   }
 
   void append(const std::vector<Key>& keys, Recorded& recorded) {

@@ -55,7 +55,7 @@ int main() {
     const ClockTime deadline = clock.now() + 20ms;
     transaction->begin(terms(DeadlineClass::firm, deadline));
     transaction->update(entity, row_of(2));
-    transaction->ask(query, 4);
+    transaction->add_query(query, 4);
     engine.submit(*transaction);
     const Outcome& outcome = engine.wait(*transaction);
     const ClockTime now = clock.now();

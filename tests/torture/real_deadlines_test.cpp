@@ -51,7 +51,7 @@ class Asker {
   Transaction& declare(const Terms& terms, std::uint32_t rays, const EntityId* moved = nullptr) {
     transaction_->begin(terms);
     if (moved != nullptr) transaction_->update_motion(*moved, {.p_world_m = {1.0, 2.0, 3.0}});
-    if (rays > 0) transaction_->ask(*query_, rays);
+    if (rays > 0) transaction_->add_query(*query_, rays);
     return *transaction_;
   }
   const Outcome& execute(const Terms& terms, std::uint32_t rays, const EntityId* moved = nullptr) {

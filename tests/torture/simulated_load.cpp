@@ -145,8 +145,8 @@ void SimulatedLoad::submit_next(Flow& flow) {
     slot.transaction->update({static_cast<std::uint32_t>(random_() % entities), 1}, row_of(1));
   if (stream.max_elements > 0) {
     const std::uint64_t range = stream.max_elements - stream.fewest_elements + 1;
-    slot.transaction->ask(*slot.query,
-                          stream.fewest_elements + static_cast<std::uint32_t>(random_() % range));
+    slot.transaction->add_query(*slot.query,
+                                stream.fewest_elements + static_cast<std::uint32_t>(random_() % range));
   }
   slot.used = true;
   const bool cancelled = options_.one_cancelled_in != 0 && random_() % options_.one_cancelled_in == 0;

@@ -6,7 +6,7 @@
 // it as they ask any, at ReadAt::pinned and ReadAt::as_of; answers are those that were given then, or would have been given: the same
 // versions, ids and rows, bit for bit. What a live database still keeps is asked for there, without a log.
 //
-// What differs: whatever writes is refused (RefusedBy::the_past), and so is add_geometry. ReadAt::latest is the stretch's last version.
+// What differs: whatever writes is refused (RefusedBy::read_only), and so is add_geometry. ReadAt::latest is the stretch's last version.
 // Reading as of a time at which that did not hold any more, or may not have, is refused (BadInputReason::beyond_history); a query pinned to a version may ask
 // at later times, as everywhere, and is answered by the motions that were known then.
 //

@@ -44,7 +44,7 @@ struct LogContents {
   std::uint64_t groups = 0;  ///< that were read
   std::uint64_t bytes = 0;   ///< of them
   /// Recorded behind a gap, where no world is known to add them to; not among extent.commits.
-  std::uint64_t untold_commits = 0;
+  std::uint64_t unresolved_commits = 0;
   std::uint64_t row_writes = 0;  ///< of commits that stand, as the next
   std::uint64_t shape_writes = 0;
   std::uint64_t entities = 0;              ///< that live in the last version
@@ -96,7 +96,7 @@ class LogListener {
   /// These were not recorded; up to the next `world`, or to the end, nothing can be said of the world.
   virtual void gap(Version first, Version last) = 0;
   /// Behind a gap, before the next `world`: from `first` to `last` so many commits were recorded, and there is no world to add them to.
-  virtual void untold(Version first, Version last, std::uint64_t commits) = 0;
+  virtual void unresolved(Version first, Version last, std::uint64_t commits) = 0;
 };
 
 /// Salvage: of a damaged log what comes before the damage, which is the answer, in words; else that is empty. Errors: file, as

@@ -5,7 +5,7 @@
 //   frame      as for one-shot queries: world, or the carrier's, with which the question moves
 //   precision  double. An event's time is the first nanosecond at which its entity is in (enter), or out (exit). The border is
 //              about 2 nm thick, and some units in the last place of the distances at play: who rests on it is in, and what
-//              enters by less than that may stay untold
+//              enters by less than that may stay unresolved
 //   finality   an event is told when a version's time has passed its own, and never taken back
 //   threads    watch and the destructor are setup calls: they allocate and block. next_events is one thread's at a time, and made
 //              for the tick; progress, status and lost are anybody's. Events are found on a thread of the database's own, which

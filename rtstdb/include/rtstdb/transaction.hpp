@@ -128,7 +128,7 @@ enum class RefusedBy : std::uint8_t {
   admission,  ///< its deadline could not be met, see earliest_feasible
   log_full,  ///< group, sync: the log has no room for its writes now, or never where they take more than half of its ring
   log_fault,  ///< group, sync: the log's disk refuses
-  the_past,   ///< it writes, and the database is a history's
+  read_only,  ///< it writes, and the database is a history's
 };
 
 /// Which precondition did not hold.
@@ -237,10 +237,10 @@ class Transaction {
 
   /// Asks the first `count` elements of the query's input span. Zero is allowed and answers nothing. Once per
   /// query: its answers have one place (a second time is misuse).
-  virtual void ask(RayQuery& query, std::uint32_t count) noexcept = 0;
-  virtual void ask(RegionQuery& query, std::uint32_t count) noexcept = 0;
-  virtual void ask(NearestQuery& query, std::uint32_t count) noexcept = 0;
-  virtual void ask(OverlapQuery& query, std::uint32_t count) noexcept = 0;
+  virtual void add_query(RayQuery& query, std::uint32_t count) noexcept = 0;
+  virtual void add_query(RegionQuery& query, std::uint32_t count) noexcept = 0;
+  virtual void add_query(NearestQuery& query, std::uint32_t count) noexcept = 0;
+  virtual void add_query(OverlapQuery& query, std::uint32_t count) noexcept = 0;
 
   /// After the outcome: the id of a created entity; invalid when the transaction came to nothing.
   virtual EntityId created(std::uint32_t ordinal) const noexcept = 0;

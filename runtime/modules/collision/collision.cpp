@@ -54,7 +54,7 @@ class Collision final : public Module {
                          .importance = rtstdb::max_importance,
                          .world_time = {},
                          .read_at = rtstdb::ReadAt::pinned(context.version)});
-    transaction_->ask(*query_, 1);
+    transaction_->add_query(*query_, 1);
     if (!context.execute(*database_, *transaction_).done()) return;
     const rtstdb::OverlapAnswer& answer = query_->answers()[0];
     const double begun = begun_to_touch(answer);

@@ -66,7 +66,7 @@ class Detectors final : public Module {
                          .importance = rtstdb::max_importance - 1,
                          .world_time = {},
                          .read_at = rtstdb::ReadAt::pinned(context.version)});
-    transaction_->ask(*query_, static_cast<std::uint32_t>(loops_.size()));
+    transaction_->add_query(*query_, static_cast<std::uint32_t>(loops_.size()));
     if (!context.execute(*database_, *transaction_).done()) return;
     for (std::size_t i = 0; i < loops_.size(); ++i)
       context.outputs[i] = query_->answers()[i].found;

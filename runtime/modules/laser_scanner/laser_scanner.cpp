@@ -310,7 +310,7 @@ void LaserScanner::step(StepContext& context) noexcept {
     for (const ComparedBody& body : comparison_->bodies())
       transaction_->read(body.entity);
   }
-  transaction_->ask(*moving_, count);
+  transaction_->add_query(*moving_, count);
   if (!context.execute(*database_, *transaction_).done() || transaction_->state(0) == nullptr) {
     whole_ = false;
     return;
@@ -318,7 +318,7 @@ void LaserScanner::step(StepContext& context) noexcept {
   if (still_) {
     terms.read_at = rtstdb::ReadAt::pinned(sweep_version_);
     still_transaction_->begin(terms);
-    still_transaction_->ask(*still_, count);
+    still_transaction_->add_query(*still_, count);
     if (!context.execute(*database_, *still_transaction_).done()) whole_ = false;
   }
   last_carrier_ = transaction_->state(0)->row.motion;

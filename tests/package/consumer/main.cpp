@@ -26,7 +26,7 @@ int main() {
 
   transaction->begin({});
   const auto box_entity = transaction->create(row);
-  transaction->ask(*query.value(), 1);
+  transaction->add_query(*query.value(), 1);
   const rtstdb::Outcome& outcome = database.execute(*transaction);
   if (!outcome.done()) {
     std::fprintf(stderr, "%s\n", describe(outcome).c_str());

@@ -78,7 +78,7 @@ TEST_P(EveryMode, DoesNotWriteDownWhatCameToNothing) {
       return query::RunReport{};
     };
     SimulatedQuery query(1);
-    transaction->ask(query, 1);
+    transaction->add_query(query, 1);
     EXPECT_EQ(life.execute(*transaction).status, Status::missed);
     EXPECT_FALSE(transaction->outcome().in_doubt);
     EXPECT_FALSE(transaction->outcome().durable);

@@ -108,7 +108,7 @@ TEST(Group, WhatIsHeldIsSettled) {
     given.reservation = reservation.get();
     transaction->begin(given);
     transaction->create(body(1 + k));
-    transaction->ask(query, 5 + k);
+    transaction->add_query(query, 5 + k);
     const Outcome& outcome = life.execute(*transaction);
     ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
     EXPECT_TRUE(outcome.durable);

@@ -48,7 +48,7 @@ class HandingOver : public testing::Test {
   }
   void ask() {
     reader_->begin({});
-    reader_->ask(query_, 1);
+    reader_->add_query(query_, 1);
   }
 
   SimulatedDisk disk_{1};
@@ -73,14 +73,14 @@ TEST_F(HandingOver, WhatCameInAGapOfAQuery) {
     if (first == 0) {
       writer_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
       writer_->update(id_, body(2));
-      writer_->ask(query_, 1);
+      writer_->add_query(query_, 1);
       life_.engine.submit(*writer_);
     } else if (first == chunk) {
       durable = writer_->status() == Status::committed && becomes_durable(writer_->outcome().version);
     }
   };
   reader_->begin({});
-  reader_->ask(large, 3 * chunk);
+  reader_->add_query(large, 3 * chunk);
   EXPECT_EQ(life_.execute(*reader_).status, Status::committed);
   EXPECT_TRUE(durable) << "it waited for the query";
 }
@@ -194,7 +194,7 @@ TEST_F(HandingOver, BeforeTheEnd) {
   };
   writer_->begin({});
   writer_->update(id_, body(2));
-  writer_->ask(query_, 1);
+  writer_->add_query(query_, 1);
   life_.engine.submit(*writer_);
   at_work.wait(false);
   life_.engine.close();

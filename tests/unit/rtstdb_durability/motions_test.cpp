@@ -42,7 +42,7 @@ class Held final : public log::ChronicleListener {
     expect_known(now);
   }
   void gap(const log::Gap& gap) override { ADD_FAILURE() << "a gap from " << gap.first; }
-  void untold(const log::Gap&, std::uint64_t) override {}
+  void unresolved(const log::Gap&, std::uint64_t) override {}
 
   int commits = 0, motions = 0;
 

@@ -95,7 +95,7 @@ TEST_F(Sync, WhatWasTooLateBeforeTheDiskIsNotWritten) {
   const auto transaction = life.make();
   transaction->begin(terms(DeadlineClass::firm, life.clock.peek() + Nanoseconds(500'000)));
   transaction->create(body(3));
-  transaction->ask(query, 1);
+  transaction->add_query(query, 1);
   EXPECT_EQ(life.execute(*transaction).status, Status::missed);
   EXPECT_EQ(life.log().state().groups, groups);
 }

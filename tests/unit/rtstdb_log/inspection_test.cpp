@@ -229,7 +229,7 @@ class Retelling final : public ChronicleListener {
     gaps.push_back(gap);
     after_gap_ = true;
   }
-  void untold(const Gap& between, std::uint64_t commits) override {
+  void unresolved(const Gap& between, std::uint64_t commits) override {
     EXPECT_TRUE(after_gap_);
     std::uint64_t standing = 0;
     for (Version version = between.first; version <= between.last; ++version)
@@ -351,14 +351,14 @@ TEST(LogChronicle, LeavesNoVersionOutBehindAGap) {
     EXPECT_GE(retelling.gaps.size(), 2u);
     for (const Version version : history.standing)
       EXPECT_TRUE(version == 0 || retelling.accounts_for(version)) << version;
-    std::uint64_t untold = 0;
+    std::uint64_t unresolved = 0;
     for (const Gap& between : retelling.without_world)
-      untold += between.last - between.first + 1;
-    EXPECT_GT(untold, 0u);
+      unresolved += between.last - between.first + 1;
+    EXPECT_GT(unresolved, 0u);
     const auto inspected = inspect(disk);
     ASSERT_TRUE(inspected.ok());
     EXPECT_EQ(inspected.value().extent.gaps.size(), retelling.gaps.size());
-    EXPECT_GT(inspected.value().untold_commits, 0u);
+    EXPECT_GT(inspected.value().unresolved_commits, 0u);
   }
 }
 

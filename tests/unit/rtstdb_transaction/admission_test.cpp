@@ -33,7 +33,7 @@ class Admission : public testing::Test {
   }
   static void ask(Transaction& transaction, SimulatedQuery& query, const Terms& given, std::uint32_t count) {
     transaction.begin(given);
-    transaction.ask(query, count);
+    transaction.add_query(query, count);
   }
   ClockTime in(Nanoseconds time) const { return world_.clock.peek() + time; }
 
@@ -191,7 +191,7 @@ TEST(Calibration, KnowsTheCostsBeforeTheFirstTransaction) {
   const auto declare = [&](const Terms& given, std::uint32_t count) {
     transaction->begin(given);
     transaction->update(entity, row_of(2));
-    transaction->ask(query, count);
+    transaction->add_query(query, count);
   };
   declare(terms(DeadlineClass::soft), 800);
   const Version before = world.engine.latest().version;

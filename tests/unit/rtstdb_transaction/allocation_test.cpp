@@ -44,7 +44,7 @@ TEST(Allocation, TicksAllocateNothing) {
     const std::uint32_t ordinal = transaction->create(row_of(static_cast<std::uint32_t>(k)));
     transaction->update({0, 1}, row_of(3));
     transaction->update_motion({0, 1}, Motion{});
-    transaction->ask(query, 4);
+    transaction->add_query(query, 4);
     world.execute(*transaction);
     const EntityId created = transaction->created(ordinal);
     transaction->begin({});
@@ -57,7 +57,7 @@ TEST(Allocation, TicksAllocateNothing) {
       world.execute(*transaction);
     }
     tight->begin(terms(DeadlineClass::firm, world.clock.peek() + 1ns));
-    tight->ask(query, 1);
+    tight->add_query(query, 1);
     world.engine.submit(*tight);
     world.engine.wait(*tight);
     static_cast<void>(world.engine.latest());

@@ -21,12 +21,12 @@ class Awaited : public testing::Test {
       if (!std::exchange(done, true)) happens();
     };
     reader_->begin(given);
-    reader_->ask(query_, 1);
+    reader_->add_query(query_, 1);
     return world_.execute(*reader_).status;
   }
   void submit_other(std::uint8_t importance) {
     other_->begin(terms(DeadlineClass::soft, ClockTime::max(), importance));
-    other_->ask(other_query_, 1);
+    other_->add_query(other_query_, 1);
     world_.engine.submit(*other_);
   }
   /// The relief's thread has to see it.

@@ -26,7 +26,7 @@ class Cancelling : public testing::Test {
   void declare(Transaction& transaction) {
     transaction.begin({});
     transaction.update(entity_, row_of(2));
-    transaction.ask(query_, batch);
+    transaction.add_query(query_, batch);
   }
 
   World world_;
@@ -62,7 +62,7 @@ TEST_F(Cancelling, OneThatWaitsIsGivenBackWhileAnotherRuns) {
     other_->create(row_of(1));
     other_->remove({63, 1});  // bad input, should it run
     SimulatedQuery asked(1);
-    other_->ask(asked, 1);
+    other_->add_query(asked, 1);
     world_.engine.submit(*other_);
     world_.engine.cancel(*other_);
     EXPECT_EQ(world_.engine.wait(*other_).status, Status::cancelled);
@@ -77,11 +77,11 @@ TEST_F(Cancelling, OneThatIsInterruptedStopsWhenItsTurnComes) {
     if (other_->status() == Status::pending) world_.engine.cancel(*transaction_);
     if (chunk != 1) return;
     other_->begin(terms(DeadlineClass::soft, ClockTime::max(), 1));
-    other_->ask(small, 1);
+    other_->add_query(small, 1);
     world_.engine.submit(*other_);
   };
   transaction_->begin({});
-  transaction_->ask(query_, batch);
+  transaction_->add_query(query_, batch);
   EXPECT_EQ(world_.execute(*transaction_).status, Status::cancelled);
   EXPECT_EQ(other_->status(), Status::committed);
 }
@@ -148,7 +148,7 @@ TEST(CancelRace, EachHasItsOneOutcome) {
       transaction.begin(
           terms(DeadlineClass::soft, ClockTime::max(), static_cast<std::uint8_t>(random() % 3)));
       transaction.update(entity, row_of(static_cast<std::uint32_t>(round)));
-      if (round % 2 == 0) transaction.ask(query, query.capacity());
+      if (round % 2 == 0) transaction.add_query(query, query.capacity());
       const Status status = world.execute(transaction).status;
       if (status == Status::committed) material = round;
       (status == Status::committed ? committed : cancelled)++;

@@ -48,7 +48,7 @@ class DeviceLoss : public testing::Test {
   std::unique_ptr<Transaction> make() { return engine_.make_transaction(room_for(8, 4, 2)); }
   Transaction& ask(Transaction& transaction, SimulatedQuery& query, const Terms& given) {
     transaction.begin(given);
-    transaction.ask(query, 1);
+    transaction.add_query(query, 1);
     return transaction;
   }
   Status execute(Transaction& transaction) {
@@ -76,7 +76,7 @@ TEST_F(DeviceLoss, WhatRunsIsLostAndPublishesNothing) {
   executor_.lose_next_run = true;
   first_->begin({});
   first_->create(row_of(1));
-  first_->ask(query_, 1);
+  first_->add_query(query_, 1);
   EXPECT_EQ(execute(*first_), Status::device_lost);
   EXPECT_EQ(entities(), 0u);
   EXPECT_FALSE(first_->created(0).valid());
@@ -159,7 +159,7 @@ TEST_F(DeviceLoss, TakesAllThatStandInOneAnother) {
     if (request.query == &query_) executor_.lose_next_run = true;
   };
   first_->begin({});
-  first_->ask(large, many);
+  first_->add_query(large, many);
   EXPECT_EQ(execute(*first_), Status::device_lost);
   EXPECT_EQ(engine_.wait(*second_).status, Status::device_lost);
   executor_.inner.chunk = {};

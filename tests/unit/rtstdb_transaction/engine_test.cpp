@@ -90,7 +90,7 @@ TEST(EngineCall, RunsOnTheEnginesThreadBetweenTransactions) {
   SimulatedQuery query(1);
   const auto transaction = world.make();
   transaction->begin({});
-  transaction->ask(query, 1);
+  transaction->add_query(query, 1);
   world.execute(*transaction);
   EXPECT_NE(in_call, std::this_thread::get_id());
   EXPECT_EQ(in_call, in_executor);

@@ -25,7 +25,7 @@ class FirmAtTheEdge : public testing::Test {
     transaction_->begin(terms(DeadlineClass::firm, world_.clock.peek() + 1ms));
     transaction_->update(entity_, row_of(2));
     created_ = transaction_->create(row_of(3));
-    transaction_->ask(query_, 1);
+    transaction_->add_query(query_, 1);
     return world_.execute(*transaction_);
   }
 
@@ -54,7 +54,7 @@ TEST_F(FirmAtTheEdge, DeadlinePassesBetweenComputedAndPublished) {
     return query::RunReport{};
   };
   transaction_->begin({});
-  transaction_->ask(query_, 1);
+  transaction_->add_query(query_, 1);
   EXPECT_EQ(world_.execute(*transaction_).version, 1u);
   EXPECT_EQ(std::set<std::uint32_t>(changed.begin(), changed.end()), (std::set<std::uint32_t>{0, 1}));
 
@@ -89,7 +89,7 @@ TEST_F(FirmAtTheEdge, TheDeadlineItselfIsInTime) {
   for (const auto& [margin, status] : {std::pair(0ns, Status::committed), std::pair(-1ns, Status::missed)}) {
     transaction_->begin(terms(DeadlineClass::firm, world_.clock.peek() + 1ms + margin));
     transaction_->update(entity_, row_of(5));
-    transaction_->ask(query_, 1);
+    transaction_->add_query(query_, 1);
     EXPECT_EQ(world_.execute(*transaction_).status, status);
   }
 }
@@ -179,7 +179,8 @@ class Flood {
                                     static_cast<std::uint8_t>(random() % 3)));
       slot.transaction->update({static_cast<std::uint32_t>(random() % entities), 1}, row_of(slot.serial));
       slot.transaction->update({static_cast<std::uint32_t>(random() % entities), 1}, row_of(slot.serial));
-      if (random() % 4 != 0) slot.transaction->ask(*slot.query, 1 + static_cast<std::uint32_t>(random() % 4));
+      if (random() % 4 != 0)
+        slot.transaction->add_query(*slot.query, 1 + static_cast<std::uint32_t>(random() % 4));
       world_.engine.submit(*slot.transaction);
     }
     for (Slot& slot : slots) {
@@ -236,7 +237,7 @@ TEST(FirmNeverLate, OnTheKernelsClock) {
       for (int round = 0; round < 2000; ++round) {
         const ClockTime deadline = clock.now() + Nanoseconds(random() % 300'000);
         transaction->begin(terms(DeadlineClass::firm, deadline));
-        transaction->ask(query, 1);
+        transaction->add_query(query, 1);
         if (round == 0) transaction->create(row_of(1));
         engine.submit(*transaction);
         const Outcome& outcome = engine.wait(*transaction);

@@ -36,7 +36,7 @@ class Gaps : public testing::Test {
   Transaction& ask(Transaction& transaction, SimulatedQuery& query, const Terms& given,
                    std::uint32_t count = 1) {
     transaction.begin(given);
-    transaction.ask(query, count);
+    transaction.add_query(query, count);
     return transaction;
   }
   const Outcome& run_large(const Terms& given) {
@@ -80,7 +80,7 @@ TEST_F(Gaps, AWriteWithQueriesCommitsAndTheInterruptedOneReadsOn) {
   happens = [&] {
     small_->begin(terms(DeadlineClass::soft, ClockTime::max(), 1));
     small_->update(entity_, row_of(2));
-    small_->ask(small_query_, 1);
+    small_->add_query(small_query_, 1);
     world_.engine.submit(*small_);
   };
   const Outcome& outcome = run_large(terms(DeadlineClass::soft));
@@ -102,7 +102,7 @@ TEST_F(Gaps, AWriterIsInterruptedByReadersAlone) {
   };
   large_->begin({});
   large_->update(entity_, row_of(5));
-  large_->ask(large_query_, 8 * unmeasured_chunk);
+  large_->add_query(large_query_, 8 * unmeasured_chunk);
   EXPECT_EQ(world_.execute(*large_).status, Status::committed);
   EXPECT_EQ(world_.engine.wait(*writer).status, Status::committed);
   EXPECT_EQ(seen_, (std::vector<std::int64_t>{5, 5, 5, 1, 5, 5, 5, 5, 5})) << "what is staged is its own";
@@ -166,14 +166,14 @@ TEST(GapsInAShortHistory, ACommitWaitsThatAnInterruptedReaderWouldNotSurvive) {
     too_much->begin(urgent);
     too_much->update(first, row_of(2));
     too_much->create(row_of(3));  // two changes; the history holds one
-    too_much->ask(small, 1);
+    too_much->add_query(small, 1);
     world.engine.submit(*too_much);
     fits->begin(urgent);
     fits->update(first, row_of(4));
     world.engine.submit(*fits);
   };
   reader->begin({});
-  reader->ask(large, 3 * unmeasured_chunk);
+  reader->add_query(large, 3 * unmeasured_chunk);
   EXPECT_EQ(world.execute(*reader).status, Status::committed);
   EXPECT_EQ(world.engine.wait(*too_much).status, Status::committed);
   EXPECT_EQ(seen, (std::vector<std::uint32_t>{1, 1, 1}));
@@ -244,7 +244,7 @@ class RandomGaps {
       waiting_[urgency_[next_]] = next_;
       transactions_[next_]->begin(terms(DeadlineClass::soft, clock_time_ns(deadline_ns), importance));
       const std::uint32_t chunks = 1 + static_cast<std::uint32_t>(random_() % 5);
-      transactions_[next_]->ask(*queries_[next_], chunks * unmeasured_chunk);
+      transactions_[next_]->add_query(*queries_[next_], chunks * unmeasured_chunk);
       world_.engine.submit(*transactions_[next_]);
     }
   }

@@ -80,10 +80,10 @@ TEST_F(CanaryPairs, NeverShowHalf) {
       if (thread < submitters / 2) {  // writers: move a pair; some also ask, some are missed
         transaction->update({2 * pair, 1}, canary(number));
         transaction->update({2 * pair + 1, 1}, canary(number));
-        if (random() % 2 == 0) transaction->ask(query, 1);
+        if (random() % 2 == 0) transaction->add_query(query, 1);
         if (random() % 4 == 0) world_.clock.advance(Nanoseconds(5));
       } else {  // readers, of the latest or an older version
-        transaction->ask(query, 1);
+        transaction->add_query(query, 1);
       }
       world_.execute(*transaction);
       if (given.read_at.kind == ReadAt::Kind::version && transaction->outcome().done()) ++read_old;
@@ -99,7 +99,7 @@ TEST_F(CanaryPairs, AHalfWouldBeSeen) {
   SimulatedQuery query(1);
   transaction->begin({});
   transaction->update({0, 1}, canary(5));
-  transaction->ask(query, 1);
+  transaction->add_query(query, 1);
   world_.execute(*transaction);
   EXPECT_EQ(halves_, 1u);
 }

@@ -30,7 +30,7 @@ class Late : public testing::Test {
     world_.executor.lambda += 1.0f;
     transaction_->begin(given);
     for (SimulatedQuery* query : queries)
-      transaction_->ask(*query, batch);
+      transaction_->add_query(*query, batch);
     return world_.execute(*transaction_);
   }
   Terms firm(Nanoseconds deadline) const {
@@ -106,7 +106,7 @@ TEST_F(Late, LastGoodStaysWhateverTheReason) {
   };
   transaction_->begin({});
   transaction_->expect_exists({9, 9});
-  transaction_->ask(last_good_, batch);
+  transaction_->add_query(last_good_, batch);
   world_.execute(*transaction_);
   expect_stale(Status::conflict);
   last_good_.rays()[3].t = world_time_ns(-1);
@@ -201,13 +201,13 @@ TEST_F(Late, OthersHaveToBeDoneBeforePartialOnesEnd) {
 TEST_F(Late, WritesLeaveNoPartialAnswers) {
   transaction_->begin(firm(1700us));
   transaction_->update(entity_, row_of(7));
-  transaction_->ask(partial_, batch);
+  transaction_->add_query(partial_, batch);
   EXPECT_EQ(world_.execute(*transaction_).status, Status::missed);
   EXPECT_FALSE(transaction_->outcome().partial);
   EXPECT_EQ(partial_.hits().size(), 0u) << "they were about a version that never was";
   transaction_->begin(terms(DeadlineClass::soft, world_.clock.peek() + 1700us));
   transaction_->update(entity_, row_of(7));
-  transaction_->ask(partial_, batch);
+  transaction_->add_query(partial_, batch);
   EXPECT_EQ(world_.execute(*transaction_).status, Status::late);
   EXPECT_EQ(hits(partial_), batch);
 }
@@ -226,7 +226,7 @@ TEST_F(Late, TimeSpentOnOthersIsNotAChunks) {
   after_chunk = [&] {
     if (asked_.size() != 1) return;
     urgent->begin(terms(DeadlineClass::hard, ClockTime::max(), 7));
-    urgent->ask(urgent_query, 2 * unmeasured_chunk);
+    urgent->add_query(urgent_query, 2 * unmeasured_chunk);
     world_.engine.submit(*urgent);
   };
   run(firm(3200us), {&partial_});

@@ -32,7 +32,7 @@ class Held {
 
   void hold_again() {
     holder_->begin({});
-    holder_->ask(holder_query_, 1);
+    holder_->add_query(holder_query_, 1);
     world.engine.submit(*holder_);
     gate.wait_until_somebody_stands_there();
   }
@@ -42,7 +42,7 @@ class Held {
     queries_.push_back(std::make_unique<SimulatedQuery>(1, static_cast<int>(queries_.size())));
     waiting.push_back(world.make());
     waiting.back()->begin(given);
-    waiting.back()->ask(*queries_.back(), 1);
+    waiting.back()->add_query(*queries_.back(), 1);
     world.engine.submit(*waiting.back());
   }
 

@@ -107,7 +107,7 @@ TEST_F(Reads, OfATransactionThatCameToNothingFindNothing) {
   transaction->begin({});
   transaction->update(first_, row_of(50));
   transaction->read(first_);
-  transaction->ask(query, 1);
+  transaction->add_query(query, 1);
   ASSERT_EQ(world_.execute(*transaction).status, Status::device_lost);
   EXPECT_EQ(transaction->state(0), nullptr) << "the row that was read was never published";
 }

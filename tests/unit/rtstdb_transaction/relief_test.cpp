@@ -19,7 +19,7 @@ class Relief : public testing::Test {
   }
   Status read() {
     reader_->begin({});
-    reader_->ask(query_, 1);
+    reader_->add_query(query_, 1);
     return world_.execute(*reader_).status;
   }
 
@@ -63,7 +63,7 @@ TEST_F(Relief, TakesAWriteThatCameBeforeTheWait) {
   world_.executor.while_waiting = [&] { written = world_.engine.wait(*early).status; };
   world_.executor.work = [&](const auto&, const auto&, const auto&) { return query::RunReport{}; };
   reader_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
-  reader_->ask(query_, 1);
+  reader_->add_query(query_, 1);
   // Both are handed over before the engine looks: the reader goes first by its importance.
   world_.engine.call([&] {
     world_.engine.submit(*reader_);
@@ -91,7 +91,7 @@ TEST(ReliefInAShortHistory, LetsAWriteWaitThatTheReadersVersionWouldNotSurvive) 
     return query::RunReport{};
   };
   reader->begin({});
-  reader->ask(query, 1);
+  reader->add_query(query, 1);
   EXPECT_EQ(world.execute(*reader).status, Status::committed);
   EXPECT_EQ(seen, 1u);
   EXPECT_EQ(world.engine.wait(*writer).status, Status::committed);
@@ -125,7 +125,7 @@ TEST(ReliefOfShapes, LetsAnUpdateWaitThatTheReadersShapeWouldNotSurvive) {
     return query::RunReport{};
   };
   reader->begin({});
-  reader->ask(query, 1);
+  reader->add_query(query, 1);
   EXPECT_EQ(world.execute(*reader).status, Status::committed);
   EXPECT_EQ(seen, 0.0f);
   EXPECT_EQ(world.engine.wait(*writers[1]).status, Status::committed);
@@ -144,7 +144,7 @@ TEST_F(Relief, LeavesTransactionsWithQueriesWaiting) {
     if (!std::exchange(first_run, false)) return;
     mixed->begin({});
     mixed->update(first_, row_of(9));
-    mixed->ask(other, 1);
+    mixed->add_query(other, 1);
     world_.engine.submit(*mixed);
     EXPECT_EQ(write(4), Status::committed);
     during = mixed->status();

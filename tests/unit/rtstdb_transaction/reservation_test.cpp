@@ -39,7 +39,7 @@ class Reserving : public testing::Test {
   Transaction& ask(Transaction& transaction, SimulatedQuery& query, const Terms& given,
                    std::uint32_t count = unmeasured_chunk) {
     transaction.begin(given);
-    transaction.ask(query, count);
+    transaction.add_query(query, count);
     return transaction;
   }
   /// A batch of eight chunks.
@@ -219,7 +219,7 @@ TEST_F(Reserving, WritesAndAsksAreDeclared) {
   const auto write_and_ask = [&](const std::unique_ptr<Reservation>& reservation) {
     large_->begin(reserved(reservation));
     large_->update(entity_, row_of(2));
-    large_->ask(large_query_, 8 * unmeasured_chunk);
+    large_->add_query(large_query_, 8 * unmeasured_chunk);
     happens = [&] {
       world_.engine.submit(
           ask(*small_, small_query_, terms(DeadlineClass::hard, world_.clock.peek() + 1ms, 7)));
@@ -242,11 +242,11 @@ TEST_F(Reserving, OneThatHasStagedBeginsAnewBehindAReservedWriter) {
   large_->begin(terms(DeadlineClass::soft, ClockTime::max(), 7));
   large_->update(entity_, row_of(5));
   large_->read(entity_);
-  large_->ask(large_query_, 8 * unmeasured_chunk);
+  large_->add_query(large_query_, 8 * unmeasured_chunk);
   happens = [&] {
     small_->begin(reserved(declared));
     small_->update(entity_, row_of(7));
-    small_->ask(small_query_, unmeasured_chunk);
+    small_->add_query(small_query_, unmeasured_chunk);
     world_.engine.submit(*small_);
   };
   const Outcome& outcome = world_.execute(*large_);
@@ -268,12 +268,12 @@ TEST_F(Reserving, OneThatBeginsAnewCanBeCancelledAndMissed) {
   const auto interrupt = [&](const Terms& given) {
     large_->begin(given);
     large_->update(entity_, row_of(5));
-    large_->ask(large_query_, 8 * unmeasured_chunk);
+    large_->add_query(large_query_, 8 * unmeasured_chunk);
     world_.clock.advance(200ms);
     happens = [&] {
       small_->begin(reserved(declared));
       small_->update(entity_, row_of(7));
-      small_->ask(small_query_, unmeasured_chunk);
+      small_->add_query(small_query_, unmeasured_chunk);
       world_.engine.submit(*small_);
     };
     return world_.execute(*large_).status;
@@ -303,7 +303,7 @@ TEST(ReservingInAFullQueue, TheReservedOneIsLetIn) {
   SimulatedQuery query(1);
   const auto held = world.make();
   held->begin({});
-  held->ask(query, 1);
+  held->add_query(query, 1);
   world.engine.submit(*held);
   gate.wait_until_somebody_stands_there();
   for (int k = 0; k < 2; ++k) {

@@ -20,7 +20,7 @@ class Statuses : public testing::Test {
     auto transaction = world_.make();
     transaction->begin(given);
     transaction->update(entity_, row_of(2));
-    transaction->ask(query_, 1);
+    transaction->add_query(query_, 1);
     return transaction;
   }
   void executor_takes(Nanoseconds cost, query::RunStatus status = query::RunStatus::done) {
@@ -225,7 +225,7 @@ TEST_F(Statuses, ALostDevicePublishesNothing) {
   executor_takes(1us);
   transaction->begin({});
   transaction->update(entity_, row_of(3));
-  transaction->ask(query_, 1);
+  transaction->add_query(query_, 1);
   EXPECT_EQ(world_.execute(*transaction).status, Status::committed) << "the database goes on";
 }
 
@@ -258,8 +258,8 @@ TEST_F(Statuses, BadInputInAQueryTakesTheWritesBack) {
   const auto transaction = world_.make();
   transaction->begin(later);
   transaction->update(entity_, row_of(5));
-  transaction->ask(query_, 1);
-  transaction->ask(other, 3);
+  transaction->add_query(query_, 1);
+  transaction->add_query(other, 3);
   const Outcome& outcome = world_.execute(*transaction);
   EXPECT_EQ(outcome.bad_input.reason, BadInputReason::time_not_covered);
   EXPECT_EQ(outcome.bad_query, 1);
@@ -273,7 +273,7 @@ TEST_F(Statuses, TimesTooFarApartAreRefused) {
     query_.rays()[1].t = last;
     const auto transaction = world_.make();
     transaction->begin({});
-    transaction->ask(query_, 2);
+    transaction->add_query(query_, 2);
     return world_.execute(*transaction);
   };
   EXPECT_EQ(ask(world_time_ns(max_query_window_ns)).status, Status::committed);
@@ -288,7 +288,7 @@ TEST_F(Statuses, ReadingAVersionThatIsNotThere) {
   future.read_at = ReadAt::pinned(9);
   const auto transaction = world_.make();
   transaction->begin(future);
-  transaction->ask(query_, 1);
+  transaction->add_query(query_, 1);
   EXPECT_EQ(world_.execute(*transaction).bad_input.reason, BadInputReason::unknown_version);
 }
 
@@ -300,7 +300,7 @@ TEST_F(Statuses, AskingForNothingIsAllowed) {
   };
   const auto transaction = world_.make();
   transaction->begin({});
-  transaction->ask(query_, 0);
+  transaction->add_query(query_, 0);
   EXPECT_EQ(world_.execute(*transaction).status, Status::committed);
   ASSERT_TRUE(asked) << "the executor must learn that the last batch had no element";
   EXPECT_EQ(asked->first, WorldTime{});
@@ -361,13 +361,13 @@ TEST(MisuseDeathTest, Aborts) {
   transaction->begin({});
   transaction->create(row_of(1));
   EXPECT_DEATH(transaction->create(row_of(2)), "Transaction::create: more writes than .*max_writes");
-  EXPECT_DEATH(transaction->ask(query, 3), "Transaction::ask: more elements than the query's capacity");
-  transaction->ask(query, 2);
-  EXPECT_DEATH(transaction->ask(query, 2), "Transaction::ask: more queries than .*max_queries");
+  EXPECT_DEATH(transaction->add_query(query, 3), "Transaction::ask: more elements than the query's capacity");
+  transaction->add_query(query, 2);
+  EXPECT_DEATH(transaction->add_query(query, 2), "Transaction::ask: more queries than .*max_queries");
   const auto twice = world.make(1, 2);
   twice->begin({});
-  twice->ask(query, 1);
-  EXPECT_DEATH(twice->ask(query, 1), "Transaction::ask: the query is in the transaction already");
+  twice->add_query(query, 1);
+  EXPECT_DEATH(twice->add_query(query, 1), "Transaction::ask: the query is in the transaction already");
   EXPECT_DEATH(world.engine.wait(*transaction), "Database::wait: the transaction was not submitted");
   EXPECT_DEATH(static_cast<void>(transaction->created(0)),
                "Transaction::created: the transaction was not submitted");
@@ -400,7 +400,7 @@ TEST(MisuseDeathTest, ATransactionThatWasNeverBegun) {
   EXPECT_DEATH(never.expect_exists(EntityId{}), "Transaction::expect_exists" + fault);
   EXPECT_DEATH(never.expect_written_by(EntityId{}, 1), "Transaction::expect_written_by" + fault);
   EXPECT_DEATH(static_cast<void>(never.read(EntityId{})), "Transaction::read" + fault);
-  EXPECT_DEATH(never.ask(query, 1), "Transaction::ask" + fault);
+  EXPECT_DEATH(never.add_query(query, 1), "Transaction::ask" + fault);
   EXPECT_DEATH(world.engine.submit(never), "Database::submit" + fault);
   EXPECT_DEATH(static_cast<void>(world.engine.calibrate(never)), "Database::calibrate" + fault);
 }

@@ -44,7 +44,7 @@ class Together : public testing::Test {
   static void ask(Transaction& transaction, SimulatedQuery& query, const Terms& given,
                   std::uint32_t elements) {
     transaction.begin(given);
-    transaction.ask(query, elements);
+    transaction.add_query(query, elements);
   }
   /// Submits them while another one runs; `runs_` then has theirs alone.
   void gather(const std::function<void()>& submit) {
@@ -145,13 +145,13 @@ TEST_F(Together, WhatIsWrongWithOneIsItsOwn) {
     submit(1);
     reader(2).begin({});
     reader(2).expect_exists({9, 9});
-    reader(2).ask(*queries_[2], 20);
+    reader(2).add_query(*queries_[2], 20);
     world_.engine.submit(reader(2));
     queries_[3]->rays()[3].t = far;
     submit(3);
     reader(4).begin({});
     reader(4).read(entity_);
-    reader(4).ask(*queries_[4], 0);
+    reader(4).add_query(*queries_[4], 0);
     world_.engine.submit(reader(4));
     submit(5);
   });
@@ -173,7 +173,7 @@ TEST_F(Together, WhoIsLeftAloneHasTheWholeCost) {
     submit(0);
     reader(1).begin({});
     reader(1).expect_exists({9, 9});
-    reader(1).ask(*queries_[1], 20);
+    reader(1).add_query(*queries_[1], 20);
     world_.engine.submit(reader(1));
   });
   EXPECT_EQ(outcome(1).status, Status::conflict);
@@ -265,7 +265,7 @@ TEST_F(Together, WhatIsNotMeasuredGoesAlone) {
   gather([&] {
     submit(0);
     other->begin({});
-    other->ask(unknown, 10);
+    other->add_query(unknown, 10);
     world_.engine.submit(*other);
     submit(1);
   });

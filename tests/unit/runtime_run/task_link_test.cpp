@@ -113,10 +113,10 @@ class AnyTransaction final : public rtstdb::Transaction {
   void update_geometry(rtstdb::GeometryId /*geometry*/,
                        std::span<const glm::vec3> /*positions_m*/) noexcept override {}
   std::uint32_t read(rtstdb::EntityId /*entity*/) noexcept override { return 0; }
-  void ask(rtstdb::RayQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
-  void ask(rtstdb::RegionQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
-  void ask(rtstdb::NearestQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
-  void ask(rtstdb::OverlapQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
+  void add_query(rtstdb::RayQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
+  void add_query(rtstdb::RegionQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
+  void add_query(rtstdb::NearestQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
+  void add_query(rtstdb::OverlapQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
   rtstdb::EntityId created(std::uint32_t /*ordinal*/) const noexcept override { return {}; }
   const rtstdb::EntityState* state(std::uint32_t /*ordinal*/) const noexcept override { return nullptr; }
   rtstdb::Status status() const noexcept override { return {}; }
