@@ -1,6 +1,6 @@
 #pragma once
 // Turns the records of the tick into histograms, misses with their causes, and a trace. An ordinary thread
-// does it beside the run, and is at the same time the witness of pauses (host_witness.hpp); under the virtual
+// does it beside the run, and is at the same time the witness of pauses (host_stall_detector.hpp); under the virtual
 // clock there is no such thread and the base thread drains the rings itself when they are half full, so no
 // record is ever lost there.
 
@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "runtime/executive/host_witness.hpp"
+#include "runtime/executive/host_stall_detector.hpp"
 #include "runtime/executive/probe.hpp"
 #include "runtime/executive/records.hpp"
 #include "runtime/executive/result.hpp"
@@ -95,7 +95,7 @@ class Accounting {
   TickRecord last_tick_;
   LastOnes<RunRecord> last_runs_;
   LastOnes<TickRecord> last_ticks_;
-  HostWitness witness_;
+  HostStallDetector witness_;
   bool steal_is_fresh_ = false;
 
   std::mutex mutex_;

@@ -14,7 +14,7 @@ TaskAccount::TaskAccount(const TaskSlot& slot, std::int64_t base_period_ns, std:
   result_.misses.reserve(kept_misses);
 }
 
-void TaskAccount::take(const RunRecord& run, const HostWitness& witness) {
+void TaskAccount::take(const RunRecord& run, const HostStallDetector& witness) {
   if (is_late(run)) {
     const DelayParts parts = explain(run, witness);
     last_cause_ = parts.largest();
@@ -32,7 +32,7 @@ void TaskAccount::note_miss(const RunRecord& run, const DelayParts& parts) {
     result_.misses.push_back({run.tick, last_cause_, lateness_ns, parts});
 }
 
-DelayParts TaskAccount::explain(const RunRecord& run, const HostWitness& witness) const noexcept {
+DelayParts TaskAccount::explain(const RunRecord& run, const HostStallDetector& witness) const noexcept {
   RunEvidence evidence;
   evidence.release_ns = run.release_ns;
   evidence.base_wake_ns = run.base_wake_ns;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/executive/host_witness.hpp"
+#include "runtime/executive/host_stall_detector.hpp"
 #include "runtime/executive/records.hpp"
 #include "runtime/executive/result.hpp"
 #include "runtime/executive/task_slot.hpp"
@@ -18,13 +18,13 @@ class TaskAccount {
   bool is_late(const RunRecord& run) const noexcept {
     return run.not_started || run.finish_ns - run.release_ns > result_.deadline_ns;
   }
-  void take(const RunRecord& run, const HostWitness& witness);
+  void take(const RunRecord& run, const HostStallDetector& witness);
   /// With the counters as they stand in `slot`.
   TaskResult result(const TaskSlot& slot) const;
 
  private:
   void note_miss(const RunRecord& run, const DelayParts& parts);
-  DelayParts explain(const RunRecord& run, const HostWitness& witness) const noexcept;
+  DelayParts explain(const RunRecord& run, const HostStallDetector& witness) const noexcept;
   void measure(const RunRecord& run) noexcept;
 
   TaskResult result_;

@@ -177,7 +177,7 @@ class LiveSession final : public executive::TickHooks {
   std::optional<DeviceWatch> device_watch_;
   std::optional<LossWatch> loss_watch_;
   std::unique_ptr<ProcessWatch> processes_;
-  std::vector<ProcessFate> fates_;
+  std::vector<ProcessExit> exits_;
 
   Arrivals arrivals_;
   std::vector<std::unique_ptr<Judge>> judges_;

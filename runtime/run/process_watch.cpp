@@ -25,12 +25,12 @@ ProcessWatch::ProcessWatch(const std::vector<Program>& programs, RunTimeNow now_
   for (const Program& program : programs) {
     auto child = std::make_unique<io::process::Child>(program.child);
     watched_.push_back({.child = std::move(child),
-                        .fate = {.name = program.child.name,
-                                 .command = joined(program.child.command),
-                                 .exit = "running",
-                                 .safe_on_exit = program.safe_on_exit,
-                                 .may_be_lost = program.may_be_lost,
-                                 .output_fault = {}}});
+                        .exit_state = {.name = program.child.name,
+                                       .command = joined(program.child.command),
+                                       .exit = "running",
+                                       .safe_on_exit = program.safe_on_exit,
+                                       .may_be_lost = program.may_be_lost,
+                                       .output_fault = {}}});
   }
   wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
 }
@@ -43,20 +43,20 @@ ProcessWatch::~ProcessWatch() {
 std::vector<std::string> ProcessWatch::started() const {
   std::vector<std::string> all;
   for (const Watched& watched : watched_) {
-    all.push_back(watched.fate.name + " (process " + std::to_string(watched.child->pid()) +
-                  "): " + watched.fate.command);
+    all.push_back(watched.exit_state.name + " (process " + std::to_string(watched.child->pid()) +
+                  "): " + watched.exit_state.command);
   }
   return all;
 }
 
 pid_t ProcessWatch::process_of(const std::string& name) const {
   for (const Watched& watched : watched_) {
-    if (watched.fate.name == name) return watched.child->pid();
+    if (watched.exit_state.name == name) return watched.child->pid();
   }
   return -1;
 }
 
-ProcessWatch::Watching ProcessWatch::watch(std::function<void(const ProcessFate&)> on_death,
+ProcessWatch::Watching ProcessWatch::watch(std::function<void(const ProcessExit&)> on_death,
                                            std::function<void()> every_second) {
   on_death_ = std::move(on_death);
   every_second_ = std::move(every_second);
@@ -66,11 +66,11 @@ ProcessWatch::Watching ProcessWatch::watch(std::function<void(const ProcessFate&
 
 void ProcessWatch::look_at_children() {
   for (Watched& watched : watched_) {
-    if (watched.fate.ended_early || watched.child->running()) continue;
-    watched.fate.ended_early = true;
-    watched.fate.ended_at_ns = now_ns_();
-    watched.fate.exit = io::process::describe(watched.child->exit());
-    if (on_death_) on_death_(watched.fate);
+    if (watched.exit_state.ended_early || watched.child->running()) continue;
+    watched.exit_state.ended_early = true;
+    watched.exit_state.ended_at_ns = now_ns_();
+    watched.exit_state.exit = io::process::describe(watched.child->exit());
+    if (on_death_) on_death_(watched.exit_state);
   }
 }
 
@@ -81,7 +81,7 @@ void ProcessWatch::serve() {
   while (!stopping_.load()) {
     waiting.assign(1, {.fd = wake_, .events = POLLIN, .revents = 0});
     for (const Watched& watched : watched_) {
-      if (!watched.fate.ended_early)
+      if (!watched.exit_state.ended_early)
         waiting.push_back({.fd = watched.child->exit_fd(), .events = POLLIN, .revents = 0});
     }
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(next_second - SteadyClock::now());
@@ -105,32 +105,32 @@ void ProcessWatch::end_watch_after_an_end(std::chrono::milliseconds at_most) {
   end_watch();
   std::vector<pollfd> waiting;
   for (const Watched& watched : watched_) {
-    if (watched.fate.ended_early && watched.fate.safe_on_exit) return;
-    if (watched.fate.ended_early) continue;  // nobody waits for it
+    if (watched.exit_state.ended_early && watched.exit_state.safe_on_exit) return;
+    if (watched.exit_state.ended_early) continue;  // nobody waits for it
     waiting.push_back({.fd = watched.child->exit_fd(), .events = POLLIN, .revents = 0});
   }
   poll(waiting.data(), waiting.size(), static_cast<int>(at_most.count()));
   look_at_children();
 }
 
-std::vector<ProcessFate> ProcessWatch::stop() {
+std::vector<ProcessExit> ProcessWatch::stop() {
   end_watch();
-  std::vector<ProcessFate> fates;
+  std::vector<ProcessExit> exits;
   for (Watched& watched : watched_) {
-    if (watched.child != nullptr && !watched.fate.ended_early) {
-      watched.fate.exit = io::process::describe(watched.child->stop(stop_limit_ns));
+    if (watched.child != nullptr && !watched.exit_state.ended_early) {
+      watched.exit_state.exit = io::process::describe(watched.child->stop(stop_limit_ns));
     }
-    if (watched.child != nullptr) watched.fate.output_fault = watched.child->output_fault();
+    if (watched.child != nullptr) watched.exit_state.output_fault = watched.child->output_fault();
     watched.child.reset();
-    fates.push_back(watched.fate);
+    exits.push_back(watched.exit_state);
   }
-  return fates;
+  return exits;
 }
 
 std::string ProcessWatch::first_dead() {
   look_at_children();
   for (const Watched& watched : watched_) {
-    if (watched.fate.ended_early) return watched.fate.name + " " + watched.fate.exit;
+    if (watched.exit_state.ended_early) return watched.exit_state.name + " " + watched.exit_state.exit;
   }
   return {};
 }

@@ -20,7 +20,7 @@
 namespace hil::run {
 
 /// How one of them fared.
-struct ProcessFate {
+struct ProcessExit {
   std::string name;
   std::string command;
   bool ended_early = false;
@@ -64,14 +64,14 @@ class ProcessWatch {
   };
   /// While the answer lives, `on_death` is called, on the watching thread, for each program that ends by
   /// itself, and `every_second` once a second. What they refer to lives longer.
-  Watching watch(std::function<void(const ProcessFate&)> on_death, std::function<void()> every_second);
+  Watching watch(std::function<void(const ProcessExit&)> on_death, std::function<void()> every_second);
   /// Ends the watch; the programs run on. What ends from here on has ended because the run is over.
   void end_watch();
   /// The same once a program that the run needs has ended by itself, or after this time: one that dies lets go of its connections a moment before
   /// its end can be seen.
   void end_watch_after_an_end(std::chrono::milliseconds at_most);
   /// Ends the watch and then the programs. What became of each, in their order.
-  std::vector<ProcessFate> stop();
+  std::vector<ProcessExit> stop();
   /// The first program that has ended already, in words; empty: all run.
   std::string first_dead();
 
@@ -81,11 +81,11 @@ class ProcessWatch {
 
   struct Watched {
     std::unique_ptr<io::process::Child> child;
-    ProcessFate fate;
+    ProcessExit exit_state;
   };
   RunTimeNow now_ns_;
   std::vector<Watched> watched_;
-  std::function<void(const ProcessFate&)> on_death_;
+  std::function<void(const ProcessExit&)> on_death_;
   std::function<void()> every_second_;
   int wake_ = -1;
   std::atomic<bool> stopping_{false};

@@ -143,20 +143,20 @@ void LiveSession::close_devices() noexcept {
     link->device().enter_safe_state();
   for (const auto& link : links_)
     link->device().stop();
-  if (processes_) fates_ = processes_->stop();
+  if (processes_) exits_ = processes_->stop();
   processes_.reset();
 }
 
 executive::RunResult LiveSession::run_watched(executive::Executive& executive) {
   const ProcessWatch::Watching watching = processes_->watch(
-      [this](const ProcessFate& fate) {
-        if (fate.safe_on_exit) {
+      [this](const ProcessExit& exit_state) {
+        if (exit_state.safe_on_exit) {
           for (const auto& link : links_)
             link->device().enter_safe_state();
           stop_.store(true);
         }
-        run_log_.warn("process " + fate.name + " " + fate.exit +
-                      (fate.safe_on_exit ? ": outputs go to their safe values, the run ends" : ""));
+        run_log_.warn("process " + exit_state.name + " " + exit_state.exit +
+                      (exit_state.safe_on_exit ? ": outputs go to their safe values, the run ends" : ""));
       },
       [this, &executive] {
         look_at_gpu();
@@ -260,9 +260,9 @@ void LiveSession::end_logs() {
       add(file + " lacks " + std::to_string(frames) + " frames: the disk was too slow");
     files.push_back(file);
   }
-  for (const ProcessFate& fate : fates_) {
-    add(fate.output_fault);
-    files.push_back(fate.name + ".out");
+  for (const ProcessExit& exit_state : exits_) {
+    add(exit_state.output_fault);
+    files.push_back(exit_state.name + ".out");
   }
   if (scenario_.world.durability != config::Durability::none) files.push_back("database");
   for (const std::string& file : files) {
@@ -299,18 +299,18 @@ void LiveSession::tell_unanswered_runs(report::RunRecord& record) const {
 /// frames not sent, files not written.
 void LiveSession::add_failures(std::int64_t end_ns, report::RunRecord& record) const {
   std::vector<std::string> ended;
-  for (const ProcessFate& fate : fates_) {
-    if (!fate.ended_early) continue;
-    if (fate.safe_on_exit) {
-      ended.push_back("process " + fate.name + " " + fate.exit +
+  for (const ProcessExit& exit_state : exits_) {
+    if (!exit_state.ended_early) continue;
+    if (exit_state.safe_on_exit) {
+      ended.push_back("process " + exit_state.name + " " + exit_state.exit +
                       " before the run was over; outputs were set to their safe values");
     } else {
-      record.losses.push_back({.what = "process " + fate.name,
-                               .begin_ns = fate.ended_at_ns,
-                               .duration_ns = end_ns - fate.ended_at_ns,
+      record.losses.push_back({.what = "process " + exit_state.name,
+                               .begin_ns = exit_state.ended_at_ns,
+                               .duration_ns = end_ns - exit_state.ended_at_ns,
                                .to_the_end = true,
-                               .permitted = fate.may_be_lost,
-                               .cause = fate.exit});
+                               .permitted = exit_state.may_be_lost,
+                               .cause = exit_state.exit});
     }
   }
   record.failures.insert(record.failures.begin(), ended.begin(), ended.end());
@@ -348,9 +348,10 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
   for (const Unit& unit : units_) {
     record.modbus.push_back(unit.client ? modbus_unit_of(*unit.client) : modbus_unit_of(*unit.server));
   }
-  for (const ProcessFate& fate : fates_) {
-    record.processes.push_back({fate.name, fate.command, fate.exit,
-                                fate.ended_early ? std::optional(fate.ended_at_ns) : std::nullopt});
+  for (const ProcessExit& exit_state : exits_) {
+    record.processes.push_back(
+        {exit_state.name, exit_state.command, exit_state.exit,
+         exit_state.ended_early ? std::optional(exit_state.ended_at_ns) : std::nullopt});
   }
   const Extent extent{.end_ns = result.run_time_ns,
                       .ticks = std::max(scenario_.duration_ticks, record.ticks + record.skipped_ticks),
@@ -363,9 +364,9 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
   for (const modules::EventLog::Event& event : events_.events())
     record.events.push_back({event.time_ns, event.text});
   record.events.insert(record.events.end(), device_watch_->events().begin(), device_watch_->events().end());
-  for (const ProcessFate& fate : fates_) {
-    if (fate.ended_early)
-      record.events.push_back({fate.ended_at_ns, "process " + fate.name + " " + fate.exit});
+  for (const ProcessExit& exit_state : exits_) {
+    if (exit_state.ended_early)
+      record.events.push_back({exit_state.ended_at_ns, "process " + exit_state.name + " " + exit_state.exit});
   }
   std::stable_sort(record.events.begin(), record.events.end(),
                    [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; });

@@ -72,7 +72,7 @@ void expect_safe_values_last(const std::string& out) {
   }
 }
 
-void expect_lost(LongRun& run, const std::string& process, const std::string& fate) {
+void expect_lost(LongRun& run, const std::string& process, const std::string& exit_state) {
   const Ended ended = run.wait();
   EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
   EXPECT_NE(ended.output.find(process), std::string::npos) << ended.output;
@@ -81,7 +81,7 @@ void expect_lost(LongRun& run, const std::string& process, const std::string& fa
   EXPECT_EQ(report["exit_code"], 4);
   const auto reason = report["reason"].get<std::string>();
   EXPECT_NE(reason.find(process), std::string::npos) << reason;
-  EXPECT_NE(reason.find(fate), std::string::npos) << reason;
+  EXPECT_NE(reason.find(exit_state), std::string::npos) << reason;
   expect_safe_values_last(run.out());
 }
 

@@ -111,8 +111,8 @@ class Flood {
         threads_(threads),
         in_flight_(in_flight),
         each_(each),
-        fates_(static_cast<std::size_t>(threads) * each + 1),
-        seen_(fates_.size(), false),
+        exits_(static_cast<std::size_t>(threads) * each + 1),
+        seen_(exits_.size(), false),
         world_(engine_options(32, entities, 4096)) {
     world_.clock.per_reading_ns = 7;
     world_.executor.work = [this, random = std::mt19937_64(seed)](const query::RowSource& rows, const auto&,
@@ -149,8 +149,8 @@ class Flood {
     // How many depends on which thread runs when.
     EXPECT_GT(counts.missed, each_ / 2000);
     EXPECT_GT(counts.refused, each_ / 2000);
-    for (std::size_t serial = 1; serial < fates_.size(); ++serial) {
-      ASSERT_TRUE(!seen_[serial] || fates_[serial].done) << "a trace of a transaction that came to nothing";
+    for (std::size_t serial = 1; serial < exits_.size(); ++serial) {
+      ASSERT_TRUE(!seen_[serial] || exits_[serial].done) << "a trace of a transaction that came to nothing";
     }
   }
 
@@ -173,7 +173,7 @@ class Flood {
       if (slot.serial != 0) collect(*slot.transaction, slot.serial, slot.deadline);
       slot.serial = static_cast<std::uint32_t>(thread) * each_ + k + 1;
       const bool firm = random() % 8 != 0;
-      fates_[slot.serial].firm = firm;
+      exits_[slot.serial].firm = firm;
       slot.deadline = world_.clock.now() + Nanoseconds(random() % 1'500'000);
       slot.transaction->begin(terms(firm ? DeadlineClass::firm : DeadlineClass::soft, slot.deadline,
                                     static_cast<std::uint8_t>(random() % 3)));
@@ -190,15 +190,15 @@ class Flood {
 
   void collect(Transaction& transaction, std::uint32_t serial, ClockTime deadline) {
     const Outcome& outcome = world_.engine.wait(transaction);
-    fates_[serial].done = outcome.done();
-    if (fates_[serial].firm && outcome.done() && outcome.published > deadline) ++late_firm_commits_;
+    exits_[serial].done = outcome.done();
+    if (exits_[serial].firm && outcome.done() && outcome.published > deadline) ++late_firm_commits_;
   }
 
   std::uint64_t seed_;
   int threads_;
   int in_flight_;
   std::uint32_t each_;
-  std::vector<Fate> fates_;
+  std::vector<Fate> exits_;
   std::vector<bool> seen_;  ///< the engine's thread alone, until it is joined or idle
   std::atomic<std::uint64_t> late_firm_commits_{0};
   World world_;

@@ -38,20 +38,20 @@ bool comes_true(Condition condition) {
 
 class Deaths {
  public:
-  std::function<void(const ProcessFate&)> watcher() {
-    return [this](const ProcessFate& fate) {
+  std::function<void(const ProcessExit&)> watcher() {
+    return [this](const ProcessExit& exit_state) {
       const std::lock_guard lock(mutex_);
-      fates_.push_back(fate);
+      exits_.push_back(exit_state);
     };
   }
-  std::vector<ProcessFate> all() const {
+  std::vector<ProcessExit> all() const {
     const std::lock_guard lock(mutex_);
-    return fates_;
+    return exits_;
   }
 
  private:
   mutable std::mutex mutex_;
-  std::vector<ProcessFate> fates_;
+  std::vector<ProcessExit> exits_;
 };
 
 /// Its connection was seen to close, and the run ended, before it could be seen to end.
@@ -85,13 +85,13 @@ TEST(ProcessWatch, TellsOfAProgramThatEndsByItself) {
   EXPECT_EQ(seen[0].ended_at_ns, 1'234);
   EXPECT_TRUE(seen[0].ended_early);
   EXPECT_FALSE(seen[0].safe_on_exit);
-  const auto fates = watch.stop();
-  ASSERT_EQ(fates.size(), 2U);
-  EXPECT_EQ(fates[0].name, "plc");
-  EXPECT_FALSE(fates[0].ended_early);
-  EXPECT_TRUE(fates[0].safe_on_exit);
-  EXPECT_EQ(fates[1].exit, "exited with code 3");
-  EXPECT_TRUE(fates[1].ended_early);
+  const auto exits = watch.stop();
+  ASSERT_EQ(exits.size(), 2U);
+  EXPECT_EQ(exits[0].name, "plc");
+  EXPECT_FALSE(exits[0].ended_early);
+  EXPECT_TRUE(exits[0].safe_on_exit);
+  EXPECT_EQ(exits[1].exit, "exited with code 3");
+  EXPECT_TRUE(exits[1].ended_early);
   EXPECT_EQ(deaths.all().size(), 1U) << "told twice, or of its own stop";
 }
 
@@ -103,10 +103,10 @@ TEST(ProcessWatch, TellsOfEachOfSeveralDeathsOnce) {
   ASSERT_TRUE(comes_true([&] { return deaths.all().size() == 3; }));
   std::this_thread::sleep_for(50ms);
   EXPECT_EQ(deaths.all().size(), 3U);
-  const auto fates = watch.stop();
-  EXPECT_EQ(fates[0].exit, "exited with code 0");
-  EXPECT_EQ(fates[1].exit, "was ended by signal 9 (Killed)");
-  EXPECT_EQ(fates[2].exit, "exited with code 1");
+  const auto exits = watch.stop();
+  EXPECT_EQ(exits[0].exit, "exited with code 0");
+  EXPECT_EQ(exits[1].exit, "was ended by signal 9 (Killed)");
+  EXPECT_EQ(exits[2].exit, "exited with code 1");
 }
 
 TEST(ProcessWatch, StopsAllAndTellsTheirFatesInTheirOrder) {
@@ -120,14 +120,14 @@ TEST(ProcessWatch, StopsAllAndTellsTheirFatesInTheirOrder) {
   for (const char* name : {"up-first", "up-second", "up-third"})
     ASSERT_TRUE(comes_true([&] { return folder.read(name) == "up\n"; }));
   const auto watching = watch.watch({}, {});
-  const auto fates = watch.stop();
+  const auto exits = watch.stop();
   EXPECT_EQ(folder.read("ends"), "first\nsecond\nthird\n");
-  ASSERT_EQ(fates.size(), 3U);
-  EXPECT_EQ(fates[0].name, "first");
-  EXPECT_EQ(fates[2].name, "third");
-  for (const ProcessFate& fate : fates) {
-    EXPECT_EQ(fate.exit, "exited with code 0");
-    EXPECT_FALSE(fate.ended_early);
+  ASSERT_EQ(exits.size(), 3U);
+  EXPECT_EQ(exits[0].name, "first");
+  EXPECT_EQ(exits[2].name, "third");
+  for (const ProcessExit& exit_state : exits) {
+    EXPECT_EQ(exit_state.exit, "exited with code 0");
+    EXPECT_FALSE(exit_state.ended_early);
   }
   EXPECT_EQ(watch.stop().size(), 3U) << "a second stop tells the same";
 }
@@ -138,8 +138,8 @@ TEST(ProcessWatch, WhatEndsAfterTheWatchHasNotEndedEarly) {
                      [] { return std::int64_t{0}; });
   const auto watching = watch.watch(deaths.watcher(), {});
   watch.end_watch();
-  const auto fates = watch.stop();
-  EXPECT_FALSE(fates[0].ended_early);
+  const auto exits = watch.stop();
+  EXPECT_FALSE(exits[0].ended_early);
   EXPECT_TRUE(deaths.all().empty());
 }
 

@@ -1,11 +1,11 @@
-#include "runtime/executive/host_witness.hpp"
+#include "runtime/executive/host_stall_detector.hpp"
 
 #include <algorithm>
 
 namespace hil::executive {
 
-void HostWitness::note_sleep(std::int64_t wake_ns, std::int64_t now_ns,
-                             std::int64_t process_ran_ns) noexcept {
+void HostStallDetector::note_sleep(std::int64_t wake_ns, std::int64_t now_ns,
+                                   std::int64_t process_ran_ns) noexcept {
   const std::int64_t overslept_ns = now_ns - wake_ns;
   if (overslept_ns < smallest_pause_ns) return;
   // Some of it ran while it slept as long as it wanted to, or at the same time as others.
@@ -13,7 +13,7 @@ void HostWitness::note_sleep(std::int64_t wake_ns, std::int64_t now_ns,
   keep({.begin_ns = wake_ns, .end_ns = now_ns, .length_ns = overslept_ns, .standstill_ns = standstill_ns});
 }
 
-void HostWitness::note_steal(std::int64_t now_ns, std::int64_t steal_total_ns) noexcept {
+void HostStallDetector::note_steal(std::int64_t now_ns, std::int64_t steal_total_ns) noexcept {
   if (steal_known_ && steal_total_ns > steal_total_ns_) {
     const std::int64_t stolen_ns = std::min(steal_total_ns - steal_total_ns_, now_ns - steal_read_ns_);
     keep({.begin_ns = steal_read_ns_, .end_ns = now_ns, .length_ns = stolen_ns, .stolen = true});
@@ -23,13 +23,13 @@ void HostWitness::note_steal(std::int64_t now_ns, std::int64_t steal_total_ns) n
   steal_read_ns_ = now_ns;
 }
 
-void HostWitness::keep(const Pause& pause) noexcept {
+void HostStallDetector::keep(const Pause& pause) noexcept {
   pauses_[next_] = pause;
   next_ = (next_ + 1) % kept_pauses;
 }
 
-std::int64_t HostWitness::pause_ns(std::int64_t begin_ns, std::int64_t end_ns,
-                                   std::int64_t off_cpu_ns) const noexcept {
+std::int64_t HostStallDetector::pause_ns(std::int64_t begin_ns, std::int64_t end_ns,
+                                         std::int64_t off_cpu_ns) const noexcept {
   std::int64_t longest_ns = 0, stolen_ns = 0;
   for (const Pause& pause : pauses_) {
     const std::int64_t overlap_ns = std::min(end_ns, pause.end_ns) - std::max(begin_ns, pause.begin_ns);
@@ -44,7 +44,7 @@ std::int64_t HostWitness::pause_ns(std::int64_t begin_ns, std::int64_t end_ns,
   return std::min(std::max(longest_ns, stolen_ns), off_cpu_ns);
 }
 
-std::int64_t HostWitness::standstill_ns(std::int64_t begin_ns, std::int64_t end_ns) const noexcept {
+std::int64_t HostStallDetector::standstill_ns(std::int64_t begin_ns, std::int64_t end_ns) const noexcept {
   std::int64_t sum_ns = 0;
   for (const Pause& pause : pauses_) {
     if (pause.stolen) continue;  // from another processor, perhaps

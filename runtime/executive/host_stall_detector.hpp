@@ -16,7 +16,7 @@
 
 namespace hil::executive {
 
-class HostWitness {
+class HostStallDetector {
  public:
   /// Sleeping longer than asked by less than this is ordinary scheduling.
   static constexpr std::int64_t smallest_pause_ns = 2'000'000;

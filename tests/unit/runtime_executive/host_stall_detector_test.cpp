@@ -1,4 +1,4 @@
-#include "runtime/executive/host_witness.hpp"
+#include "runtime/executive/host_stall_detector.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,33 +7,33 @@ namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-TEST(HostWitness, KnowsOfNoPauseWithoutEvidence) {
-  const HostWitness witness;
+TEST(HostStallDetector, KnowsOfNoPauseWithoutEvidence) {
+  const HostStallDetector witness;
   EXPECT_EQ(witness.pause_ns(0, 1'000 * ms, 1'000 * ms), 0);
 }
 
-TEST(HostWitness, TakesAnOversleptStretchThatTheThreadSharedForAPause) {
-  HostWitness witness;
+TEST(HostStallDetector, TakesAnOversleptStretchThatTheThreadSharedForAPause) {
+  HostStallDetector witness;
   witness.note_sleep(100 * ms, 300 * ms, 0);
   EXPECT_EQ(witness.pause_ns(95 * ms, 305 * ms, 205 * ms), 200 * ms);
   EXPECT_EQ(witness.pause_ns(250 * ms, 400 * ms, 150 * ms), 50 * ms) << "the overlap only";
   EXPECT_EQ(witness.pause_ns(300 * ms, 500 * ms, 200 * ms), 0) << "elsewhere";
 }
 
-TEST(HostWitness, IsNotBelievedWhenTheThreadRanMeanwhile) {
-  HostWitness witness;
+TEST(HostStallDetector, IsNotBelievedWhenTheThreadRanMeanwhile) {
+  HostStallDetector witness;
   witness.note_sleep(100 * ms, 300 * ms, 0);
   EXPECT_EQ(witness.pause_ns(100 * ms, 300 * ms, 1 * ms), 0) << "only the witness was starved";
 }
 
-TEST(HostWitness, OrdinaryOversleepingIsNoPause) {
-  HostWitness witness;
+TEST(HostStallDetector, OrdinaryOversleepingIsNoPause) {
+  HostStallDetector witness;
   witness.note_sleep(100 * ms, 101 * ms, 0);
   EXPECT_EQ(witness.pause_ns(99 * ms, 102 * ms, 3 * ms), 0);
 }
 
-TEST(HostWitness, TheProcessStoodStillWhereNoneOfItsThreadsRan) {
-  HostWitness witness;
+TEST(HostStallDetector, TheProcessStoodStillWhereNoneOfItsThreadsRan) {
+  HostStallDetector witness;
   EXPECT_EQ(witness.standstill_ns(0, 1'000 * ms), 0);
   witness.note_sleep(100 * ms, 300 * ms, 5 * ms);
   EXPECT_EQ(witness.standstill_ns(90 * ms, 310 * ms), 195 * ms);
@@ -49,8 +49,8 @@ TEST(HostWitness, TheProcessStoodStillWhereNoneOfItsThreadsRan) {
   EXPECT_EQ(witness.standstill_ns(800 * ms, 900 * ms), 0) << "another processor's, perhaps";
 }
 
-TEST(HostWitness, StolenTimeIsAPause) {
-  HostWitness witness;
+TEST(HostStallDetector, StolenTimeIsAPause) {
+  HostStallDetector witness;
   witness.note_steal(100 * ms, 5'000 * ms);
   EXPECT_EQ(witness.pause_ns(0, 200 * ms, 200 * ms), 0) << "what was stolen before is no news";
   witness.note_steal(120 * ms, 5'010 * ms);
@@ -59,8 +59,8 @@ TEST(HostWitness, StolenTimeIsAPause) {
   EXPECT_EQ(witness.pause_ns(100 * ms, 120 * ms, 1 * ms), 0);
 }
 
-TEST(HostWitness, ForgetsTheOldestOnly) {
-  HostWitness witness;
+TEST(HostStallDetector, ForgetsTheOldestOnly) {
+  HostStallDetector witness;
   for (std::int64_t i = 0; i < 300; ++i)
     witness.note_sleep(i * 100 * ms, i * 100 * ms + 50 * ms, 0);
   EXPECT_EQ(witness.pause_ns(0, 60 * ms, 60 * ms), 0);
