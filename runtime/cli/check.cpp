@@ -1,8 +1,8 @@
 #include <cstdio>
 
+#include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/load.hpp"
 #include "runtime/cli/subcommands.hpp"
-#include "runtime/cli/told.hpp"
 #include "runtime/run/session.hpp"
 
 namespace hil::cli {
@@ -42,7 +42,7 @@ void add_check(CLI::App& app, int& exit_code) {
         loaded->warning_count == 0 ? "" : ", " + counted(loaded->warning_count, "warning", "warnings");
     std::printf("%s: %s; no mistakes%s\n", arguments->scenario.c_str(), contents(*loaded).c_str(),
                 warnings.c_str());
-    exit_code = told("check", exit_code);
+    exit_code = flush_output("check", exit_code);
   });
 }
 

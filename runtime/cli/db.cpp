@@ -6,10 +6,10 @@
 #include <rtstdb/log.hpp>
 
 #include "runtime/cli/db_export.hpp"
+#include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/history_answers.hpp"
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/cli/text_table.hpp"
-#include "runtime/cli/told.hpp"
 #include "runtime/history/run_log.hpp"
 #include "runtime/report/json_layout.hpp"
 #include "runtime/report/quantities.hpp"
@@ -145,7 +145,7 @@ int look(const std::string& directory, Depth depth, bool json) {
           report::to_ascii(report::counted(contents.compared_checkpoints, "checkpoint", "checkpoints"))
               .c_str());
   }
-  return told(command, contents.damage.empty() ? run::exit_passed : run::exit_io_failed);
+  return flush_output(command, contents.damage.empty() ? run::exit_passed : run::exit_io_failed);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 #include <rtstdb/log.hpp>
 
-#include "runtime/cli/told.hpp"
+#include "runtime/cli/flush_output.hpp"
 #include "runtime/history/run_log.hpp"
 #include "runtime/report/text_safety.hpp"
 #include "runtime/run/session.hpp"
@@ -163,7 +163,7 @@ int export_log(const std::string& directory, const ExportOptions& options) {
   }
   note(missing);
   note(history::not_closed(extent));
-  if (!own) return told("db export", exit_code);
+  if (!own) return flush_output("db export", exit_code);
   const bool ended = std::fclose(own.release()) == 0;
   const int failure = lines.failure() != 0 || ended ? lines.failure() : errno;
   if (failure == 0) return exit_code;

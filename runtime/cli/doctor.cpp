@@ -16,10 +16,10 @@
 
 #include <rtstdb/database.hpp>
 
+#include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/limited_memory.hpp"
 #include "runtime/cli/start_failure.hpp"
 #include "runtime/cli/subcommands.hpp"
-#include "runtime/cli/told.hpp"
 #include "runtime/executive/clock.hpp"
 #include "runtime/executive/histogram.hpp"
 #include "runtime/executive/machine.hpp"
@@ -125,7 +125,7 @@ void add_doctor(CLI::App& app, int& exit_code) {
           const bool gpu = look_at_gpus();
           look_at_can();
           measure_wakeups(look_at_scheduling());
-          return told("doctor", gpu ? run::exit_passed : run::exit_gpu_failed);
+          return flush_output("doctor", gpu ? run::exit_passed : run::exit_gpu_failed);
         },
         [](const std::string& end) { return report_lack_of_memory("doctor", end); });
   });

@@ -8,11 +8,11 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/history_answers.hpp"
 #include "runtime/cli/limited_memory.hpp"
 #include "runtime/cli/start_failure.hpp"
 #include "runtime/cli/subcommands.hpp"
-#include "runtime/cli/told.hpp"
 #include "runtime/config/units.hpp"
 #include "runtime/report/json_layout.hpp"
 #include "runtime/report/quantities.hpp"
@@ -142,7 +142,7 @@ class Answers {
   }
   int end() {
     if (as_json_) std::fputs("\n]}\n", stdout);
-    return told("history", run::exit_passed);
+    return flush_output("history", run::exit_passed);
   }
 
  private:
@@ -171,7 +171,7 @@ int info(const Arguments& arguments) {
   const Told told_extent = tell_extent(history, arguments.directory);
   std::fputs(arguments.json ? report::readable_json(told_extent.json).c_str() : told_extent.text.c_str(),
              stdout);
-  return told("history", run::exit_passed);
+  return flush_output("history", run::exit_passed);
 }
 
 int entities(const Arguments& arguments) {

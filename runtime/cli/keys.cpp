@@ -1,7 +1,7 @@
 #include <cstdio>
 
+#include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/subcommands.hpp"
-#include "runtime/cli/told.hpp"
 #include "runtime/config/schema_markdown.hpp"
 #include "runtime/modules/module.hpp"
 #include "runtime/run/session.hpp"
@@ -20,7 +20,7 @@ void add_keys(CLI::App& app, int& exit_code) {
     }
     std::printf("\n# Register map files\n\n%s\n",
                 config::schema_to_markdown(config::register_map_schema()).c_str());
-    exit_code = told("keys", run::exit_passed);
+    exit_code = flush_output("keys", run::exit_passed);
   });
 }
 

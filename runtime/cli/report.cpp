@@ -1,7 +1,7 @@
 #include <cstdio>
 
+#include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/subcommands.hpp"
-#include "runtime/cli/told.hpp"
 #include "runtime/report/report_files.hpp"
 #include "runtime/report/report_json.hpp"
 #include "runtime/report/report_text.hpp"
@@ -19,7 +19,7 @@ void add_report(CLI::App& app, int& exit_code) {
       const report::RunRecord record = report::load_report(*directory);
       report::remake_report(record, *directory);
       std::fputs(report::report_text(record, *directory).c_str(), stdout);
-      exit_code = told("report", run::exit_passed);
+      exit_code = flush_output("report", run::exit_passed);
     } catch (const report::ReportError& error) {
       std::fprintf(stderr, "hil report: %s\n", error.what());
       exit_code = run::exit_io_failed;

@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <optional>
 
+#include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/limited_memory.hpp"
 #include "runtime/cli/load.hpp"
 #include "runtime/cli/start_failure.hpp"
 #include "runtime/cli/subcommands.hpp"
-#include "runtime/cli/told.hpp"
 #include "runtime/report/report_files.hpp"
 #include "runtime/report/report_json.hpp"
 #include "runtime/report/report_text.hpp"
@@ -138,7 +138,7 @@ int leave_report(run::SessionResult& result, const run::SessionOptions& options)
   const report::RunRecord& record = result.record;
   const bool is_there = write_files(result, options.directory);
   std::fputs(report::report_text(record, is_there ? options.directory.string() : "").c_str(), stdout);
-  const int exit_code = told("run", record.exit_code);
+  const int exit_code = flush_output("run", record.exit_code);
   note_exit_code(options, options.verbose, "exit code " + std::to_string(exit_code) + ": " + record.reason);
   return exit_code;
 }
@@ -154,7 +154,7 @@ int leave_refusal(const config::Scenario& scenario, const run::SessionOptions& o
   std::printf("%s: the reason is on stderr%s\n", report::headline(failure.verdict),
               is_there ? (" and in the report in " + options.directory.string()).c_str()
                        : ", and there is no report");
-  const int exit_code = told("run", result.record.exit_code);
+  const int exit_code = flush_output("run", result.record.exit_code);
   note_exit_code(
       options, false,
       "the run can not begin: " + failure.sentence + " (exit code " + std::to_string(exit_code) + ")");

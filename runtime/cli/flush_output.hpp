@@ -5,6 +5,6 @@ namespace hil::cli {
 
 /// Sends off what stdout still holds. The exit code given, or exit_io_failed in place of exit_passed when
 /// anything printed so far was lost (a full disk), which stderr then says.
-int told(const char* command, int exit_code);
+int flush_output(const char* command, int exit_code);
 
 }  // namespace hil::cli

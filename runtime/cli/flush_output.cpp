@@ -1,4 +1,4 @@
-#include "runtime/cli/told.hpp"
+#include "runtime/cli/flush_output.hpp"
 
 #include <cerrno>
 #include <cstdio>
@@ -9,7 +9,7 @@
 
 namespace hil::cli {
 
-int told(const char* command, int exit_code) {
+int flush_output(const char* command, int exit_code) {
   errno = 0;
   const bool sent = std::fflush(stdout) == 0;
   if (sent && std::ferror(stdout) == 0) return exit_code;
