@@ -7,7 +7,7 @@
 namespace rtstdb::accel {
 namespace {
 
-constexpr std::uint32_t least_capacity = 1024;
+constexpr std::uint32_t min_capacity = 1024;
 
 }  // namespace
 
@@ -27,8 +27,8 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
                      std::to_string(limits.max_texel_elements) + " texels"};
   }
   BlasScratch scratch;
-  scratch.capacity_ = std::max(triangles + triangles % 2, least_capacity);
-  scratch.positions_capacity_ = std::max<std::size_t>(positions, least_capacity);
+  scratch.capacity_ = std::max(triangles + triangles % 2, min_capacity);
+  scratch.positions_capacity_ = std::max<std::size_t>(positions, min_capacity);
   const std::size_t n = scratch.capacity_;
   const std::size_t nodes = wide_node_bound(scratch.capacity_, shared::blas_always_leaf);
   const std::size_t state_bytes = 4 * shared::blas_state_words;

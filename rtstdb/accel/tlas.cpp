@@ -82,7 +82,7 @@ WorldTime Tlas::ahead_of(WorldTime begin) noexcept {
   return last - begin < window_ahead ? last : begin + window_ahead;
 }
 
-Tlas::Slot* Tlas::least_used(const Slot* but) noexcept {
+Tlas::Slot* Tlas::min_used(const Slot* but) noexcept {
   Slot* least = nullptr;
   for (Slot& slot : slots_) {
     if (&slot != but && slot.pins == 0 && (least == nullptr || slot.last_used < least->last_used))
@@ -166,7 +166,7 @@ bool Tlas::list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& 
     places[k] = slot.place[entity];
   }
   // Where another tree is made ahead, one that is dear is of use as long as that takes.
-  const bool is_followed = makes_ahead_ && slot.visible_count >= least_made_ahead && is_small(slot, wanted);
+  const bool is_followed = makes_ahead_ && slot.visible_count >= min_made_ahead && is_small(slot, wanted);
   return is_patch(slot) || may_refit(slot, is_followed ? max_growth_ahead : rebuild_growth);
 }
 
@@ -403,7 +403,7 @@ std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted
   }
   const bool stands = slot != nullptr;
   if (!stands) {
-    slot = least_used(nullptr);
+    slot = min_used(nullptr);
     RTSTDB_ASSERT(slot != nullptr);
     if (!fill(*slot, rows, wanted, submit)) return std::nullopt;
     slot->contents = ++contents_;

@@ -49,7 +49,7 @@ inline constexpr Nanoseconds rebuilt_ahead_within{125'000'000};
 inline constexpr float rebuild_growth_ahead = 1.1f;
 inline constexpr float max_growth_ahead = 4.0f;
 /// Smaller worlds are refitted, and built, when a window ends.
-inline constexpr std::uint32_t least_made_ahead = 256;
+inline constexpr std::uint32_t min_made_ahead = 256;
 /// Where a tree that was kept went bad, so many are built before one is kept again.
 inline constexpr std::uint32_t rebuilds_ahead = 4;
 
@@ -215,7 +215,7 @@ class Tlas {
   /// The end of a window that begins at `begin` and reaches ahead.
   static WorldTime ahead_of(WorldTime begin) noexcept;
   /// Of those that are not pinned; none where there is no other.
-  Slot* least_used(const Slot* but) noexcept;
+  Slot* min_used(const Slot* but) noexcept;
   Slot* find(const query::RowSource& rows, const Wanted& wanted) noexcept;
   /// The slot that a patch or a renewal brings there, whose changes are listed then; or none.
   Slot* find_near(const query::RowSource& rows, const Wanted& wanted) noexcept;

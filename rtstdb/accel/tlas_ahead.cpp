@@ -22,13 +22,13 @@ constexpr std::uint64_t per_parent = 6;
 /// What a dispatch takes besides, whatever it goes through.
 constexpr std::uint64_t per_dispatch = 1'500;
 /// What a batch does at the least: less would hardly take less time.
-constexpr std::uint64_t least_share = 3'000;
+constexpr std::uint64_t min_share = 3'000;
 /// More work than this is begun earlier than in the last quarter of a window, up to its last three; where a tree is built, in the last
 /// half, since the host has to look at it in between, or at once.
 constexpr double work_of_a_window = 1e6;
 /// Where more changes while a slot is made than it can be brought over by a renewal, the next one is begun so much later at the most;
 /// and, where that is of no use either, not for so many windows.
-constexpr double least_lead_share = 0.0625;
+constexpr double min_lead_share = 0.0625;
 constexpr std::uint32_t rests_in_vain = 16;
 /// One whose reader has not come again for so many batches of others makes room for theirs.
 constexpr std::uint64_t max_patience = 32;
@@ -45,7 +45,7 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
       if (uses_ - ahead_.slot->last_used < max_patience) return;
       drop_ahead();
     }
-    Slot* const slot = least_used(&used);
+    Slot* const slot = min_used(&used);
     if (slot == nullptr) return;
     // Where each slot has a reader, one that lost it would take another's.
     if (slot->filled && slot->next == nullptr && uses_ - slot->last_used < max_patience) return;
@@ -67,17 +67,17 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
 std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSource& rows,
                                                 const Wanted& wanted) const noexcept {
   if (!makes_ahead_ || rests_ > 0 || used.followed || used.tree == Tree::none ||
-      used.visible_count < least_made_ahead || used.window_end - used.window_begin < window_ahead ||
+      used.visible_count < min_made_ahead || used.window_end - used.window_begin < window_ahead ||
       wanted.times.last >= used.window_end)
     return std::nullopt;
   learn_levels(used);
   const float growth = growth_of(used);
   const bool is_dear = used.rebuilds > 0 || growth > rebuild_growth_ahead;
   const TreeAhead tree = is_dear ? TreeAhead::built : TreeAhead::copied;
-  const double least_lead = growth > rebuild_growth ? 1.0 : tree == TreeAhead::built ? 0.5 : 0.25;
+  const double min_lead = growth > rebuild_growth ? 1.0 : tree == TreeAhead::built ? 0.5 : 0.25;
   const double wanted_lead =
       static_cast<double>(work_ahead(used, rows.index_limit(), tree)) / work_of_a_window;
-  const double lead = std::clamp(wanted_lead, least_lead, std::max(least_lead, 0.75));
+  const double lead = std::clamp(wanted_lead, min_lead, std::max(min_lead, 0.75));
   const double left_s = seconds_between(wanted.times.last, used.window_end);
   return left_s <= lead * lead_share_ * 1e-9 * window_ahead.count() ? std::optional(tree) : std::nullopt;
 }
@@ -85,8 +85,8 @@ std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSour
 void Tlas::was_in_vain(Slot& source) noexcept {
   source.followed = false;
   lead_share_ *= 0.5;
-  if (lead_share_ >= least_lead_share) return;
-  lead_share_ = least_lead_share;
+  if (lead_share_ >= min_lead_share) return;
+  lead_share_ = min_lead_share;
   rests_ = rests_in_vain;
 }
 
@@ -150,7 +150,7 @@ std::uint64_t Tlas::due_ahead(WorldTime now) const noexcept {
   const double share = 1.5 * seconds_between(ahead_.begun, now) / seconds_between(ahead_.begun, ahead_.due);
   const auto wanted =
       static_cast<std::uint64_t>(std::clamp(share, 0.0, 1.0) * static_cast<double>(ahead_.total));
-  return std::max(wanted > ahead_.done ? wanted - ahead_.done : 0, least_share);
+  return std::max(wanted > ahead_.done ? wanted - ahead_.done : 0, min_share);
 }
 
 std::uint64_t Tlas::step_ahead(std::uint64_t most, const query::RowSource& rows,

@@ -44,7 +44,7 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   auto scratch = BuildScratch::create(device);
   if (!scratch) return scratch.error();
   tlas.small_scratch_ = std::move(scratch).value();
-  if (options.max_entities >= least_made_ahead) {
+  if (options.max_entities >= min_made_ahead) {
     auto large = TlasBuilder::create(device, options.max_entities);
     if (!large) return large.error();
     tlas.large_build_ = std::move(large).value();

@@ -8,7 +8,7 @@ namespace rtstdb::oracle {
 namespace {
 
 /// What is shorter than this part of the vectors that make it is rounding, and no direction.
-constexpr double least_sine = 1e-10;
+constexpr double min_sine = 1e-10;
 
 struct Span {
   double low = std::numeric_limits<double>::infinity();
@@ -52,7 +52,7 @@ Polyhedron polyhedron_of(const std::array<glm::dvec3, 3>& triangle_m) {
   const glm::dvec3 ac_m = triangle_m[2] - triangle_m[0];
   const glm::dvec3 normal = glm::cross(ab_m, ac_m);
   const double area_m2 = glm::length(normal);
-  if (area_m2 <= least_sine * glm::length(ab_m) * glm::length(ac_m)) return body;
+  if (area_m2 <= min_sine * glm::length(ab_m) * glm::length(ac_m)) return body;
   body.normals.add(normal / area_m2);
   for (const glm::dvec3& edge : body.edges)
     body.normals.add(glm::cross(normal / area_m2, edge));
@@ -76,7 +76,7 @@ double separation_m(const Polyhedron& a, const Polyhedron& b, double enough_m) {
       const glm::dvec3 across = glm::cross(edge_a, edge_b);
       const double sine = glm::length(across);
       // Parallel edges span no direction of their own: the faces' directions have looked there already.
-      if (sine > least_sine && enough_along(across / sine)) return largest;
+      if (sine > min_sine && enough_along(across / sine)) return largest;
     }
   }
   return largest;

@@ -37,7 +37,7 @@ class ChunkPace {
     const double chunks = before_.predicted_ns > 0.0 ? 2.0 : 1.0;
     double share = took_ns < unremarkable * predicted_ns ? std::max(predicted_ns / took_ns, 1.0)
                                                          : predicted_ns / took_ns;
-    share = std::clamp(share, least_share, most_);
+    share = std::clamp(share, min_share, most_);
     before_ = chunk;
     if (chunk.completed_before_wait) {
       if (share >= share_) {
@@ -50,8 +50,7 @@ class ChunkPace {
       return;
     }
     tell_dispatch_from_elements(chunk);
-    if (by_elements_ < least_by_elements &&
-        took_ns < chunks * std::max(1.5 * chunk_ns_, longest_dispatch_ns)) {
+    if (by_elements_ < min_by_elements && took_ns < chunks * std::max(1.5 * chunk_ns_, longest_dispatch_ns)) {
       const double doubled = 2.0 * predicted_ns / (chunks * chunk_ns_);
       share = std::max(share, std::min(doubled, weight_ >= few ? max_share : most_));
       most_ = std::max(most_, share);
@@ -70,15 +69,15 @@ class ChunkPace {
     both_ = both_ * fading + thought * took;
     const double mean = thought_ / weight_;
     const double variance = thought_squared_ / weight_ - mean * mean;
-    if (variance < least_variance * mean * mean || took_ <= 0.0) return;
+    if (variance < min_variance * mean * mean || took_ <= 0.0) return;
     const double slope = (both_ / weight_ - mean * took_ / weight_) / variance;
     by_elements_ = std::clamp(slope * thought_ / took_, 0.0, 1.0);
   }
 
   static constexpr double unremarkable = 1.5;
-  static constexpr double least_share = 1.0 / 4096.0, max_share = 64.0;
-  static constexpr double fading = 0.85, least_variance = 0.04, few = 3.0;
-  static constexpr double least_by_elements = 0.5;
+  static constexpr double min_share = 1.0 / 4096.0, max_share = 64.0;
+  static constexpr double fading = 0.85, min_variance = 0.04, few = 3.0;
+  static constexpr double min_by_elements = 0.5;
   /// A dispatch takes no longer by itself, also on a busy machine: who waits for more waits for elements.
   static constexpr double longest_dispatch_ns = 800e3;
   double chunk_ns_, share_ = 1.0, most_ = 1.0;

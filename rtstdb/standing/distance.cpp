@@ -66,12 +66,12 @@ bool WithinRadius::stays(const Look& a, const Look& b, bool member) const noexce
   const double h_s = seconds(a.ns, b.ns);
   const double share = h_s * h_s / 8.0;
   if (member) return std::max(a.value_m2, b.value_m2) + leaves.up * share <= out_m2_;
-  double least_m2 = std::min(a.value_m2, b.value_m2);
+  double min_m2 = std::min(a.value_m2, b.value_m2);
   if (distance_.measure() == Measure::farthest) {
-    least_m2 = std::max(std::min(a.value_m2, distance_.value_of_same_corner_m2(b, a)),
-                        std::min(b.value_m2, distance_.value_of_same_corner_m2(a, b)));
+    min_m2 = std::max(std::min(a.value_m2, distance_.value_of_same_corner_m2(b, a)),
+                      std::min(b.value_m2, distance_.value_of_same_corner_m2(a, b)));
   }
-  return least_m2 - leaves.down * share >= in_m2_;
+  return min_m2 - leaves.down * share >= in_m2_;
 }
 
 Nearer::Look Nearer::at(std::int64_t ns) const noexcept {

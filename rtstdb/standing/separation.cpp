@@ -11,7 +11,7 @@ namespace rtstdb::standing {
 namespace {
 
 /// Edges that are more parallel than this span no direction of their own: the faces' have looked there already.
-constexpr double least_sine = 1e-9;
+constexpr double min_sine = 1e-9;
 
 double side_of(int side) noexcept {
   return side == 0 ? 1.0 : -1.0;
@@ -108,7 +108,7 @@ Separation::Look Separation::at(std::int64_t ns) const noexcept {
     const auto negative = static_cast<std::uint8_t>(~positive & 7u);
     ends[0] = {middle_m - extent_m - high_m, negative, static_cast<std::uint8_t>(highest)};
     ends[1] = {low_m - middle_m - extent_m, positive, static_cast<std::uint8_t>(lowest)};
-    if (look.length[k] > least_sine)
+    if (look.length[k] > min_sine)
       look.worst_m = std::max(look.worst_m, std::max(ends[0].gap, ends[1].gap) / look.length[k]);
   }
   return look;
@@ -172,10 +172,10 @@ bool Separation::stays(const Look& a, const Look& b, bool member) const noexcept
     const Bend bends = bend(axis, a, b);
     const double leaves_m = bends.bend * h_s * h_s / 8.0;
     // No direction, no proof: neither that it parts them nor that it does not.
-    if ((member ? bends.max_length : bends.least_length) <= least_sine) continue;
+    if ((member ? bends.max_length : bends.min_length) <= min_sine) continue;
     for (int side = 0; side < sides; ++side) {
       if (!member && least(axis, side, a, b, leaves_m) >= in * noise_m_ * bends.max_length) return true;
-      if (member && most(axis, side, a, b, leaves_m) > out * noise_m_ * bends.least_length) return false;
+      if (member && most(axis, side, a, b, leaves_m) > out * noise_m_ * bends.min_length) return false;
     }
   }
   return member;

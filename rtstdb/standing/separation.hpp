@@ -67,7 +67,7 @@ class Separation {
   };
   struct Bend {
     double bend = 0.0;
-    double least_length = 1.0, max_length = 1.0;  ///< of the axis within the interval
+    double min_length = 1.0, max_length = 1.0;  ///< of the axis within the interval
   };
   glm::dvec3 direction(const Axis& axis, const RelativeMotion::View& view) const noexcept;
   glm::dvec3 entity_corner_m(const RelativeMotion::View& view, std::uint8_t corner) const noexcept;

@@ -16,7 +16,7 @@ constexpr double first_of_known = 0.5;
 
 /// Chunks that are thought to take less are mostly what a dispatch takes by itself. As their elements' cost is learnt with it, chunks
 /// would become ever smaller.
-constexpr Nanoseconds least_chunk{200'000};
+constexpr Nanoseconds min_chunk{200'000};
 
 /// Fewer elements than this are not divided for what others cost: what seems dear may be what the operating system took, and to divide
 /// them would double what they take.
@@ -104,7 +104,7 @@ CostModel::Pieces CostModel::longest_pieces() const noexcept {
 }
 
 Nanoseconds CostModel::chunk_time(Nanoseconds half) noexcept {
-  return std::max(half, least_chunk);
+  return std::max(half, min_chunk);
 }
 
 void CostModel::divide(std::span<query::Request> requests, Nanoseconds chunk) const noexcept {

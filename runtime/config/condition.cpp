@@ -287,20 +287,20 @@ BoundCondition Condition::bind(std::span<const std::uint32_t> indices,
     }
   }
   for (const std::uint32_t index : indices)
-    bound.least_size_ = std::max(bound.least_size_, index + 1);
+    bound.min_size_ = std::max(bound.min_size_, index + 1);
   return bound;
 }
 
 bool BoundCondition::holds(std::span<const double> values) const noexcept {
   require(!nodes_.empty(), "a condition made by Condition::bind");
-  require(values.size() >= least_size_, "a value for each signal of the condition");
+  require(values.size() >= min_size_, "a value for each signal of the condition");
   return evaluate(nodes_.size() - 1, values, {}) == Truth::yes;
 }
 
 Truth BoundCondition::truth(std::span<const double> values,
                             std::span<const std::uint8_t> unknown) const noexcept {
   require(!nodes_.empty(), "a condition made by Condition::bind");
-  require(values.size() >= least_size_ && unknown.size() == values.size(),
+  require(values.size() >= min_size_ && unknown.size() == values.size(),
           "a value for each signal of the condition, and whether it is unknown");
   return evaluate(nodes_.size() - 1, values, unknown);
 }

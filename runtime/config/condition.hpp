@@ -122,7 +122,7 @@ class BoundCondition {
                  std::span<const std::uint8_t> unknown) const noexcept;
 
   std::vector<Condition::Node> nodes_;
-  std::uint32_t least_size_ = 0;
+  std::uint32_t min_size_ = 0;
 };
 
 }  // namespace hil::config

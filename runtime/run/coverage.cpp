@@ -27,8 +27,8 @@ bool is_known(const signals::SignalTable& table, signals::SignalId signal) noexc
 }
 
 Coverage::Coverage(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
-                   double least_share)
-    : least_share_(least_share) {
+                   double min_share)
+    : min_share_(min_share) {
   for (const signals::SignalId signal : signals) {
     const signals::SignalInfo& info = table.info(signal);
     if (info.arrives) watched_.push_back({signal, info.name, info.timeout_ns, std::nullopt});
@@ -53,14 +53,14 @@ void Coverage::look(const signals::SignalTable& table, std::int64_t time_ns, boo
 
 bool Coverage::suffices(std::uint64_t part, std::uint64_t whole) const noexcept {
   constexpr double rounding = 1e-9;
-  return part > 0 && static_cast<double>(part) + rounding >= least_share_ * static_cast<double>(whole);
+  return part > 0 && static_cast<double>(part) + rounding >= min_share_ * static_cast<double>(whole);
 }
 
 std::string Coverage::share_text(std::uint64_t part, std::uint64_t whole, const std::string& what) const {
   if (part == 0) return "none of " + std::to_string(whole) + " " + what;
   return std::to_string(part) + " of " + std::to_string(whole) + " " + what + " (" +
          percent_text(static_cast<double>(part) / static_cast<double>(whole)) +
-         "), less than its coverage of " + report::shortest(least_share_ * 100.0) + " %";
+         "), less than its coverage of " + report::shortest(min_share_ * 100.0) + " %";
 }
 
 std::string Coverage::shortfall(std::uint64_t covered_ticks) const {

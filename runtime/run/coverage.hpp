@@ -29,10 +29,10 @@ bool is_known(const signals::SignalTable& table, signals::SignalId signal) noexc
 
 class Coverage {
  public:
-  /// `signals`: those that the expectation reads. `least_share`: the share of its ticks that must be
+  /// `signals`: those that the expectation reads. `min_share`: the share of its ticks that must be
   /// evaluated, 0 to 1.
   Coverage(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
-           double least_share);
+           double min_share);
 
   /// To be called once for each tick that ran and that the expectation covers. Neither allocates nor blocks.
   void look(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept;
@@ -61,7 +61,7 @@ class Coverage {
   };
 
   std::vector<Watched> watched_;  ///< the signals that arrive from outside
-  const double least_share_;
+  const double min_share_;
   std::uint64_t evaluated_ticks_ = 0;
   std::optional<Lapse> lapse_;
 };

@@ -26,13 +26,13 @@ struct Children {
   Box box[8];
   Box all;
   float cost;
-  float least_cost;
+  float min_cost;
 };
 
 Children children_of(uint used, uvec4 references[2]) {
   Children children;
   children.all = nothing;
-  children.cost = children.least_cost = 0.0;
+  children.cost = children.min_cost = 0.0;
   [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) {
     const uint reference = references[slot >> 2][slot & 3u];
     const bool is_used = (used >> slot & 1u) != 0u;
@@ -40,7 +40,7 @@ Children children_of(uint used, uvec4 references[2]) {
     const int below = is_used && !leaf ? int(2u * (reference - args.node_base)) : 0;
     const vec4 low = texelFetch(boxes_below, below);
     const vec4 high = texelFetch(boxes_below, below + 1);
-    float least_cost = leaf ? 0.0 : high.w;
+    float min_cost = leaf ? 0.0 : high.w;
     Box box = Box(leaf ? nothing.lo : low.xyz, leaf ? nothing.hi : high.xyz);
     const uint count = leaf ? (reference >> ref_triangle_count_shift & 15u) + 1u : 0u;
     const int first = int((reference & ref_triangle_first_mask) * triangle_texels);
@@ -49,7 +49,7 @@ Children children_of(uint used, uvec4 references[2]) {
       const vec3 q = texelFetch(triangles, corner + 1).xyz;
       const vec3 r = texelFetch(triangles, corner + 2).xyz;
       const Box own = Box(min(p, min(q, r)), max(p, max(q, r)));
-      least_cost += triangle_cost * box_half_area(own);
+      min_cost += triangle_cost * box_half_area(own);
       box = box_union(box, own);
     }
     const float cost = leaf ? triangle_cost * float(count) * box_half_area(box) : low.w;
@@ -57,7 +57,7 @@ Children children_of(uint used, uvec4 references[2]) {
     children.all.lo = is_used ? min(children.all.lo, box.lo) : children.all.lo;
     children.all.hi = is_used ? max(children.all.hi, box.hi) : children.all.hi;
     children.cost += is_used ? cost : 0.0;
-    children.least_cost += is_used ? least_cost : 0.0;
+    children.min_cost += is_used ? min_cost : 0.0;
   }
   return children;
 }
@@ -89,5 +89,5 @@ void main() {
   const Children children = children_of(used, references);
   write_node(node, used, children);
   boxes[2u * node] = vec4(children.all.lo, children.cost + node_cost * box_half_area(children.all));
-  boxes[2u * node + 1u] = vec4(children.all.hi, children.least_cost);
+  boxes[2u * node + 1u] = vec4(children.all.hi, children.min_cost);
 }

@@ -50,21 +50,21 @@ struct Beam {
 };
 
 // Between the least and the most along each axis, of directions that are nowhere zero and of origins, negated.
-Beam beam_between(vec3 least_d, vec3 most_d, vec3 minus_o_low, vec3 minus_o_high) {
-  const bvec3 backwards = lessThan(most_d, vec3(0.0));
-  const bvec3 not_forwards = lessThan(least_d, vec3(0.0));
+Beam beam_between(vec3 min_d, vec3 max_d, vec3 minus_o_low, vec3 minus_o_high) {
+  const bvec3 backwards = lessThan(max_d, vec3(0.0));
+  const bvec3 not_forwards = lessThan(min_d, vec3(0.0));
   // A relative 1e-6 where lambda ends covers the rounding of slope, offset and their sum.
-  return Beam(minus_o_low, minus_o_high, mix(vec3(1.0), vec3(1.000001), backwards) / most_d,
-              mix(vec3(1.000001), vec3(1.0), not_forwards) / least_d, notEqual(not_forwards, backwards));
+  return Beam(minus_o_low, minus_o_high, mix(vec3(1.0), vec3(1.000001), backwards) / max_d,
+              mix(vec3(1.000001), vec3(1.0), not_forwards) / min_d, notEqual(not_forwards, backwards));
 }
 
 // Of the lanes that ask.
 Beam beam_of(bool asks, Segment ray) {
   const vec3 none = vec3(3.4e38);
   const vec3 d = 1.0 / ray.inverse_d;
-  return beam_between(least_of_lanes(asks ? d : none), -least_of_lanes(asks ? -d : none),
-                      least_of_lanes(asks ? ray.minus_o - ray.blur_m : none),
-                      -least_of_lanes(asks ? -ray.minus_o - ray.blur_m : none));
+  return beam_between(min_of_lanes(asks ? d : none), -min_of_lanes(asks ? -d : none),
+                      min_of_lanes(asks ? ray.minus_o - ray.blur_m : none),
+                      -min_of_lanes(asks ? -ray.minus_o - ray.blur_m : none));
 }
 
 // Where lambda begins and ends, of rays that still ask.
@@ -74,7 +74,7 @@ struct Range {
 };
 
 Range range_of(float lambda_min, float limit) {
-  return Range(floatBitsToInt(least_of_lanes(lambda_min)), floatBitsToInt(most_of_lanes(limit)));
+  return Range(floatBitsToInt(min_of_lanes(lambda_min)), floatBitsToInt(max_of_lanes(limit)));
 }
 
 // A beam seen from a node: lambda of a plane is slope * quanta + offset.

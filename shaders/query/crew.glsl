@@ -199,7 +199,7 @@ void hand_in(inout Own own, inout Errand errand) {
   errand.owner = is_under_way(errand) ? errand.owner : nobody;
 #ifdef RAY_ANY
   own.current = unless_found(own.current, own.best);
-  [[unroll]] for (uint k = 0u; k < most_met; ++k) own.met.leaf[k] = unless_found(own.met.leaf[k], own.best);
+  [[unroll]] for (uint k = 0u; k < max_met; ++k) own.met.leaf[k] = unless_found(own.met.leaf[k], own.best);
 #endif
 }
 

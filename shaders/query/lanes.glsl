@@ -14,7 +14,7 @@ uvec4 of_lane(uvec4 v, uint lane) {
                subgroupShuffle(v.w, lane));
 }
 
-uint least_of_lanes(uint v) {
+uint min_of_lanes(uint v) {
   v = min(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 4u));
   v = min(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 2u));
   return min(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 1u));
@@ -49,14 +49,14 @@ uint lanes_before(bool which) {
 
 float lesser(float a, float b) { return a < b ? a : b; }
 
-float least_of_lanes(float v) {
+float min_of_lanes(float v) {
   v = lesser(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 4u));
   v = lesser(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 2u));
   return lesser(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 1u));
 }
 
-float most_of_lanes(float v) { return -least_of_lanes(-v); }
+float max_of_lanes(float v) { return -min_of_lanes(-v); }
 
-vec3 least_of_lanes(vec3 v) { return vec3(least_of_lanes(v.x), least_of_lanes(v.y), least_of_lanes(v.z)); }
+vec3 min_of_lanes(vec3 v) { return vec3(min_of_lanes(v.x), min_of_lanes(v.y), min_of_lanes(v.z)); }
 
 #endif

@@ -171,7 +171,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
   Search search = nothing_begun(rounds + 8u, allowed);  // with the loops around this and behind it
   const Seat world_seat = take_seat(of_lane(world.octant, first_lane));
   const Beam world_beam = beam_of(asks, world);
-  const vec2 shares = vec2(least_of_lanes(asks ? share : 1.0), most_of_lanes(asks ? share : 0.0));
+  const vec2 shares = vec2(min_of_lanes(asks ? share : 1.0), max_of_lanes(asks ? share : 0.0));
   float world_begin = asks ? lambda_min : beyond_all;
   Range world_range = range_of(world_begin, reach_of(best));
   uint current = root;

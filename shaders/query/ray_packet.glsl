@@ -21,7 +21,7 @@ Found trace_together(bool asks, Asked ray, Entries entries, inout uint rounds, u
   const Segment world = make_segment(-ray.origin, ray.direction);
   bool left = asks;
   do {
-    const uint first_lane = least_of_lanes(left ? gl_SubgroupInvocationID : 0xFFu) & 7u;
+    const uint first_lane = min_of_lanes(left ? gl_SubgroupInvocationID : 0xFFu) & 7u;
     const vec3 apart = ray.origin - of_lane(ray.origin, first_lane);
     const bool mine = left && runs_beside(apart, ray.direction, of_lane(ray.direction, first_lane));
     const Found now =

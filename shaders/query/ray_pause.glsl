@@ -40,7 +40,7 @@ void pause_or_resume(bool resumes, uint place, inout Way way) {
   uint left = 1u;
   carry_over(resumes, at, left);
   carry_over(resumes, at, way.current);
-  [[unroll]] for (uint k = 0u; k < most_met; ++k) carry_over(resumes, at, way.met.leaf[k]);
+  [[unroll]] for (uint k = 0u; k < max_met; ++k) carry_over(resumes, at, way.met.leaf[k]);
   carry_over(resumes, at, way.below);
   carry_over(resumes, at, way.depth_below);
   carry_over(resumes, at, way.search.depth);

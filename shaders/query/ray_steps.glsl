@@ -276,29 +276,29 @@ uint go_through_leaves(uint below, inout Search search, Segment ray, float lambd
 }
 
 // Instances that a ray has come by and not entered yet, in that order; behind them ref_none.
-const uint most_met = 4u;
+const uint max_met = 4u;
 
 struct Met {
-  uint leaf[most_met];
+  uint leaf[max_met];
 };
 
 Met none_met() {
   Met met;
-  [[unroll]] for (uint k = 0u; k < most_met; ++k) met.leaf[k] = ref_none;
+  [[unroll]] for (uint k = 0u; k < max_met; ++k) met.leaf[k] = ref_none;
   return met;
 }
 
 uint count_of(Met met) {
   uint count = 0u;
-  [[unroll]] for (uint k = 0u; k < most_met; ++k) count += met.leaf[k] != ref_none ? 1u : 0u;
+  [[unroll]] for (uint k = 0u; k < max_met; ++k) count += met.leaf[k] != ref_none ? 1u : 0u;
   return count;
 }
 
-bool is_full(Met met) { return met.leaf[most_met - 1u] != ref_none; }
+bool is_full(Met met) { return met.leaf[max_met - 1u] != ref_none; }
 
 void append(inout Met met, bool wanted, uint leaf) {
   bool before = wanted;  // all places before this one are taken
-  [[unroll]] for (uint k = 0u; k < most_met; ++k) {
+  [[unroll]] for (uint k = 0u; k < max_met; ++k) {
     const bool free = met.leaf[k] == ref_none;
     met.leaf[k] = before && free ? leaf : met.leaf[k];
     before = before && !free;
@@ -308,7 +308,7 @@ void append(inout Met met, bool wanted, uint leaf) {
 // Without the first; without any when nothing more is asked.
 Met rest_of(Met met, Found best) {
   Met rest = none_met();
-  [[unroll]] for (uint k = 1u; k < most_met; ++k) rest.leaf[k - 1u] = unless_found(met.leaf[k], best);
+  [[unroll]] for (uint k = 1u; k < max_met; ++k) rest.leaf[k - 1u] = unless_found(met.leaf[k], best);
   return rest;
 }
 

@@ -66,27 +66,26 @@ const uint max_entry_rounds = 48u;
 
 // Rays between bounds along each axis.
 struct Bounds {
-  vec3 least_d;
-  vec3 most_d;
-  vec3 least_minus_o;
-  vec3 most_minus_o;
+  vec3 min_d;
+  vec3 max_d;
+  vec3 min_minus_o;
+  vec3 max_minus_o;
   float lambda_min;
   float lambda_max;
 };
 
 void take_in(inout Bounds bounds, vec3 d, vec3 minus_o, float lambda_min, float lambda_max) {
-  bounds.least_d = least(bounds.least_d, d);
-  bounds.most_d = most(bounds.most_d, d);
-  bounds.least_minus_o = least(bounds.least_minus_o, minus_o);
-  bounds.most_minus_o = most(bounds.most_minus_o, minus_o);
+  bounds.min_d = least(bounds.min_d, d);
+  bounds.max_d = most(bounds.max_d, d);
+  bounds.min_minus_o = least(bounds.min_minus_o, minus_o);
+  bounds.max_minus_o = most(bounds.max_minus_o, minus_o);
   bounds.lambda_min = lesser_of(bounds.lambda_min, lambda_min);
   bounds.lambda_max = greater_of(bounds.lambda_max, lambda_max);
 }
 
 Bounds of_all_lanes(Bounds own) {
-  return Bounds(least_of_lanes(own.least_d), -least_of_lanes(-own.most_d), least_of_lanes(own.least_minus_o),
-                -least_of_lanes(-own.most_minus_o), least_of_lanes(own.lambda_min),
-                most_of_lanes(own.lambda_max));
+  return Bounds(min_of_lanes(own.min_d), -min_of_lanes(-own.max_d), min_of_lanes(own.min_minus_o),
+                -min_of_lanes(-own.max_minus_o), min_of_lanes(own.lambda_min), max_of_lanes(own.lambda_max));
 }
 
 float largest_of(vec3 a, vec3 b) {
@@ -107,10 +106,10 @@ void turn(vec4 q, inout vec3 low, inout vec3 high) {
 
 // Directions as they are divided by: nowhere zero (inverse_direction).
 Beam beam_between(Bounds bounds, float blur_m) {
-  const vec3 tiny = vec3(1e-17 * largest_of(bounds.least_d, bounds.most_d));
-  return beam_between(mix(bounds.least_d, -tiny, lessThan(abs(bounds.least_d), tiny)),
-                      mix(bounds.most_d, tiny, lessThan(abs(bounds.most_d), tiny)),
-                      bounds.least_minus_o - blur_m, bounds.most_minus_o + blur_m);
+  const vec3 tiny = vec3(1e-17 * largest_of(bounds.min_d, bounds.max_d));
+  return beam_between(mix(bounds.min_d, -tiny, lessThan(abs(bounds.min_d), tiny)),
+                      mix(bounds.max_d, tiny, lessThan(abs(bounds.max_d), tiny)), bounds.min_minus_o - blur_m,
+                      bounds.max_minus_o + blur_m);
 }
 
 // The same rays in the frame of an instance, as enter_instance brings each there.
@@ -118,18 +117,17 @@ Beam beam_into(Instance i, int t_ns, uvec4 root, Bounds world) {
   const vec4 q = conjugate(orientation_of(i, t_ns));
   const vec3 p = position_of(i, t_ns);
   Bounds there = world;
-  there.least_minus_o += p;
-  there.most_minus_o += p;
-  turn(q, there.least_minus_o, there.most_minus_o);
-  turn(q, there.least_d, there.most_d);
-  there.least_d /= i.scale;
-  there.most_d /= i.scale;
-  there.least_minus_o /= i.scale;
-  there.most_minus_o /= i.scale;
+  there.min_minus_o += p;
+  there.max_minus_o += p;
+  turn(q, there.min_minus_o, there.max_minus_o);
+  turn(q, there.min_d, there.max_d);
+  there.min_d /= i.scale;
+  there.max_d /= i.scale;
+  there.min_minus_o /= i.scale;
+  there.max_minus_o /= i.scale;
   const vec3 origin = uintBitsToFloat(root.xyz);
-  return beam_between(
-      there,
-      blur_of(most(abs(origin + there.least_minus_o), abs(origin + there.most_minus_o)), quantum_of(root)));
+  return beam_between(there, blur_of(most(abs(origin + there.min_minus_o), abs(origin + there.max_minus_o)),
+                                     quantum_of(root)));
 }
 
 // Child k of those entered: the lane that has it.

@@ -124,14 +124,14 @@ class PeersInMotion : public DatabaseTest, public testing::WithParamInterface<Ca
     const double off = off_m(ray, claim);
     const Meeting met = meeting(world, claim.triangle, ray, off);
     const double along = off / glm::length(glm::dvec3(ray.direction)) + lambda_tolerance * claim.lambda;
-    return met.ever && claim.lambda >= met.least_lambda - along && claim.lambda <= met.max_lambda + along;
+    return met.ever && claim.lambda >= met.min_lambda - along && claim.lambda <= met.max_lambda + along;
   }
   /// Whether rounding may have hidden the claimed hit from a side that found `other`.
   static bool may_be_missed(const StillWorld& world, const Ray& ray, const Claim& claim, const Claim& other) {
     const double off = off_m(ray, claim);
     const Meeting met = meeting(world, claim.triangle, ray, off);
     if (!met.always) return true;  // at an edge
-    const double doubt = met.max_lambda - met.least_lambda + off / glm::length(glm::dvec3(ray.direction));
+    const double doubt = met.max_lambda - met.min_lambda + off / glm::length(glm::dvec3(ray.direction));
     const auto near = [&](double lambda, double tolerance) {
       return std::abs(claim.lambda - lambda) <= tolerance;
     };

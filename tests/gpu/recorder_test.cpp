@@ -140,7 +140,7 @@ TEST_F(RecorderTest, TimestampsGoForwardAndMeasureWork) {
   Recorder recorder = make_recorder();
   Timeline timeline = make_timeline();
   // Others may take the processor in any step: the least of some rounds is what it takes.
-  std::int64_t least_of_first = INT64_MAX, least_of_last = INT64_MAX;
+  std::int64_t min_of_first = INT64_MAX, min_of_last = INT64_MAX;
   for (int round = 0; round < 6; ++round) {  // the first one also compiles
     recorder.begin();
     for (std::uint32_t slot = 0; slot < Recorder::max_timestamps; ++slot) {
@@ -151,8 +151,8 @@ TEST_F(RecorderTest, TimestampsGoForwardAndMeasureWork) {
     recorder.end();
     const std::uint64_t number = timeline.submit(recorder);
     ASSERT_EQ(timeline.wait(number, test_timeout_ns), WaitResult::done);
-    least_of_first = std::min(least_of_first, timeline.elapsed_ns(recorder, 0, 1));
-    least_of_last = std::min(least_of_last, timeline.elapsed_ns(recorder, 14, 15));
+    min_of_first = std::min(min_of_first, timeline.elapsed_ns(recorder, 0, 1));
+    min_of_last = std::min(min_of_last, timeline.elapsed_ns(recorder, 14, 15));
   }
   std::int64_t sum = 0;
   for (std::uint32_t slot = 0; slot + 1 < Recorder::max_timestamps; ++slot) {
@@ -163,7 +163,7 @@ TEST_F(RecorderTest, TimestampsGoForwardAndMeasureWork) {
   }
   const std::int64_t whole = timeline.elapsed_ns(recorder, 0, Recorder::max_timestamps - 1);
   EXPECT_NEAR(static_cast<double>(sum), static_cast<double>(whole), 16.0);  // rounding of each step
-  EXPECT_GT(least_of_last, least_of_first);
+  EXPECT_GT(min_of_last, min_of_first);
 }
 
 TEST_F(RecorderDeathTest, WrongArgumentsAreMisuse) {

@@ -88,13 +88,13 @@ Meeting meeting(const StillWorld& world, std::uint32_t triangle, const Ray& ray,
   const glm::dvec3 other = std::abs(forward.x) < 0.6 ? glm::dvec3(1.0, 0.0, 0.0) : glm::dvec3(0.0, 1.0, 0.0);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, other));
   const glm::dvec3 up = glm::cross(forward, right);
-  Meeting all{.always = true, .ever = false, .least_lambda = 1e300, .max_lambda = -1e300};
+  Meeting all{.always = true, .ever = false, .min_lambda = 1e300, .max_lambda = -1e300};
   const auto look = [&](const glm::dvec3& aside_m) {
     const auto lambda = lambda_at(corners, glm::dvec3(ray.origin_m) + aside_m, direction);
     all.always = all.always && lambda.has_value();
     if (!lambda) return;
     all.ever = true;
-    all.least_lambda = std::min(all.least_lambda, *lambda);
+    all.min_lambda = std::min(all.min_lambda, *lambda);
     all.max_lambda = std::max(all.max_lambda, *lambda);
   };
   look(glm::dvec3(0.0));

@@ -28,7 +28,7 @@ Ray in_world(const Ray& ray, std::span<const EntityState> entities);
 struct Meeting {
   bool always = false;  ///< however far it is off
   bool ever = false;
-  double least_lambda = 0.0, max_lambda = 0.0;
+  double min_lambda = 0.0, max_lambda = 0.0;
 };
 Meeting meeting(const StillWorld& world, std::uint32_t triangle, const Ray& ray, double off_m);
 

@@ -34,7 +34,7 @@ TEST_P(PatchedTrees, AreMadeAnewWhenTheWindowHasPassed) {
     prepare(1);
   }
   const auto counts = since(before);
-  if (GetParam() < accel::least_made_ahead) {
+  if (GetParam() < accel::min_made_ahead) {
     EXPECT_EQ(counts.builds, 1u);  // of the slot that was empty
     EXPECT_EQ(counts.refits, 1u);
     EXPECT_EQ(counts.patches, 598u);

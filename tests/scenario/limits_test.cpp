@@ -60,11 +60,11 @@ constexpr std::uint64_t memory_step_kib = 130'000;
 constexpr std::uint64_t descriptor_step = 23;
 #endif
 
-constexpr std::uint64_t least_memory_kib = 40'000;  // less does not take the program's libraries
+constexpr std::uint64_t min_memory_kib = 40'000;  // less does not take the program's libraries
 constexpr std::uint64_t enough_memory_kib = 8'000'000;
 
 TEST(Limits, TooLittleAddressSpaceEndsWithAReport) {
-  for (std::uint64_t kib = least_memory_kib; kib < 1'500'000; kib += memory_step_kib)
+  for (std::uint64_t kib = min_memory_kib; kib < 1'500'000; kib += memory_step_kib)
     runs_within("-v", kib);
   EXPECT_FALSE(runs_within("-v", 300'000));
   EXPECT_TRUE(runs_within("-v", enough_memory_kib));

@@ -336,9 +336,9 @@ CanaryPairs::Seen CanaryPairs::run(std::uint32_t seed, int readers, int writers,
   for (const auto& writer : writing)
     threads.emplace_back([&writer] { writer->run(); });
   // However the threads are scheduled, the world has moved meanwhile.
-  constexpr Version least_versions = 50;
+  constexpr Version min_versions = 50;
   while (!over_.load() &&
-         (answered_.load() < questions || database_->latest().version < before + least_versions))
+         (answered_.load() < questions || database_->latest().version < before + min_versions))
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   over_ = true;
   for (std::thread& thread : threads)

@@ -25,7 +25,7 @@ std::vector<Stream> flood() {
                     .deadline_class = DeadlineClass::soft,
                     .shortest_deadline = 1ns,
                     .longest_deadline = 2ms,
-                    .least_importance = 0,
+                    .min_importance = 0,
                     .max_importance = rtstdb::max_importance};
   std::vector<Stream> streams(5, soft);
   const char* const names[] = {"short", "long", "write", "write and ask", "write and ask long"};
@@ -87,7 +87,7 @@ Judged run(bool reserved, std::uint64_t seed) {
                   .deadline_class = DeadlineClass::hard,
                   .shortest_deadline = one.options.deadline,
                   .longest_deadline = one.options.deadline,
-                  .least_importance = rtstdb::max_importance,
+                  .min_importance = rtstdb::max_importance,
                   .max_importance = rtstdb::max_importance,
                   .fewest_elements = one.elements,
                   .max_elements = one.elements,

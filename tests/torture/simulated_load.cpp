@@ -139,7 +139,7 @@ void SimulatedLoad::submit_next(Flow& flow) {
   }
   slot.deadline = terms.deadline;
   terms.importance = static_cast<std::uint8_t>(
-      stream.least_importance + random_() % (stream.max_importance - stream.least_importance + 1u));
+      stream.min_importance + random_() % (stream.max_importance - stream.min_importance + 1u));
   slot.transaction->begin(terms);
   for (std::uint32_t k = 0; k < stream.rows; ++k)
     slot.transaction->update({static_cast<std::uint32_t>(random_() % entities), 1}, row_of(1));

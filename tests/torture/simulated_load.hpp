@@ -26,7 +26,7 @@ struct Stream {
   rtstdb::Reservation* reservation = nullptr;
   /// From when they come; both zero: none, or the reservation's.
   Nanoseconds shortest_deadline{0}, longest_deadline{0};
-  std::uint8_t least_importance = 0, max_importance = 0;
+  std::uint8_t min_importance = 0, max_importance = 0;
   std::uint32_t fewest_elements = 0, max_elements = 0;  ///< asked; an element takes a microsecond on average
   std::uint32_t rows = 0;                               ///< written
   rtstdb::LatePolicy late = rtstdb::LatePolicy::discard;

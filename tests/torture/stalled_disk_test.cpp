@@ -44,7 +44,7 @@ class NoQueries final : public query::Executor {
 /// every round, with the disk and without.
 constexpr int rounds = 4;
 /// What a commit of one row takes in the ring where it changes nothing, not even the time.
-constexpr std::size_t least_record_bytes = 24;
+constexpr std::size_t min_record_bytes = 24;
 
 /// What a loop of one millisecond saw.
 struct Loop {
@@ -160,7 +160,7 @@ TEST(StalledDisk, TheLoopMissesNothingForIt) {
     EXPECT_LT(stalled.longest, never_that_long) << "a tick waited for the disk";
     EXPECT_LT(stalled.median, healthy.median * 5 + 1ms);
     EXPECT_EQ(during.commits_in_gaps, 0u) << "the ring holds what comes in that time";
-    EXPECT_GE(during.ring_high_water, stalled.ticks / 2 * least_record_bytes);
+    EXPECT_GE(during.ring_high_water, stalled.ticks / 2 * min_record_bytes);
     EXPECT_LE(during.ring_high_water, during.ring_bytes);
     EXPECT_LT(during.durable, engine.latest().version);
     EXPECT_TRUE(engine.log()->wait_until_durable(engine.latest().version, 60s)) << "whole again";

@@ -9,8 +9,8 @@ namespace hil::io::aeb {
 namespace {
 
 constexpr double forever_s = std::numeric_limits<double>::infinity();
-constexpr double still_mps = 0.1;          // slower than this is standing, as far as directions go
-constexpr double least_distance_m = 0.01;  // keeps the needed deceleration finite
+constexpr double still_mps = 0.1;        // slower than this is standing, as far as directions go
+constexpr double min_distance_m = 0.01;  // keeps the needed deceleration finite
 
 struct Interval {
   double begin_s;
@@ -86,7 +86,7 @@ std::optional<Conflict> find_conflict(const EgoState& ego, const ObjectReport& o
   if (excess_mps <= 0.0) return std::nullopt;
   const double comes_closer_m = std::max(-object.velocity_x_mps, 0.0) * begin_s;
   const double free_m = object.x_m - half.x_m - parameters.stop_gap_m - comes_closer_m;
-  return Conflict{begin_s, excess_mps * excess_mps / (2.0 * std::max(free_m, least_distance_m))};
+  return Conflict{begin_s, excess_mps * excess_mps / (2.0 * std::max(free_m, min_distance_m))};
 }
 
 void Controller::ego_status(std::int64_t time_ns, const EgoState& ego) {

@@ -54,7 +54,7 @@ void ObjectList::add(rtstdb::EntityId entity, std::uint32_t column, std::int64_t
 }
 
 void ObjectList::close(const Open& open, std::int64_t time_ns, const glm::dvec3& near_m) noexcept {
-  if (open.hits < options_.least_hits) return;
+  if (open.hits < options_.min_hits) return;
   ScannedObject object;
   object.entity = open.entity;
   object.time_ns = time_ns;

@@ -33,7 +33,7 @@ class ObjectList {
         64;  ///< bodies in sight of the beam at once; hits on further ones are passed over and counted
     std::uint32_t max_objects = 4;  ///< the nearest are kept
     std::uint32_t gap_columns = 3;  ///< columns without a hit that close an object
-    std::uint32_t least_hits = 3;
+    std::uint32_t min_hits = 3;
     std::int64_t keep_ns = 0;  ///< how long an object stands in the list without being seen again
   };
   explicit ObjectList(const Options& options);

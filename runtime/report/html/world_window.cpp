@@ -8,7 +8,7 @@ namespace hil::report {
 namespace {
 
 constexpr double margin_share = 0.06;
-constexpr double least_margin_m = 4.0;
+constexpr double min_margin_m = 4.0;
 
 class Bounds {
  public:
@@ -145,7 +145,7 @@ ViewBox window_of(const TopView& view, const AspectLimits& aspect) {
   if (bounds.empty()) return {{-50.0, -30.0}, {50.0, 30.0}};
   const ViewBox& box = bounds.box();
   const double extent = std::max(box.maximum.x_m - box.minimum.x_m, box.maximum.y_m - box.minimum.y_m);
-  const double margin = std::max(margin_share * extent, least_margin_m);
+  const double margin = std::max(margin_share * extent, min_margin_m);
   const ViewBox window = with_aspect(grown(box, margin, margin), aspect);
   return is_usable(window) ? window : ViewBox{{-50.0, -30.0}, {50.0, 30.0}};
 }

@@ -19,7 +19,7 @@ rtstdb::EntityId body(std::uint32_t index) {
 
 ObjectList::Options options() {
   return {
-      .max_open = 8, .max_objects = 4, .gap_columns = 3, .least_hits = 3, .keep_ns = 1'000 * millisecond_ns};
+      .max_open = 8, .max_objects = 4, .gap_columns = 3, .min_hits = 3, .keep_ns = 1'000 * millisecond_ns};
 }
 
 /// A body that is seen whole at one instant: a cluster of five points, one metre wide along y.
