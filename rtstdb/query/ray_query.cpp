@@ -23,7 +23,7 @@ constexpr std::uint32_t rays_ahead = 64;
 /// Enough that it pays to have a second thread look at others meanwhile.
 constexpr std::uint32_t rays_per_block = 8192;
 
-/// From so many entities on rays gain by lanes that work for one another (shaders/query/crew.glsl).
+/// From so many entities on rays gain by lanes that work for one another (shaders/query/work_sharing.glsl).
 constexpr std::uint32_t entities_for_crew = 16;
 
 /// Where others take the structures from under searches in so many passes, those are left incomplete.
@@ -110,14 +110,22 @@ std::vector<gpu::ShaderId> shaders_of(const RayQueryOptions& options, bool toget
   std::vector<gpu::ShaderId> shaders;
   switch (options.mode) {
     case RayMode::any:
-      shaders = {ray_any,      ray_any_moving,     ray_any_packet, ray_any_packet_moving,
-                 ray_any_crew, ray_any_crew_moving};
+      shaders = {ray_any,
+                 ray_any_moving,
+                 ray_any_packet,
+                 ray_any_packet_moving,
+                 ray_any_work_sharing,
+                 ray_any_work_sharing_moving};
       break;
     case RayMode::first:
       return {options.hits_per_ray <= 4 ? ray_first_4 : ray_first_16};
     case RayMode::closest:
-      shaders = {ray_closest,      ray_closest_moving,     ray_closest_packet, ray_closest_packet_moving,
-                 ray_closest_crew, ray_closest_crew_moving};
+      shaders = {ray_closest,
+                 ray_closest_moving,
+                 ray_closest_packet,
+                 ray_closest_packet_moving,
+                 ray_closest_work_sharing,
+                 ray_closest_work_sharing_moving};
       break;
   }
   if (!together) shaders.resize(2);

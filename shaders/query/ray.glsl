@@ -1,6 +1,6 @@
 // What the ray queries have in common: how a ray is read, and its hit written. See rtstdb/query.hpp for what the fields mean.
 //
-// Include behind what goes through the trees (traverse.glsl, packet.glsl or crew.glsl), with RAY_ANY defined for rays that stop at the
+// Include behind what goes through the trees (traverse.glsl, packet.glsl or work_sharing.glsl), with RAY_ANY defined for rays that stop at the
 // first hit, RAY_MOVING where they ask at different instants or some of them move with an entity.
 #include "common/exact_cross.glsl"
 #include "common/halt.glsl"

@@ -6,7 +6,7 @@
 // a branch for each lane, which asks whether that lane is still in the loop, and the processor guesses wrong at each that comes or
 // goes. Where none goes before the others, each such branch is always taken the same way. The device sets this constant
 // from its driver (rtstdb/gpu/pipeline.cpp): only where subgroups have eight lanes.
-#ifdef RAY_CREW
+#ifdef RAY_WORK_SHARING
 const bool lanes_together = true;
 #else
 layout(constant_id = 1) const bool lanes_together = false;

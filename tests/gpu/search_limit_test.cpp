@@ -63,7 +63,7 @@ TEST_F(SearchLimits, ManyRaysThroughPilesAreAnswered) {
 
 /// How the lanes of a subgroup go about their rays: as one packet, each its own, each its own but some entities of others, or
 /// each its own on a device where lanes do not work together.
-enum class Lanes : std::uint8_t { packet, apart, crew, alone };
+enum class Lanes : std::uint8_t { packet, apart, work_sharing, alone };
 
 /// On lavapipe eight neighbours in the batch share one allowance of rounds. What a ray is answered must not depend on them, and
 /// none may be taken for a miss when the allowance ends.
@@ -95,7 +95,7 @@ TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
   open({}, {.lanes_work_together = GetParam() != Lanes::alone});
   const EntityId wall = create(row_of(add(make_box({50.0, 50.0, 1.0})), {0.0, 0.0, 20.5}));
   // Few entities are searched by a lane alone.
-  if (GetParam() == Lanes::crew)
+  if (GetParam() == Lanes::work_sharing)
     create(std::vector<EntityRow>(30, row_of(add(make_box({1.0, 1.0, 1.0})), {0.0, 500.0, 0.0})));
   const std::vector<Ray> rays = LongSearches::rays(random, GetParam() == Lanes::packet);
   const auto query = prepare_rays();
@@ -167,7 +167,7 @@ TEST_P(LongSearches, FindAnyHitBeforeAndBehindWhatIsCostly) {
       else
         create(row_of(add(wall), {0.0, 0.0, wall_z_m}));
       create(row_of(add(costly)));
-      if (GetParam() == Lanes::crew)
+      if (GetParam() == Lanes::work_sharing)
         create(std::vector<EntityRow>(30, row_of(add(make_box({1.0, 1.0, 1.0})), {0.0, 500.0, 0.0})));
       const auto any = prepare_rays(RayMode::any);
       const auto expect_hits = [&](std::span<const Ray> asked) {
@@ -186,14 +186,14 @@ TEST_P(LongSearches, FindAnyHitBeforeAndBehindWhatIsCostly) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Neighbours, LongSearches,
-                         testing::Values(Lanes::packet, Lanes::apart, Lanes::crew, Lanes::alone),
+                         testing::Values(Lanes::packet, Lanes::apart, Lanes::work_sharing, Lanes::alone),
                          [](const auto& one) {
                            switch (one.param) {
                              case Lanes::packet:
                                return "SideBySide";
                              case Lanes::apart:
                                return "Apart";
-                             case Lanes::crew:
+                             case Lanes::work_sharing:
                                return "ForOneAnother";
                              case Lanes::alone:
                                break;

@@ -4,4 +4,4 @@
 // Whether each ray hits anything; lanes work for one another, and rays ask at different instants or move with an entity.
 #define RAY_ANY
 #define RAY_MOVING
-#include "query/ray_crew.glsl"
+#include "query/ray_work_sharing.glsl"

@@ -1,23 +1,23 @@
 // The body of the ray queries for rays whose lanes work for one another: one subgroup, which goes through its group's rays.
 //
 // Include with RAY_ANY or RAY_MOVING defined as for ray.glsl.
-#include "query/crew.glsl"
+#include "query/work_sharing.glsl"
 #include "query/halt_together.glsl"
 
 layout(local_size_x = 8) in;
 
 // For lanes that have none, rays from `next` on.
-void take_rays(inout Own own, inout uint next, uint end) {
+void take_rays(inout RayState own, inout uint next, uint end) {
   const uint place = next + lanes_before(!own.asks);
   const bool takes = !own.asks && place < end;
   const uint index = takes ? place : args.first;
-  const Own begun = begin_ray(index, read_ray(index), args.root);
+  const RayState begun = begin_ray(index, read_ray(index), args.root);
   if (takes) own = begun;
   next = min(next + count_of_lanes(!own.asks || takes), end);
 }
 
 // Answers of rays that are done, or of all where the search is cut short.
-void finish_rays(inout Own own, bool cut_short) {
+void finish_rays(inout RayState own, bool cut_short) {
   if (own.asks && (cut_short || is_done(own))) {
     Found found = own.best;
 #ifdef RAY_ANY
@@ -36,8 +36,8 @@ void finish_rays(inout Own own, bool cut_short) {
 void main() {
   uint next = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x) * args.per_group;
   uint end = min(next + args.per_group, args.end);
-  Own own = no_ray(read_ray(args.first));
-  Errand errand = no_errand(own.world);
+  RayState own = no_ray(read_ray(args.first));
+  WorkItem item = no_item(own.world);
   uint rounds = max_rounds - rounds_at_first;
   do {
     if (next < end && all_halt(args.halt)) {
@@ -52,19 +52,19 @@ void main() {
     bool cut_short;
     do {
       own.search.rounds = rounds + 1u;
-      meet_instances(own, errand);
-      begin_errands(own, errand);
-      errand.search.rounds = own.search.rounds;
-      const bool more_waits = next < end || in_any(has_way_left(own) ? 1u : 0u) != 0u;
-      run_errands(errand, more_waits, args.faces);
-      hand_in(own, errand);
-      rounds = errand.search.rounds;
+      meet_instances(own, item);
+      begin_items(own, item);
+      item.search.rounds = own.search.rounds;
+      const bool more_waits = next < end || in_any(has_instances_left(own) ? 1u : 0u) != 0u;
+      run_items(item, more_waits, args.faces);
+      return_results(own, item);
+      rounds = item.search.rounds;
       done = count_of_lanes(is_done(own));
       cut_short = in_any(rounds >= max_rounds ? 1u : 0u) != 0u;
     } while (!cut_short && done < 8u && (next == end || done < enough_free));
     cut_short = cut_short || !loops_still_turn(args.two);
     finish_rays(own, cut_short);
-    if (cut_short) errand = no_errand(own.world);
+    if (cut_short) item = no_item(own.world);
   } while (next < end || in_any(own.asks ? 1u : 0u) != 0u);
   if (!loops_still_turn(args.two)) some_left = 1u;
 }

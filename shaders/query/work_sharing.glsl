@@ -1,17 +1,17 @@
 // Rays by a lane each, whose lanes work for one another. A ray alone waits most of the time: some have met four instances when others
 // have met none, and of those that are below an instance few are in its tree as long as the last one is. So a lane goes down the
-// entities' tree for its own ray, and what the ray meets is entered by any lane that has nothing to do, as an errand. What that finds
+// entities' tree for its own ray, and what the ray meets is entered by any lane that has nothing to do, as an item. What that finds
 // goes back to the ray's own lane. (Work that lanes take from one another: Garanzha and Loop 2010, whose rays wait in queues.)
 //
-// What a ray finds does not depend on who runs its errands: its hits are compared as traverse.glsl compares them, and made by
+// What a ray finds does not depend on who runs its items: its hits are compared as traverse.glsl compares them, and made by
 // the same lines.
 //
 // For subgroups of eight lanes, all of them in use: they go through all loops together.
 //
 // Include with RAY_ANY or RAY_MOVING defined as for ray_steps.glsl.
-#ifndef RTSTDB_QUERY_CREW_GLSL
-#define RTSTDB_QUERY_CREW_GLSL
-#define RAY_CREW
+#ifndef RTSTDB_QUERY_WORK_SHARING_GLSL
+#define RTSTDB_QUERY_WORK_SHARING_GLSL
+#define RAY_WORK_SHARING
 #include "query/ray_steps.glsl"
 // Behind it, for what it reads of instances and triangles.
 #include "query/ray.glsl"
@@ -19,14 +19,14 @@
 // When lanes turn to something else; found by trying (docs/decisions/0015). Down the entities' tree they go while so many have a way
 // there,
 const uint enough_going = 6u;
-// or while there are fewer errands than lanes.
-const uint enough_errands = 8u;
-// Below they stay while so many have an errand, and take next rays when so many have none.
+// or while there are fewer items than lanes.
+const uint enough_items = 8u;
+// Below they stay while so many have an item, and take next rays when so many have none.
 const uint enough_at_work = 4u;
 const uint enough_free = 4u;
 
 // A lane's own ray.
-struct Own {
+struct RayState {
   bool asks;
   uint index;
   Asked ray;
@@ -35,11 +35,11 @@ struct Own {
   uint current;   // there
   Met met;
   Found best;
-  bool waits;  // for an errand that is under way
+  bool waits;  // for an item that is under way
 };
 
 // Into an instance, for the ray of the lane `owner`; none has it when there is nothing to do.
-struct Errand {
+struct WorkItem {
   uint owner;
   uint below;
   Search search;  // of the geometry's tree
@@ -52,19 +52,19 @@ struct Errand {
 
 const uint nobody = 8u;
 
-bool is_under_way(Errand errand) { return errand.below != ref_none; }
+bool is_under_way(WorkItem item) { return item.below != ref_none; }
 
-Own no_ray(Asked any_ray) {
-  return Own(false, 0u, any_ray, make_segment(-any_ray.origin, any_ray.direction), nothing_begun(), ref_none,
-             none_met(), nothing_within(0.0), false);
+RayState no_ray(Asked any_ray) {
+  return RayState(false, 0u, any_ray, make_segment(-any_ray.origin, any_ray.direction), nothing_begun(),
+                  ref_none, none_met(), nothing_within(0.0), false);
 }
 
-Errand no_errand(Segment any_ray) {
-  return Errand(nobody, ref_none, nothing_begun(), 0u, 0u, 0.0, any_ray, nothing_within(0.0));
+WorkItem no_item(Segment any_ray) {
+  return WorkItem(nobody, ref_none, nothing_begun(), 0u, 0u, 0.0, any_ray, nothing_within(0.0));
 }
 
-Own begin_ray(uint index, Asked ray, uint root) {
-  Own own = no_ray(ray);
+RayState begin_ray(uint index, Asked ray, uint root) {
+  RayState own = no_ray(ray);
   own.asks = true;
   own.index = index;
   own.current = root;
@@ -73,27 +73,27 @@ Own begin_ray(uint index, Asked ray, uint root) {
 }
 
 // To instances that have not been entered.
-bool has_way_left(Own own) { return own.current != ref_none || own.met.leaf[0] != ref_none; }
+bool has_instances_left(RayState own) { return own.current != ref_none || own.met.leaf[0] != ref_none; }
 
-bool is_done(Own own) { return !has_way_left(own) && !own.waits; }
+bool is_done(RayState own) { return !has_instances_left(own) && !own.waits; }
 
 // Down the entities' tree.
-void meet_instances(inout Own own, Errand errand) {
+void meet_instances(inout RayState own, WorkItem item) {
   const float limit = reach_of(own.best);
   uint going;
-  uint errands;
+  uint items;
   do {
     ++own.search.rounds;
     meet_next(own.current, own.met, own.search, own.ray.share, own.world, own.ray.lambda_min, limit);
     const uint both = sum_of_lanes((goes_on(own.current, own.met) ? 1u : 0u) +
-                                   (count_of(own.met) + (is_under_way(errand) ? 1u : 0u) << 8));
+                                   (count_of(own.met) + (is_under_way(item) ? 1u : 0u) << 8));
     going = both & 0xFFu;
-    errands = both >> 8;
-  } while (going >= enough_going || (going != 0u && errands < enough_errands));
+    items = both >> 8;
+  } while (going >= enough_going || (going != 0u && items < enough_items));
 }
 
-// For lanes that have none, the first errand of rays that have one, in the order of lanes.
-void take_errands(inout Own own, inout uint owner, inout uint leaf) {
+// For lanes that have none, the first item of rays that have one, in the order of lanes.
+void take_items(inout RayState own, inout uint owner, inout uint leaf) {
   const bool idle = owner == nobody;
   const bool has_one = own.met.leaf[0] != ref_none;
   const uint idle_before = lanes_before(idle);
@@ -111,11 +111,11 @@ void take_errands(inout Own own, inout uint owner, inout uint leaf) {
   if (gives) own.met = rest;
 }
 
-void begin_errands(inout Own own, inout Errand errand) {
-  uint owner = errand.owner;
+void begin_items(inout RayState own, inout WorkItem item) {
+  uint owner = item.owner;
   uint leaf = ref_none;
-  take_errands(own, owner, leaf);
-  take_errands(own, owner, leaf);
+  take_items(own, owner, leaf);
+  take_items(own, owner, leaf);
   const bool begins = leaf != ref_none;
   const uint of = owner & 7u;
   Segment world;
@@ -130,73 +130,73 @@ void begin_errands(inout Own own, inout Errand errand) {
   const Instance candidate = instance_at(instance);
   const Segment ray = enter_instance(world, candidate, t_ns, head_of(begins ? candidate.blas_root : 0u));
   if (begins) {
-    errand.owner = owner;
-    errand.below = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
-    errand.search.depth = 0u;
-    errand.instance = instance;
-    errand.entity = candidate.entity;
-    errand.lambda_min = lambda_min;
-    errand.ray = ray;
-    errand.best = nothing_within(lambda_max);
+    item.owner = owner;
+    item.below = (candidate.mask & mask) != 0u ? candidate.blas_root : ref_none;
+    item.search.depth = 0u;
+    item.instance = instance;
+    item.entity = candidate.entity;
+    item.lambda_min = lambda_min;
+    item.ray = ray;
+    item.best = nothing_within(lambda_max);
   }
 }
 
-// What one errand has found bounds all that are run for the same ray: what lies behind it need not be looked for any more.
-void tell_one_another(inout Errand errand) {
-  float nearest = errand.best.lambda;
+// What one item has found bounds all that are run for the same ray: what lies behind it need not be looked for any more.
+void share_bounds(inout WorkItem item) {
+  float nearest = item.best.lambda;
   bool found = false;
   [[unroll]] for (uint lane = 0u; lane < 8u; ++lane) {
-    const bool same = of_lane(errand.owner, lane) == errand.owner;
-    const float lambda = of_lane(errand.best.lambda, lane);
+    const bool same = of_lane(item.owner, lane) == item.owner;
+    const float lambda = of_lane(item.best.lambda, lane);
     nearest = same ? lesser_of(nearest, lambda) : nearest;
-    found = found || (same && of_lane(errand.best.status, lane) == status_hit);
+    found = found || (same && of_lane(item.best.status, lane) == status_hit);
   }
   // A hit behind it is none that the ray would be told of.
-  if (nearest < errand.best.lambda) errand.best = nothing_within(nearest);
+  if (nearest < item.best.lambda) item.best = nothing_within(nearest);
 #ifdef RAY_ANY
-  errand.below = found ? ref_none : errand.below;
+  item.below = found ? ref_none : item.below;
 #endif
 }
 
 // Down the geometries' trees. `more_waits`: there is something else to do.
-void run_errands(inout Errand errand, bool more_waits, float faces) {
+void run_items(inout WorkItem item, bool more_waits, float faces) {
   uint at_work;
   do {
-    ++errand.search.rounds;
-    errand.below = go_through_leaves(errand.below, errand.search, errand.ray, errand.lambda_min, faces, 0u,
-                                     errand.instance, errand.entity, errand.best);
-    tell_one_another(errand);
-    at_work = count_of_lanes(is_under_way(errand));
+    ++item.search.rounds;
+    item.below = go_through_leaves(item.below, item.search, item.ray, item.lambda_min, faces, 0u,
+                                   item.instance, item.entity, item.best);
+    share_bounds(item);
+    at_work = count_of_lanes(is_under_way(item));
   } while (at_work >= enough_at_work || (at_work != 0u && !more_waits));
 }
 
-// What errands have found so far goes to the rays that they are run for.
-void hand_in(inout Own own, inout Errand errand) {
+// What items have found so far goes to the rays that they are run for.
+void return_results(inout RayState own, inout WorkItem item) {
   Found best = own.best;
   uint by = nobody;
   bool waits = false;
   [[unroll]] for (uint lane = 0u; lane < 8u; ++lane) {
-    const bool mine = of_lane(errand.owner, lane) == gl_SubgroupInvocationID;
-    const float lambda = of_lane(errand.best.lambda, lane);
-    const uint entity = of_lane(errand.best.entity, lane);
-    const uint triangle = of_lane(errand.best.triangle, lane);
-    const bool hit = mine && of_lane(errand.best.status, lane) == status_hit;
+    const bool mine = of_lane(item.owner, lane) == gl_SubgroupInvocationID;
+    const float lambda = of_lane(item.best.lambda, lane);
+    const uint entity = of_lane(item.best.entity, lane);
+    const uint triangle = of_lane(item.best.triangle, lane);
+    const bool hit = mine && of_lane(item.best.status, lane) == status_hit;
     const bool better = hit && precedes(lambda, entity, triangle, best);
     best.status = better ? status_hit : best.status;
     best.lambda = better ? lambda : best.lambda;
     best.entity = better ? entity : best.entity;
     best.triangle = better ? triangle : best.triangle;
     by = better ? lane : by;
-    waits = waits || (mine && of_lane(errand.below, lane) != ref_none);
+    waits = waits || (mine && of_lane(item.below, lane) != ref_none);
   }
-  best.u = of_lane(errand.best.u, by & 7u);
-  best.v = of_lane(errand.best.v, by & 7u);
-  best.instance = of_lane(errand.best.instance, by & 7u);
-  best.slot = of_lane(errand.best.slot, by & 7u);
-  best.front = of_lane(errand.best.front ? 1u : 0u, by & 7u) != 0u;
+  best.u = of_lane(item.best.u, by & 7u);
+  best.v = of_lane(item.best.v, by & 7u);
+  best.instance = of_lane(item.best.instance, by & 7u);
+  best.slot = of_lane(item.best.slot, by & 7u);
+  best.front = of_lane(item.best.front ? 1u : 0u, by & 7u) != 0u;
   if (by != nobody) own.best = best;
   own.waits = waits;
-  errand.owner = is_under_way(errand) ? errand.owner : nobody;
+  item.owner = is_under_way(item) ? item.owner : nobody;
 #ifdef RAY_ANY
   own.current = unless_found(own.current, own.best);
   [[unroll]] for (uint k = 0u; k < max_met; ++k) own.met.leaf[k] = unless_found(own.met.leaf[k], own.best);

@@ -3,4 +3,4 @@
 #include "common/prelude.glsl"
 // The nearest hit of each ray; lanes work for one another, and rays ask at different instants or move with an entity.
 #define RAY_MOVING
-#include "query/ray_crew.glsl"
+#include "query/ray_work_sharing.glsl"
