@@ -7,16 +7,16 @@
 #include "query/ray_triangle.glsl"
 
 // Which child of a node a lane decodes: lane j has that in slot j ^ octant, so that a packet comes by them in the order of lanes.
-struct Seat {
+struct ChildLane {
   uint octant;
   bool upper;  // of the eight slots: their edges are in the second word
   uint shift;  // of its byte there
   uint used_bit;
 };
 
-Seat take_seat(uint octant) {
+ChildLane child_lane_of(uint octant) {
   const uint slot = gl_SubgroupInvocationID ^ octant;
-  return Seat(octant, slot >= 4u, 8u * (slot & 3u), 1u << (24u + slot));
+  return ChildLane(octant, slot >= 4u, 8u * (slot & 3u), 1u << (24u + slot));
 }
 
 // The edges of the lane's child along the axes, in quanta.
@@ -26,12 +26,12 @@ struct Child {
 };
 
 // `texels`: lanes 1 to 3 have the edges along x, y and z.
-Child child_of(uvec4 texels, Seat seat) {
+Child child_of(uvec4 texels, ChildLane child_lane) {
   Child child;
   [[unroll]] for (uint axis = 0u; axis < 3u; ++axis) {
     const uvec4 edges = of_lane(texels, 1u + axis);
-    child.low[axis] = float(int((seat.upper ? edges.y : edges.x) >> seat.shift & 0xFFu));
-    child.high[axis] = float(int((seat.upper ? edges.w : edges.z) >> seat.shift & 0xFFu));
+    child.low[axis] = float(int((child_lane.upper ? edges.y : edges.x) >> child_lane.shift & 0xFFu));
+    child.high[axis] = float(int((child_lane.upper ? edges.w : edges.z) >> child_lane.shift & 0xFFu));
   }
   return child;
 }
@@ -119,25 +119,25 @@ bool enters(Slabs slabs, bvec3 both_ways, vec3 low, vec3 high, Range range) {
 }
 
 // The children that the beam enters, one bit a lane. `blur_m`: beside what is in the beam already.
-uint children_entered(uvec4 texels, Seat seat, Beam beam, float blur_m, Range range) {
+uint children_entered(uvec4 texels, ChildLane child_lane, Beam beam, float blur_m, Range range) {
   const uvec4 head = of_lane(texels, 0u);
-  const Child child = child_of(texels, seat);
+  const Child child = child_of(texels, child_lane);
   const bool enters_it = enters(slabs_of(head, beam, blur_m), beam.both_ways, child.low, child.high, range);
-  return in_any(enters_it && (head.w & seat.used_bit) != 0u ? 1u << gl_SubgroupInvocationID : 0u);
+  return in_any(enters_it && (head.w & child_lane.used_bit) != 0u ? 1u << gl_SubgroupInvocationID : 0u);
 }
 
 #ifdef RAY_MOVING
 // The same for entities, at the shares of the window that have passed when the rays ask. `ends`: edges at the window's end.
-uint entities_entered(uvec4 texels, uvec4 ends, Seat seat, vec2 shares, Beam beam, Range range) {
+uint entities_entered(uvec4 texels, uvec4 ends, ChildLane child_lane, vec2 shares, Beam beam, Range range) {
   const uvec4 head = of_lane(texels, 0u);
-  const Child child = child_of(texels, seat);
-  const Child end = child_of(ends, seat);
+  const Child child = child_of(texels, child_lane);
+  const Child end = child_of(ends, child_lane);
   const vec3 low_change = end.low - child.low;
   const vec3 high_change = end.high - child.high;
   const vec3 low = min(child.low + shares.x * low_change, child.low + shares.y * low_change);
   const vec3 high = max(child.high + shares.x * high_change, child.high + shares.y * high_change);
   const bool enters_it = enters(slabs_of(head, beam, blur_of(head, beam)), beam.both_ways, low, high, range);
-  return in_any(enters_it && (head.w & seat.used_bit) != 0u ? 1u << gl_SubgroupInvocationID : 0u);
+  return in_any(enters_it && (head.w & child_lane.used_bit) != 0u ? 1u << gl_SubgroupInvocationID : 0u);
 }
 #endif
 

@@ -263,7 +263,7 @@ void search_triangles(Instance i, uint root, uint place, vec3 point) {
 }
 #endif
 
-NeighborRecord described(uint place, uint slot, float distance, NearestRecord record, Asked asked) {
+NeighborRecord described(uint place, uint slot, float distance, NearestRecord record, TracedRay asked) {
   NeighborRecord neighbor;
 #ifdef NEAREST_STILL
   const vec4 velocity_and_entity = texelFetch(centers, int(place * still_center_texels) + 1);
@@ -349,7 +349,7 @@ void main() {
     return;
   }
   const NearestRecord record = points[index];
-  const Asked asked = asked_of(instances, record);
+  const TracedRay asked = asked_of(instances, record);
   set_reach(record.radius_m);
   clear_list();
   search_entities(record, asked.point);

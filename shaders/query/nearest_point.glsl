@@ -8,13 +8,13 @@
 
 vec3 velocity_at(Instance i, int t_ns, vec3 point) { return i.v + cross(i.w, point - position_of(i, t_ns)); }
 
-struct Asked {
+struct TracedRay {
   vec3 point;
   vec3 v;
 };
 
-Asked asked_of(samplerBuffer instances, NearestRecord record) {
-  Asked asked = Asked(record.point_m, vec3(0.0));
+TracedRay asked_of(samplerBuffer instances, NearestRecord record) {
+  TracedRay asked = TracedRay(record.point_m, vec3(0.0));
   if (record.carrier != no_entity) {
     const Instance i = fetch_instance(instances, record.carrier + record.instance_base);
     asked.point = position_of(i, record.t_ns) + rotate(orientation_of(i, record.t_ns), record.point_m);

@@ -19,7 +19,7 @@
 const uint stack_words = 3u;
 const uint stack_size = 8u * stack_words;
 
-// What is left of a search: groups of children, each of one node; the node in the upper 24 bits, below it one bit a seat. Group k
+// What is left of a search: groups of children, each of one node; the node in the upper 24 bits, below it one bit a child_lane. Group k
 // of the stack is in lane k & 7 of word k >> 3.
 struct Search {
   uint depth;
@@ -88,7 +88,8 @@ uint pop_entities(inout Search search, uint octant) {
 }
 
 // Down the entities' tree to the next instance, or none.
-uint descend_entities(uint node, inout Search search, vec2 shares, Seat seat, Beam beam, Range range) {
+uint descend_entities(uint node, inout Search search, vec2 shares, ChildLane child_lane, Beam beam,
+                      Range range) {
   uint current = node;
   do {
     ++search.rounds;
@@ -98,26 +99,28 @@ uint descend_entities(uint node, inout Search search, vec2 shares, Seat seat, Be
 #ifdef RAY_MOVING
       const uvec4 ends =
           imageLoad(tlas, int(current * tlas_node_texels + 5u + clamp(gl_SubgroupInvocationID, 1u, 3u)));
-      const uint entered = entities_entered(texels, ends, seat, shares, beam, range);
+      const uint entered = entities_entered(texels, ends, child_lane, shares, beam, range);
 #else
-      const uint entered = children_entered(texels, seat, beam, blur_of(of_lane(texels, 0u), beam), range);
+      const uint entered =
+          children_entered(texels, child_lane, beam, blur_of(of_lane(texels, 0u), beam), range);
 #endif
-      current = take_next(search, texels, current, entered, waiting, 0u, seat.octant);
+      current = take_next(search, texels, current, entered, waiting, 0u, child_lane.octant);
     }
   } while ((current & ref_leaf_bit) == 0u);
   return current;
 }
 
 // The same down a geometry's tree, above `bottom` of the stack, to a run of triangles.
-uint descend_geometry(uint node, inout Search search, uint bottom, Seat seat, Beam beam, Range range) {
+uint descend_geometry(uint node, inout Search search, uint bottom, ChildLane child_lane, Beam beam,
+                      Range range) {
   uint current = node;
   do {
     ++search.rounds;
     if ((current & ref_leaf_bit) == 0u) {
       const uint waiting = top_of(search, bottom);
       const uvec4 texels = imageLoad(nodes, lane_texel(current, waiting >> 8, node_texels));
-      const uint entered = children_entered(texels, seat, beam, 0.0, range);
-      current = take_next(search, texels, current, entered, waiting, bottom, seat.octant);
+      const uint entered = children_entered(texels, child_lane, beam, 0.0, range);
+      current = take_next(search, texels, current, entered, waiting, bottom, child_lane.octant);
     }
   } while ((current & ref_leaf_bit) == 0u);
   return current;
@@ -169,7 +172,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
                    Entries entries, inout uint rounds, uint allowed) {
   Found best = nothing_within(asks ? lambda_max : 0.0);
   Search search = nothing_begun(rounds + 8u, allowed);  // with the loops around this and behind it
-  const Seat world_seat = take_seat(of_lane(world.octant, first_lane));
+  const ChildLane world_child_lane = child_lane_of(of_lane(world.octant, first_lane));
   const Beam world_beam = beam_of(asks, world);
   const vec2 shares = vec2(min_of_lanes(asks ? share : 1.0), max_of_lanes(asks ? share : 0.0));
   float world_begin = asks ? lambda_min : beyond_all;
@@ -177,7 +180,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
   uint current = root;
   if (current != ref_none) do {
       ++search.rounds;
-      current = descend_entities(current, search, shares, world_seat, world_beam, world_range);
+      current = descend_entities(current, search, shares, world_child_lane, world_beam, world_range);
       if (current == ref_none) break;
       do {
         search.rounds += 5u;
@@ -185,7 +188,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
           const uint instance = (current & ref_instance_mask) + instance_base;
           const Instance candidate = instance_at(instance);
           const Segment ray = enter_instance(world, candidate, t_ns, head_of(candidate.blas_root));
-          const Seat seat = take_seat(of_lane(ray.octant, first_lane));
+          const ChildLane child_lane = child_lane_of(of_lane(ray.octant, first_lane));
           const Beam beam = beam_of(asks, ray);
           const uint bottom = search.depth;
           // A mask shuts out the one ray or the other.
@@ -198,7 +201,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
             current = take_entry(here, left);
             if (current != ref_none) do {
                 ++search.rounds;
-                current = descend_geometry(current, search, bottom, seat, beam, range);
+                current = descend_geometry(current, search, bottom, child_lane, beam, range);
                 if (current == ref_none) break;
                 do {
                   ++search.rounds;
@@ -206,7 +209,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
                     test_run(current, search, ray, begin, faces, instance, candidate.entity, best);
                     begin = begin_of(begin, best);
                     range = range_of(begin, reach_of(best));
-                    current = unless_found(pop_geometry(search, bottom, seat.octant), begin);
+                    current = unless_found(pop_geometry(search, bottom, child_lane.octant), begin);
                   }
                 } while ((current & ref_leaf_bit) != 0u && current != ref_none);
               } while (current != ref_none);
@@ -215,7 +218,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
           } while (left != 0u);
           world_begin = begin_of(world_begin, best);
           world_range = range_of(world_begin, reach_of(best));
-          current = unless_found(pop_entities(search, world_seat.octant), world_begin);
+          current = unless_found(pop_entities(search, world_child_lane.octant), world_begin);
         }
       } while ((current & ref_leaf_bit) != 0u && current != ref_none);
     } while (current != ref_none);

@@ -27,7 +27,7 @@ float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 vec3 velocity_at(Instance i, int t_ns, vec3 point) { return i.v + cross(i.w, point - position_of(i, t_ns)); }
 
 // A ray as it is traced, in the world's frame. `unit`: what the caller's lambda is of this one's.
-struct Asked {
+struct TracedRay {
   vec3 origin;
   vec3 direction;
   float unit;
@@ -40,7 +40,7 @@ struct Asked {
   float share;  // of the window that has passed
 };
 
-Asked read_ray(uint index) {
+TracedRay read_ray(uint index) {
   const int base = int(index * ray_texels);
   const vec4 r0 = texelFetch(rays, base);
   const vec4 r1 = texelFetch(rays, base + 1);
@@ -48,7 +48,7 @@ Asked read_ray(uint index) {
   const uint at_ns = args.still != 0u ? args.still_ns : floatBitsToUint(r2.x);
   const uint since_epoch_ns = at_ns - args.epoch_ns;
   const bool late = since_epoch_ns >= epoch_length_ns;
-  Asked asked;
+  TracedRay asked;
   asked.t_ns = int(late ? since_epoch_ns - epoch_length_ns : since_epoch_ns);
   asked.instance_base = late ? args.late_base : 0u;
   asked.share = clamp(float(at_ns - args.window_begin_ns) * args.per_window_ns, 0.0, 1.0);
@@ -76,7 +76,7 @@ Asked read_ray(uint index) {
   return asked;
 }
 
-void write_hit(uint place, Found found, Asked ray) {
+void write_hit(uint place, Found found, TracedRay ray) {
   const bool hit = found.status == status_hit;
   const Instance i = instance_at(hit ? found.instance : 0u);
   const int corners = int(found.slot * triangle_texels);
@@ -100,7 +100,7 @@ void write_hit(uint place, Found found, Asked ray) {
   store_pair(to, 7u, hit ? floatBitsToUint(v_relative_mps.yz) : nothing);
 }
 
-void answer(uint place, Found found, Asked ray) {
+void answer(uint place, Found found, TracedRay ray) {
 #ifdef RAY_ANY
   // The rest of the hit stays as it was made.
   store_pair(destination_of_hit(place), 0u, uvec2(found.status, 0u));

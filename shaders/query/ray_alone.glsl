@@ -14,7 +14,7 @@
 layout(local_size_x = 64) in;
 
 #ifdef RAY_LIST
-void answer_list(uint index, Found found, Asked ray) {
+void answer_list(uint index, Found found, TracedRay ray) {
   for (uint k = 0u; k < args.hits_per_ray; ++k) {
     Found one = nothing_within(ray.lambda_max);
     if (found.status == status_incomplete) one.status = status_incomplete;
@@ -37,35 +37,35 @@ void main() {
   if (asks && is_left(args.halt, place + args.halt_from)) asks = false;
   const uint kept_at = asks ? place : args.first;
 #ifdef RAY_PAUSES
-  const bool asked_again = args.asked_again != 0u;
-  const uint index = asked_again ? ray_again(kept_at) : kept_at;
+  const bool is_retry = args.is_retry != 0u;
+  const uint index = is_retry ? retried_ray(kept_at) : kept_at;
 #else
   const uint index = kept_at;
 #endif
-  const Asked ray = read_ray(index);
+  const TracedRay ray = read_ray(index);
 #ifdef RAY_LIST
   clear_list();
 #endif
 #ifdef RAY_PAUSES
-  const bool resumes = asked_again && !begins_again(kept_at);
+  const bool resumes = is_retry && !begins_again(kept_at);
   if (resumes && paused[pause_at(kept_at)] == 0u) asks = false;
-  Way way = begin_way(asks ? args.root : ref_none, ray.lambda_max);
-  if (asks && resumes) pause_or_resume(true, kept_at, way);
+  TraversalState state = begin_traversal(asks ? args.root : ref_none, ray.lambda_max);
+  if (asks && resumes) pause_or_resume(true, kept_at, state);
 #else
-  Way way = begin_way(asks ? args.root : ref_none, ray.lambda_max);
+  TraversalState state = begin_traversal(asks ? args.root : ref_none, ray.lambda_max);
 #endif
-  trace(way, make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.t_ns, ray.share, ray.instance_base,
-        ray.mask, args.faces, args.hits_per_ray - 1u);
-  const Found found = found_by(way, args.two);
+  trace(state, make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.t_ns, ray.share,
+        ray.instance_base, ray.mask, args.faces, args.hits_per_ray - 1u);
+  const Found found = found_by(state, args.two);
   if (!asks) return;
 #ifdef RAY_PAUSES
-  const bool goes_on = asked_again && is_left(way) && found.status != status_incomplete;
+  const bool goes_on = is_retry && is_left(state) && found.status != status_incomplete;
   if (goes_on) {
-    pause_or_resume(false, kept_at, way);
+    pause_or_resume(false, kept_at, state);
     some_paused = 1u;
     return;
   }
-  if (asked_again) paused[pause_at(kept_at)] = 0u;
+  if (is_retry) paused[pause_at(kept_at)] = 0u;
 #endif
 #ifdef RAY_LIST
   answer_list(index, found, ray);

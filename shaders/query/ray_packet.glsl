@@ -15,7 +15,7 @@ bool runs_beside(vec3 apart, vec3 a, vec3 b) {
 
 // Rays that part from the first one go in a turn of their own, with those beside them. Where an image's row ends, a packet has rays of
 // the next one, too: a beam around both would be led through the whole world.
-Found trace_together(bool asks, Asked ray, Entries entries, inout uint rounds, uint allowed) {
+Found trace_together(bool asks, TracedRay ray, Entries entries, inout uint rounds, uint allowed) {
   Found found = nothing_within(0.0);
   found.status = status_incomplete;
   const Segment world = make_segment(-ray.origin, ray.direction);
@@ -38,13 +38,13 @@ Entries entries_of(uint first, uint turns, inout uint rounds) { return Entries(r
 #else
 // Of the rays of all turns.
 Entries entries_of(uint first, uint turns, inout uint rounds) {
-  const Asked lead = read_ray(first);
+  const TracedRay lead = read_ray(first);
   Bounds bounds =
       Bounds(lead.direction, lead.direction, -lead.origin, -lead.origin, lead.lambda_min, lead.lambda_max);
   uint turn = 0u;
   do {
     const uint index = first + 8u * turn + gl_SubgroupInvocationID;
-    const Asked ray = read_ray(index < args.end ? index : first);
+    const TracedRay ray = read_ray(index < args.end ? index : first);
     take_in(bounds, ray.direction, -ray.origin, ray.lambda_min, ray.lambda_max);
     ++turn;
   } while (turn < turns);
@@ -72,7 +72,7 @@ void main() {
     const uint index = first + 8u * turn + gl_SubgroupInvocationID;
     const bool asks = index < args.end;
     // A lane without a ray has one that there is, and asks nothing.
-    const Asked ray = read_ray(asks ? index : first);
+    const TracedRay ray = read_ray(asks ? index : first);
     ++turn;
     // What one packet leaves of what it may have is there for those behind it.
     const Found found = trace_together(asks, ray, entries, rounds, rounds_at_first * turn);

@@ -9,9 +9,9 @@ layout(set = 0, binding = 8) uniform usamplerBuffer again;
 layout(set = 0, binding = 9, scalar) buffer PausedBuffer { uint paused[]; };
 
 // A ray that is asked again, and whether it begins at this and does not go on.
-uint word_again(uint place) { return texelFetch(again, int(place >> 2))[place & 3u]; }
-uint ray_again(uint place) { return word_again(place) & ~ray_begins_bit; }
-bool begins_again(uint place) { return (word_again(place) & ray_begins_bit) != 0u; }
+uint retry_word(uint place) { return texelFetch(again, int(place >> 2))[place & 3u]; }
+uint retried_ray(uint place) { return retry_word(place) & ~ray_begins_bit; }
+bool begins_again(uint place) { return (retry_word(place) & ray_begins_bit) != 0u; }
 
 #ifdef RAY_LIST
 const uint list_words = paused_hit_words * RAY_LIST;
@@ -35,28 +35,28 @@ void carry_over(bool resumes, inout uint at, inout float number) {
 }
 
 // Writes a search down, or brings it back, word by word.
-void pause_or_resume(bool resumes, uint place, inout Way way) {
+void pause_or_resume(bool resumes, uint place, inout TraversalState state) {
   uint at = pause_at(place);
   uint left = 1u;
   carry_over(resumes, at, left);
-  carry_over(resumes, at, way.current);
-  [[unroll]] for (uint k = 0u; k < max_met; ++k) carry_over(resumes, at, way.met.leaf[k]);
-  carry_over(resumes, at, way.below);
-  carry_over(resumes, at, way.depth_below);
-  carry_over(resumes, at, way.search.depth);
-  uint front = way.best.front ? 1u : 0u;
-  carry_over(resumes, at, way.best.status);
-  carry_over(resumes, at, way.best.lambda);
-  carry_over(resumes, at, way.best.u);
-  carry_over(resumes, at, way.best.v);
-  carry_over(resumes, at, way.best.instance);
-  carry_over(resumes, at, way.best.entity);
-  carry_over(resumes, at, way.best.triangle);
-  carry_over(resumes, at, way.best.slot);
+  carry_over(resumes, at, state.current);
+  [[unroll]] for (uint k = 0u; k < max_pending; ++k) carry_over(resumes, at, state.pending.leaf[k]);
+  carry_over(resumes, at, state.below);
+  carry_over(resumes, at, state.depth_below);
+  carry_over(resumes, at, state.search.depth);
+  uint front = state.best.front ? 1u : 0u;
+  carry_over(resumes, at, state.best.status);
+  carry_over(resumes, at, state.best.lambda);
+  carry_over(resumes, at, state.best.u);
+  carry_over(resumes, at, state.best.v);
+  carry_over(resumes, at, state.best.instance);
+  carry_over(resumes, at, state.best.entity);
+  carry_over(resumes, at, state.best.triangle);
+  carry_over(resumes, at, state.best.slot);
   carry_over(resumes, at, front);
-  way.best.front = front != 0u;
-  for (uint k = 0u; k < way.search.depth; ++k) carry_over(resumes, at, entity_stack[k]);
-  for (uint k = 0u; k < way.depth_below; ++k) carry_over(resumes, at, geometry_stack[k]);
+  state.best.front = front != 0u;
+  for (uint k = 0u; k < state.search.depth; ++k) carry_over(resumes, at, entity_stack[k]);
+  for (uint k = 0u; k < state.depth_below; ++k) carry_over(resumes, at, geometry_stack[k]);
 #ifdef RAY_LIST
   [[unroll]] for (uint k = 0u; k < RAY_LIST; ++k) {
     carry_over(resumes, at, list_lambda[k]);

@@ -170,7 +170,7 @@ struct Search {
 };
 
 #ifdef RAY_PAUSES
-bool may_pause() { return args.asked_again != 0u; }
+bool may_pause() { return args.is_retry != 0u; }
 #else
 bool may_pause() { return false; }
 #endif
@@ -276,51 +276,51 @@ uint go_through_leaves(uint below, inout Search search, Segment ray, float lambd
 }
 
 // Instances that a ray has come by and not entered yet, in that order; behind them ref_none.
-const uint max_met = 4u;
+const uint max_pending = 4u;
 
-struct Met {
-  uint leaf[max_met];
+struct PendingInstances {
+  uint leaf[max_pending];
 };
 
-Met none_met() {
-  Met met;
-  [[unroll]] for (uint k = 0u; k < max_met; ++k) met.leaf[k] = ref_none;
-  return met;
+PendingInstances no_pending() {
+  PendingInstances pending;
+  [[unroll]] for (uint k = 0u; k < max_pending; ++k) pending.leaf[k] = ref_none;
+  return pending;
 }
 
-uint count_of(Met met) {
+uint count_of(PendingInstances pending) {
   uint count = 0u;
-  [[unroll]] for (uint k = 0u; k < max_met; ++k) count += met.leaf[k] != ref_none ? 1u : 0u;
+  [[unroll]] for (uint k = 0u; k < max_pending; ++k) count += pending.leaf[k] != ref_none ? 1u : 0u;
   return count;
 }
 
-bool is_full(Met met) { return met.leaf[max_met - 1u] != ref_none; }
+bool is_full(PendingInstances pending) { return pending.leaf[max_pending - 1u] != ref_none; }
 
-void append(inout Met met, bool wanted, uint leaf) {
+void append(inout PendingInstances pending, bool wanted, uint leaf) {
   bool before = wanted;  // all places before this one are taken
-  [[unroll]] for (uint k = 0u; k < max_met; ++k) {
-    const bool free = met.leaf[k] == ref_none;
-    met.leaf[k] = before && free ? leaf : met.leaf[k];
+  [[unroll]] for (uint k = 0u; k < max_pending; ++k) {
+    const bool free = pending.leaf[k] == ref_none;
+    pending.leaf[k] = before && free ? leaf : pending.leaf[k];
     before = before && !free;
   }
 }
 
 // Without the first; without any when nothing more is asked.
-Met rest_of(Met met, Found best) {
-  Met rest = none_met();
-  [[unroll]] for (uint k = 1u; k < max_met; ++k) rest.leaf[k - 1u] = unless_found(met.leaf[k], best);
+PendingInstances rest_of(PendingInstances pending, Found best) {
+  PendingInstances rest = no_pending();
+  [[unroll]] for (uint k = 1u; k < max_pending; ++k) rest.leaf[k - 1u] = unless_found(pending.leaf[k], best);
   return rest;
 }
 
 // Whether a ray has a way left down the entities' tree, and a place for what it meets there.
-bool goes_on(uint current, Met met) { return current != ref_none && !is_full(met); }
+bool goes_on(uint current, PendingInstances pending) { return current != ref_none && !is_full(pending); }
 
 // A step of that way: into a node, or past an instance.
-void meet_next(inout uint current, inout Met met, inout Search search, float share, Segment world,
-               float lambda_min, float limit) {
-  const bool goes = goes_on(current, met);
+void visit_next(inout uint current, inout PendingInstances pending, inout Search search, float share,
+                Segment world, float lambda_min, float limit) {
+  const bool goes = goes_on(current, pending);
   const bool inner = goes && is_inner(current);
-  append(met, goes && !inner, current);
+  append(pending, goes && !inner, current);
   const uint entered = enter_entities(inner ? current : 0u, share, world, lambda_min, limit);
   const uint group = inner ? entered : goes ? 0u : idle_group;
   const uint next = take_next(true, search, group, world.order);

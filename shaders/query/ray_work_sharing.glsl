@@ -28,7 +28,7 @@ void finish_rays(inout RayState own, bool cut_short) {
     answer(own.index, found, own.ray);
     own.asks = false;
     own.current = ref_none;
-    own.met = none_met();
+    own.pending = no_pending();
     own.waits = false;
   }
 }
@@ -52,7 +52,7 @@ void main() {
     bool cut_short;
     do {
       own.search.rounds = rounds + 1u;
-      meet_instances(own, item);
+      find_instances(own, item);
       begin_items(own, item);
       item.search.rounds = own.search.rounds;
       const bool more_waits = next < end || in_any(has_instances_left(own) ? 1u : 0u) != 0u;

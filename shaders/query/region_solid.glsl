@@ -64,7 +64,7 @@ bool box_holds(OrientedBox a, bool inside, OrientedBox b) {
 bool sphere_holds(vec3 center, float radius, bool inside, OrientedBox b) {
   const vec3 p = abs(rotate(conjugate(b.q), center - b.center));
   const vec3 way = inside ? p + b.half_extent : max(p - b.half_extent, vec3(0.0));
-  return dot(way, way) <= radius * radius;
+  return dot(state, state) <= radius * radius;
 }
 
 bool holds(Shape shape, OrientedBox b) {

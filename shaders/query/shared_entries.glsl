@@ -138,8 +138,8 @@ uint lane_of_child(uint entered, uint k) {
 }
 
 // The reference of the lane's child.
-uint child_reference(uvec4 texels, Seat seat) {
-  const uint slot = gl_SubgroupInvocationID ^ seat.octant;
+uint child_reference(uvec4 texels, ChildLane child_lane) {
+  const uint slot = gl_SubgroupInvocationID ^ child_lane.octant;
   const uvec4 refs = of_lane(texels, 4u + (slot >> 2));
   const uint low = (slot & 1u) != 0u ? refs.y : refs.x;
   const uint high = (slot & 1u) != 0u ? refs.w : refs.z;
@@ -150,15 +150,16 @@ uint child_reference(uvec4 texels, Seat seat) {
 Entries find_entries(Bounds world, vec3 d, int t_ns, uint instance_base, uint root, inout uint rounds) {
   const Range range =
       Range(floatBitsToInt(world.lambda_min), floatBitsToInt(max(world.lambda_max * 1.000001, 1e-37)));
-  const Seat world_seat = take_seat(octant_of(d));
+  const ChildLane world_child_lane = child_lane_of(octant_of(d));
   Search search = nothing_begun(rounds + 4u, rounds + max_entry_rounds);
-  const uint met = root == ref_none ? ref_none
-                                    : descend_entities(root, search, vec2(0.0), world_seat,
-                                                       beam_between(world, 0.0), range);
-  const uint instance = met == ref_none ? no_entity : (met & ref_instance_mask) + instance_base;
-  const Instance candidate = instance_at(met == ref_none ? 0u : instance);
+  const uint pending = root == ref_none ? ref_none
+                                        : descend_entities(root, search, vec2(0.0), world_child_lane,
+                                                           beam_between(world, 0.0), range);
+  const uint instance = pending == ref_none ? no_entity : (pending & ref_instance_mask) + instance_base;
+  const Instance candidate = instance_at(pending == ref_none ? 0u : instance);
   const Beam beam = beam_into(candidate, t_ns, head_of(candidate.blas_root), world);
-  const Seat seat = take_seat(octant_of(rotate(conjugate(orientation_of(candidate, t_ns)), d)));
+  const ChildLane child_lane =
+      child_lane_of(octant_of(rotate(conjugate(orientation_of(candidate, t_ns)), d)));
   Entries entries = root_alone(instance, candidate.blas_root);
   const uint lane = gl_SubgroupInvocationID;
   uint count = 1u;
@@ -168,19 +169,19 @@ Entries find_entries(Bounds world, vec3 d, int t_ns, uint instance_base, uint ro
     const uint current = of_lane(entries.reference, at & 7u);
     const bool inner = (current & ref_leaf_bit) == 0u;
     const uvec4 texels = imageLoad(nodes, lane_texel(inner ? current : 0u, 0u, node_texels));
-    const uint entered = children_entered(texels, seat, beam, 0.0, range);
+    const uint entered = children_entered(texels, child_lane, beam, 0.0, range);
     const uint children = uint(bitCount(entered));
     const bool opens = inner && count - 1u + children <= 8u;
     // In place of the one, its children.
     const bool is_child = lane >= at && lane < at + children;
     const uint child_lane = lane_of_child(entered, lane - at);
     const uint other_lane = lane < at ? lane : (lane + 1u - children) & 7u;
-    const Child child = child_of(texels, seat);
+    const Child child = child_of(texels, child_lane);
     const uvec4 head = of_lane(texels, 0u);
     // Rounded once, no corner comes to lie within the vertices that it bounds, which are of the same numbers.
     const vec3 child_low = of_lane(uintBitsToFloat(head.xyz) + quantum_of(head) * child.low, child_lane);
     const vec3 child_high = of_lane(uintBitsToFloat(head.xyz) + quantum_of(head) * child.high, child_lane);
-    const uint child_ref = of_lane(child_reference(texels, seat), child_lane);
+    const uint child_ref = of_lane(child_reference(texels, child_lane), child_lane);
     const vec3 other_low = of_lane(entries.low, other_lane);
     const vec3 other_high = of_lane(entries.high, other_lane);
     const uint other_ref = of_lane(entries.reference, other_lane);

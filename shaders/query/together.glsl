@@ -4,7 +4,7 @@
 
 // Whether a search's loops end for all lanes of a subgroup at once. Lavapipe stores to a place that differs from lane to lane behind
 // a branch for each lane, which asks whether that lane is still in the loop, and the processor guesses wrong at each that comes or
-// goes. Where none goes before the others, each such branch is always taken the same way. The device sets this constant
+// goes. Where none goes before the others, each such branch is always taken the same state. The device sets this constant
 // from its driver (rtstdb/gpu/pipeline.cpp): only where subgroups have eight lanes.
 #ifdef RAY_WORK_SHARING
 const bool lanes_together = true;

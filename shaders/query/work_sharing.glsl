@@ -29,11 +29,11 @@ const uint enough_free = 4u;
 struct RayState {
   bool asks;
   uint index;
-  Asked ray;
+  TracedRay ray;
   Segment world;
   Search search;  // of the entities' tree
   uint current;   // there
-  Met met;
+  PendingInstances pending;
   Found best;
   bool waits;  // for an item that is under way
 };
@@ -54,16 +54,16 @@ const uint nobody = 8u;
 
 bool is_under_way(WorkItem item) { return item.below != ref_none; }
 
-RayState no_ray(Asked any_ray) {
-  return RayState(false, 0u, any_ray, make_segment(-any_ray.origin, any_ray.direction), nothing_begun(),
-                  ref_none, none_met(), nothing_within(0.0), false);
+RayState no_ray(TracedRay some_ray) {
+  return RayState(false, 0u, some_ray, make_segment(-some_ray.origin, some_ray.direction), nothing_begun(),
+                  ref_none, no_pending(), nothing_within(0.0), false);
 }
 
-WorkItem no_item(Segment any_ray) {
-  return WorkItem(nobody, ref_none, nothing_begun(), 0u, 0u, 0.0, any_ray, nothing_within(0.0));
+WorkItem no_item(Segment some_ray) {
+  return WorkItem(nobody, ref_none, nothing_begun(), 0u, 0u, 0.0, some_ray, nothing_within(0.0));
 }
 
-RayState begin_ray(uint index, Asked ray, uint root) {
+RayState begin_ray(uint index, TracedRay ray, uint root) {
   RayState own = no_ray(ray);
   own.asks = true;
   own.index = index;
@@ -73,20 +73,20 @@ RayState begin_ray(uint index, Asked ray, uint root) {
 }
 
 // To instances that have not been entered.
-bool has_instances_left(RayState own) { return own.current != ref_none || own.met.leaf[0] != ref_none; }
+bool has_instances_left(RayState own) { return own.current != ref_none || own.pending.leaf[0] != ref_none; }
 
 bool is_done(RayState own) { return !has_instances_left(own) && !own.waits; }
 
 // Down the entities' tree.
-void meet_instances(inout RayState own, WorkItem item) {
+void find_instances(inout RayState own, WorkItem item) {
   const float limit = reach_of(own.best);
   uint going;
   uint items;
   do {
     ++own.search.rounds;
-    meet_next(own.current, own.met, own.search, own.ray.share, own.world, own.ray.lambda_min, limit);
-    const uint both = sum_of_lanes((goes_on(own.current, own.met) ? 1u : 0u) +
-                                   (count_of(own.met) + (is_under_way(item) ? 1u : 0u) << 8));
+    visit_next(own.current, own.pending, own.search, own.ray.share, own.world, own.ray.lambda_min, limit);
+    const uint both = sum_of_lanes((goes_on(own.current, own.pending) ? 1u : 0u) +
+                                   (count_of(own.pending) + (is_under_way(item) ? 1u : 0u) << 8));
     going = both & 0xFFu;
     items = both >> 8;
   } while (going >= enough_going || (going != 0u && items < enough_items));
@@ -95,7 +95,7 @@ void meet_instances(inout RayState own, WorkItem item) {
 // For lanes that have none, the first item of rays that have one, in the order of lanes.
 void take_items(inout RayState own, inout uint owner, inout uint leaf) {
   const bool idle = owner == nobody;
-  const bool has_one = own.met.leaf[0] != ref_none;
+  const bool has_one = own.pending.leaf[0] != ref_none;
   const uint idle_before = lanes_before(idle);
   const uint given_before = lanes_before(has_one);
   const bool gives = has_one && given_before < count_of_lanes(idle);
@@ -103,12 +103,12 @@ void take_items(inout RayState own, inout uint owner, inout uint leaf) {
   [[unroll]] for (uint lane = 0u; lane < 8u; ++lane) {
     from = of_lane(gives ? given_before : nobody, lane) == idle_before ? lane : from;
   }
-  const uint given = of_lane(own.met.leaf[0], from & 7u);
+  const uint given = of_lane(own.pending.leaf[0], from & 7u);
   const bool takes = idle && from != nobody;
   owner = takes ? from : owner;
   leaf = takes ? given : leaf;
-  const Met rest = rest_of(own.met, own.best);
-  if (gives) own.met = rest;
+  const PendingInstances rest = rest_of(own.pending, own.best);
+  if (gives) own.pending = rest;
 }
 
 void begin_items(inout RayState own, inout WorkItem item) {
@@ -199,7 +199,8 @@ void return_results(inout RayState own, inout WorkItem item) {
   item.owner = is_under_way(item) ? item.owner : nobody;
 #ifdef RAY_ANY
   own.current = unless_found(own.current, own.best);
-  [[unroll]] for (uint k = 0u; k < max_met; ++k) own.met.leaf[k] = unless_found(own.met.leaf[k], own.best);
+  [[unroll]] for (uint k = 0u; k < max_pending; ++k) own.pending.leaf[k] =
+      unless_found(own.pending.leaf[k], own.best);
 #endif
 }
 

@@ -24,39 +24,39 @@ RTSTDB_CONSTANT(paused_ray_words, 210)
 RTSTDB_CONSTANT(paused_hit_words, 5)
 RTSTDB_CONSTANT(ray_begins_bit, 0x80000000u)
 
-#define RTSTDB_FIELDS_RayArgs(F)                                                                  \
-  F(uint, root)                                                                                   \
-  F(uint, first)     /* see place_of_invocation */                                                 \
-  F(uint, end)       /* no ray from this place on is asked */                                     \
-  F(uint, per_group)                                                                              \
-  F(uint, asked_again) /* 1: places are those in `again`, which names rays, and searches may pause; 0: rays */ \
-  F(uint, epoch_ns)  /* low word; rays lie less than two epochs after it, so it says enough */     \
-  F(uint, late_base) /* where the next epoch's instances begin */                                 \
-  F(uint, still)     /* 1: every ray asks at still_ns */                                          \
-  F(uint, still_ns)  /* low word */                                                               \
-  F(uint, window_begin_ns) /* low word */                                                         \
-  F(float, per_window_ns)  /* 1 over the window's length; 0: it is an instant */                   \
-  F(uint, hits_per_ray)                                                                          \
-  F(uvec2, hits)     /* their address, low word first */                                          \
-  F(float, faces)    /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                \
-  F(uvec2, halt)     /* HaltWords' address, low word first; 0: it is never halted */               \
-  F(uint, halt_from) /* the number in the chunk of the element at place 0, which may wrap */       \
+#define RTSTDB_FIELDS_RayArgs(F)                                                                             \
+  F(uint, root)                                                                                              \
+  F(uint, first) /* see place_of_invocation */                                                               \
+  F(uint, end)   /* no ray from this place on is asked */                                                    \
+  F(uint, per_group)                                                                                         \
+  F(uint, is_retry)  /* 1: places are those in `again`, which names rays, and searches may pause; 0: rays */ \
+  F(uint, epoch_ns)  /* low word; rays lie less than two epochs after it, so it says enough */               \
+  F(uint, late_base) /* where the next epoch's instances begin */                                            \
+  F(uint, still)     /* 1: every ray asks at still_ns */                                                     \
+  F(uint, still_ns)  /* low word */                                                                          \
+  F(uint, window_begin_ns) /* low word */                                                                    \
+  F(float, per_window_ns)  /* 1 over the window's length; 0: it is an instant */                             \
+  F(uint, hits_per_ray)                                                                                      \
+  F(uvec2, hits)     /* their address, low word first */                                                     \
+  F(float, faces)    /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                           \
+  F(uvec2, halt)     /* HaltWords' address, low word first; 0: it is never halted */                         \
+  F(uint, halt_from) /* the number in the chunk of the element at place 0, which may wrap */                 \
   F(uint, two)       /* see loops_still_turn */
 RTSTDB_STRUCT(RayArgs)
 
 RTSTDB_CONSTANT(region_is_sphere, 1)
 RTSTDB_CONSTANT(region_wants_inside, 2)
 
-#define RTSTDB_FIELDS_RegionRecord(F) \
-  F(vec3, center_m)                   \
-  F(uint, flags)                      \
-  F(vec3, half_extent_m)              \
-  F(uint, mask)                       \
-  F(vec4, q)                          \
-  F(int, t_ns)                       \
-  F(uint, carrier)                    \
-  F(uint, excluded)                   \
-  F(uint, instance_base)              \
+#define RTSTDB_FIELDS_RegionRecord(F)                  \
+  F(vec3, center_m)                                    \
+  F(uint, flags)                                       \
+  F(vec3, half_extent_m)                               \
+  F(uint, mask)                                        \
+  F(vec4, q)                                           \
+  F(int, t_ns)                                         \
+  F(uint, carrier)                                     \
+  F(uint, excluded)                                    \
+  F(uint, instance_base)                               \
   F(float, share)  /* of the window that has passed */ \
   F(float, near_m) /* frustum */
 RTSTDB_STRUCT(RegionRecord)
@@ -67,15 +67,15 @@ RTSTDB_STRUCT(RegionRecord)
   F(uint, incomplete)
 RTSTDB_STRUCT(RegionCount)
 
-#define RTSTDB_FIELDS_RegionArgs(F) \
-  F(uint, root)                     \
-  F(uint, first) /* see place_of_invocation */ \
-  F(uint, end)                      \
-  F(uint, per_group)                \
-  F(uint, capacity)                 \
+#define RTSTDB_FIELDS_RegionArgs(F)                    \
+  F(uint, root)                                        \
+  F(uint, first) /* see place_of_invocation */         \
+  F(uint, end)                                         \
+  F(uint, per_group)                                   \
+  F(uint, capacity)                                    \
   F(uvec2, halt) /* this and the next as in RayArgs */ \
-  F(uint, halt_from)                \
-  F(uint, two)   /* see loops_still_turn */
+  F(uint, halt_from)                                   \
+  F(uint, two) /* see loops_still_turn */
 RTSTDB_STRUCT(RegionArgs)
 
 #endif
