@@ -27,7 +27,7 @@ const uint enough_free = 4u;
 
 // A lane's own ray.
 struct RayState {
-  bool asks;
+  bool is_active;
   uint index;
   TracedRay ray;
   Segment world;
@@ -64,38 +64,41 @@ WorkItem no_item(Segment some_ray) {
 }
 
 RayState begin_ray(uint index, TracedRay ray, uint root) {
-  RayState own = no_ray(ray);
-  own.asks = true;
-  own.index = index;
-  own.current = root;
-  own.best = nothing_within(ray.lambda_max);
-  return own;
+  RayState state = no_ray(ray);
+  state.is_active = true;
+  state.index = index;
+  state.current = root;
+  state.best = nothing_within(ray.lambda_max);
+  return state;
 }
 
 // To instances that have not been entered.
-bool has_instances_left(RayState own) { return own.current != ref_none || own.pending.leaf[0] != ref_none; }
+bool has_instances_left(RayState state) {
+  return state.current != ref_none || state.pending.leaf[0] != ref_none;
+}
 
-bool is_done(RayState own) { return !has_instances_left(own) && !own.waits; }
+bool is_done(RayState state) { return !has_instances_left(state) && !state.waits; }
 
 // Down the entities' tree.
-void find_instances(inout RayState own, WorkItem item) {
-  const float limit = reach_of(own.best);
+void find_instances(inout RayState state, WorkItem item) {
+  const float limit = reach_of(state.best);
   uint going;
   uint items;
   do {
-    ++own.search.rounds;
-    visit_next(own.current, own.pending, own.search, own.ray.share, own.world, own.ray.lambda_min, limit);
-    const uint both = sum_of_lanes((goes_on(own.current, own.pending) ? 1u : 0u) +
-                                   (count_of(own.pending) + (is_under_way(item) ? 1u : 0u) << 8));
+    ++state.search.rounds;
+    visit_next(state.current, state.pending, state.search, state.ray.share, state.world, state.ray.lambda_min,
+               limit);
+    const uint both = sum_of_lanes((goes_on(state.current, state.pending) ? 1u : 0u) +
+                                   (count_of(state.pending) + (is_under_way(item) ? 1u : 0u) << 8));
     going = both & 0xFFu;
     items = both >> 8;
   } while (going >= enough_going || (going != 0u && items < enough_items));
 }
 
 // For lanes that have none, the first item of rays that have one, in the order of lanes.
-void take_items(inout RayState own, inout uint owner, inout uint leaf) {
+void take_items(inout RayState state, inout uint owner, inout uint leaf) {
   const bool idle = owner == nobody;
-  const bool has_one = own.pending.leaf[0] != ref_none;
+  const bool has_one = state.pending.leaf[0] != ref_none;
   const uint idle_before = lanes_before(idle);
   const uint given_before = lanes_before(has_one);
   const bool gives = has_one && given_before < count_of_lanes(idle);
@@ -103,29 +106,29 @@ void take_items(inout RayState own, inout uint owner, inout uint leaf) {
   [[unroll]] for (uint lane = 0u; lane < 8u; ++lane) {
     from = of_lane(gives ? given_before : nobody, lane) == idle_before ? lane : from;
   }
-  const uint given = of_lane(own.pending.leaf[0], from & 7u);
+  const uint given = of_lane(state.pending.leaf[0], from & 7u);
   const bool takes = idle && from != nobody;
   owner = takes ? from : owner;
   leaf = takes ? given : leaf;
-  const PendingInstances rest = rest_of(own.pending, own.best);
-  if (gives) own.pending = rest;
+  const PendingInstances rest = rest_of(state.pending, state.best);
+  if (gives) state.pending = rest;
 }
 
-void begin_items(inout RayState own, inout WorkItem item) {
+void begin_items(inout RayState state, inout WorkItem item) {
   uint owner = item.owner;
   uint leaf = ref_none;
-  take_items(own, owner, leaf);
-  take_items(own, owner, leaf);
+  take_items(state, owner, leaf);
+  take_items(state, owner, leaf);
   const bool begins = leaf != ref_none;
   const uint of = owner & 7u;
   Segment world;
-  world.minus_o = of_lane(own.world.minus_o, of);
-  world.d = of_lane(own.world.d, of);
-  const int t_ns = of_lane(own.ray.t_ns, of);
-  const uint mask = of_lane(own.ray.mask, of);
-  const float lambda_min = of_lane(own.ray.lambda_min, of);
-  const float lambda_max = of_lane(own.best.lambda, of);
-  const uint instance_base = of_lane(own.ray.instance_base, of);
+  world.minus_o = of_lane(state.world.minus_o, of);
+  world.d = of_lane(state.world.d, of);
+  const int t_ns = of_lane(state.ray.t_ns, of);
+  const uint mask = of_lane(state.ray.mask, of);
+  const float lambda_min = of_lane(state.ray.lambda_min, of);
+  const float lambda_max = of_lane(state.best.lambda, of);
+  const uint instance_base = of_lane(state.ray.instance_base, of);
   const uint instance = begins ? (leaf & ref_instance_mask) + instance_base : 0u;
   const Instance candidate = instance_at(instance);
   const Segment ray = enter_instance(world, candidate, t_ns, head_of(begins ? candidate.blas_root : 0u));
@@ -171,8 +174,8 @@ void run_items(inout WorkItem item, bool more_waits, float faces) {
 }
 
 // What items have found so far goes to the rays that they are run for.
-void return_results(inout RayState own, inout WorkItem item) {
-  Found best = own.best;
+void return_results(inout RayState state, inout WorkItem item) {
+  Found best = state.best;
   uint by = nobody;
   bool waits = false;
   [[unroll]] for (uint lane = 0u; lane < 8u; ++lane) {
@@ -194,13 +197,13 @@ void return_results(inout RayState own, inout WorkItem item) {
   best.instance = of_lane(item.best.instance, by & 7u);
   best.slot = of_lane(item.best.slot, by & 7u);
   best.front = of_lane(item.best.front ? 1u : 0u, by & 7u) != 0u;
-  if (by != nobody) own.best = best;
-  own.waits = waits;
+  if (by != nobody) state.best = best;
+  state.waits = waits;
   item.owner = is_under_way(item) ? item.owner : nobody;
 #ifdef RAY_ANY
-  own.current = unless_found(own.current, own.best);
-  [[unroll]] for (uint k = 0u; k < max_pending; ++k) own.pending.leaf[k] =
-      unless_found(own.pending.leaf[k], own.best);
+  state.current = unless_found(state.current, state.best);
+  [[unroll]] for (uint k = 0u; k < max_pending; ++k) state.pending.leaf[k] =
+      unless_found(state.pending.leaf[k], state.best);
 #endif
 }
 
