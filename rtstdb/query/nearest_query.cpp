@@ -265,7 +265,7 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
                                     .neighbors = neighbors_[places_.written()].address(),
                                     .halt = halt.words,
                                     .halt_from = halt.from,
-                                    .two = 2};
+                                    .loop_probe = 2};
     in_pieces(spread, max_groups, whole, [&](const shared::NearestArgs& args, std::uint32_t groups) {
       recorder.dispatch(pipeline, bindings, args, groups);
     });

@@ -380,7 +380,7 @@ void GpuRayQuery::dispatch(PlaceRange range, bool again, const RowSource& rows, 
                                                                         : -1.0f,
                               .halt = halt.words,
                               .halt_from = halt.from,
-                              .two = 2};
+                              .loop_probe = 2};
   in_pieces(spread, limits_.max_groups, whole, [&](const shared::RayArgs& args, std::uint32_t groups) {
     recorder.dispatch(kernel.pipeline, kernel.bindings[view.slot], args, groups);
   });

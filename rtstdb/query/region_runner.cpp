@@ -231,7 +231,7 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
                                   .capacity = options_.ids_per_region,
                                   .halt = halt.words,
                                   .halt_from = halt.from,
-                                  .two = 2};
+                                  .loop_probe = 2};
     recorder.dispatch(kernel->pipeline, kernel->bindings[view.slot], args, spread.groups);
   };
   const auto begin_of = [&](std::size_t kind) {

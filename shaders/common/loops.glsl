@@ -18,11 +18,11 @@ const uint max_rounds = 65000u;
 // what their variables were when they left. (Seen: region_triangles.glsl lost one entity in 1 of 10,000 answers.)
 
 // Lanes of one subgroup may use up each other's rounds, which no lane can count. TracedRay last of all, this tells: a loop of two
-// rounds makes only one when loops have stopped. `two` is 2, unknown to the compiler.
-bool loops_still_turn(uint two) {
+// rounds makes only one when loops have stopped. `loop_probe` is 2, unknown to the compiler.
+bool loops_still_turn(uint loop_probe) {
   uint rounds = 0u;
-  for (uint k = 0u; k < two; ++k) ++rounds;
-  return rounds == two;
+  for (uint k = 0u; k < loop_probe; ++k) ++rounds;
+  return rounds == loop_probe;
 }
 
 #endif

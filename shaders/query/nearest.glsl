@@ -372,6 +372,6 @@ void main() {
       store_neighbor(record.place * args.k + k, described(places[j], slots[j], distances[j], record, asked));
       ++k;
     } while (k < found);
-  cut_short = cut_short || !loops_still_turn(args.two);
+  cut_short = cut_short || !loops_still_turn(args.loop_probe);
   counts[record.place] = NearestCount(cut_short ? 0u : found, cut_short ? 1u : 0u);
 }

@@ -112,6 +112,6 @@ void main() {
   }
   if (winding != 0) neighbors.records[neighbor].distance_m = -neighbors.records[neighbor].distance_m;
   neighbors.records[neighbor].has_sign = i.closed ? 1u : 0u;
-  cut_short = cut_short || !loops_still_turn(args.two);
+  cut_short = cut_short || !loops_still_turn(args.loop_probe);
   if (cut_short) counts[record.place].incomplete = 1u;
 }

@@ -168,7 +168,7 @@ uint unless_found(uint current, float lambda_min) {
 // As trace of traverse.glsl, whose loops these are. `asks`: whether the lane's ray is one of the packet;
 // `first_lane` has one. `rounds`: of the subgroup so far, of which there may be as many as `allowed`.
 Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, float lambda_max, int t_ns,
-                   float share, uint instance_base, uint mask, uint root, float faces, uint two,
+                   float share, uint instance_base, uint mask, uint root, float faces, uint loop_probe,
                    Entries entries, inout uint rounds, uint allowed) {
   Found best = nothing_within(asks ? lambda_max : 0.0);
   Search search = nothing_begun(rounds + 8u, allowed);  // with the loops around this and behind it
@@ -227,7 +227,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
   // A hit is one, whatever was not looked at.
   cut_short = cut_short && best.status == status_miss;
 #endif
-  if (cut_short || !loops_still_turn(two)) best.status = status_incomplete;
+  if (cut_short || !loops_still_turn(loop_probe)) best.status = status_incomplete;
   rounds = search.rounds;
   return best;
 }

@@ -56,7 +56,7 @@ void main() {
 #endif
   trace(state, make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.t_ns, ray.share,
         ray.instance_base, ray.mask, args.faces, args.hits_per_ray - 1u);
-  const Found found = found_by(state, args.two);
+  const Found found = found_by(state, args.loop_probe);
   if (!asks) return;
 #ifdef RAY_PAUSES
   const bool goes_on = is_retry && is_left(state) && found.status != status_incomplete;

@@ -24,9 +24,9 @@ Found trace_together(bool asks, TracedRay ray, Entries entries, inout uint round
     const uint first_lane = min_of_lanes(left ? gl_SubgroupInvocationID : 0xFFu) & 7u;
     const vec3 apart = ray.origin - of_lane(ray.origin, first_lane);
     const bool mine = left && runs_beside(apart, ray.direction, of_lane(ray.direction, first_lane));
-    const Found now =
-        trace_packet(mine, first_lane, world, ray.lambda_min, ray.lambda_max, ray.t_ns, ray.share,
-                     ray.instance_base, ray.mask, args.root, args.faces, args.two, entries, rounds, allowed);
+    const Found now = trace_packet(mine, first_lane, world, ray.lambda_min, ray.lambda_max, ray.t_ns,
+                                   ray.share, ray.instance_base, ray.mask, args.root, args.faces,
+                                   args.loop_probe, entries, rounds, allowed);
     if (mine) found = now;
     left = left && !mine && gl_SubgroupInvocationID != first_lane;
   } while (in_any(left ? 1u : 0u) != 0u);
@@ -80,5 +80,5 @@ void main() {
     halted = all_halt(args.halt);
   } while (turn < turns && !halted);
   if (turn < turns) leave_from(first + 8u * turn);
-  if (!loops_still_turn(args.two)) some_left = 1u;
+  if (!loops_still_turn(args.loop_probe)) some_left = 1u;
 }

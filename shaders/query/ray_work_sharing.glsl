@@ -62,9 +62,9 @@ void main() {
       done = count_of_lanes(is_done(state));
       cut_short = in_any(rounds >= max_rounds ? 1u : 0u) != 0u;
     } while (!cut_short && done < 8u && (next == end || done < enough_free));
-    cut_short = cut_short || !loops_still_turn(args.two);
+    cut_short = cut_short || !loops_still_turn(args.loop_probe);
     finish_rays(state, cut_short);
     if (cut_short) item = no_item(state.world);
   } while (next < end || in_any(state.is_active ? 1u : 0u) != 0u);
-  if (!loops_still_turn(args.two)) some_left = 1u;
+  if (!loops_still_turn(args.loop_probe)) some_left = 1u;
 }

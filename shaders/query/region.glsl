@@ -155,7 +155,7 @@ void main() {
       cut_short = cut_short || rounds > max_rounds;
       node = cut_short ? ref_none : node;
     } while (node != ref_none);
-  cut_short = cut_short || !loops_still_turn(args.two);
+  cut_short = cut_short || !loops_still_turn(args.loop_probe);
 #ifdef REGION_LOWEST
   // How many there are stands there already, and is true whatever becomes of the list.
   if (cut_short) counts[index].incomplete = 1u;

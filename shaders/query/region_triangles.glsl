@@ -285,7 +285,7 @@ void main() {
   }
 #endif
   search_entities(regions[index], index * args.capacity);
-  cut_short = cut_short || !loops_still_turn(args.two);
+  cut_short = cut_short || !loops_still_turn(args.loop_probe);
 #ifdef REGION_LOWEST
   // How many there are stands there already, and entities were passed over.
   if (cut_short) counts[index].incomplete = 1u;

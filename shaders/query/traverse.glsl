@@ -75,15 +75,15 @@ void trace(inout TraversalState state, Segment world, float lambda_min, int t_ns
   } while (another_round(is_left(state) && may_go_on(state.search)));
 }
 
-// What has been found once nothing is left. `two`: see loops_still_turn.
-Found found_by(TraversalState state, uint two) {
+// What has been found once nothing is left. `loop_probe`: see loops_still_turn.
+Found found_by(TraversalState state, uint loop_probe) {
   Found found = state.best;
   bool cut_short = state.search.rounds >= max_rounds;
 #ifdef RAY_ANY
   // A hit is one, whatever was not looked at.
   cut_short = cut_short && found.status == status_miss;
 #endif
-  if (cut_short || !loops_still_turn(two)) found.status = status_incomplete;
+  if (cut_short || !loops_still_turn(loop_probe)) found.status = status_incomplete;
   return found;
 }
 

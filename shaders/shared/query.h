@@ -37,11 +37,11 @@ RTSTDB_CONSTANT(ray_begins_bit, 0x80000000u)
   F(uint, window_begin_ns) /* low word */                                                                    \
   F(float, per_window_ns)  /* 1 over the window's length; 0: it is an instant */                             \
   F(uint, hits_per_ray)                                                                                      \
-  F(uvec2, hits)     /* their address, low word first */                                                     \
-  F(float, faces)    /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                           \
-  F(uvec2, halt)     /* HaltWords' address, low word first; 0: it is never halted */                         \
-  F(uint, halt_from) /* the number in the chunk of the element at place 0, which may wrap */                 \
-  F(uint, two)       /* see loops_still_turn */
+  F(uvec2, hits)      /* their address, low word first */                                                    \
+  F(float, faces)     /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                          \
+  F(uvec2, halt)      /* HaltWords' address, low word first; 0: it is never halted */                        \
+  F(uint, halt_from)  /* the number in the chunk of the element at place 0, which may wrap */                \
+  F(uint, loop_probe) /* see loops_still_turn */
 RTSTDB_STRUCT(RayArgs)
 
 RTSTDB_CONSTANT(region_is_sphere, 1)
@@ -75,7 +75,7 @@ RTSTDB_STRUCT(RegionCount)
   F(uint, capacity)                                    \
   F(uvec2, halt) /* this and the next as in RayArgs */ \
   F(uint, halt_from)                                   \
-  F(uint, two) /* see loops_still_turn */
+  F(uint, loop_probe) /* see loops_still_turn */
 RTSTDB_STRUCT(RegionArgs)
 
 #endif
