@@ -26,7 +26,7 @@ function(hil_precompile name collection)
 endfunction()
 
 # Several sources of a target as one, but for those that are named `separate`: they have names of their own in common with others, or
-# a test has another one in their place (hil_broken in tests/torture).
+# a test has another one in their place (hil_broken in tests/long).
 function(hil_compile_as_one name separate)
   if(HIL_COMPILE_TOGETHER)
     set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
@@ -57,20 +57,20 @@ function(hil_room name)
 endfunction()
 
 # One test program per folder of tests.
-#   LABEL    what it needs: unit nothing, gpu a Vulkan device, answers that and time on it, scenario that and the built programs, vcan a real AF_CAN,
-#            realtime a machine that keeps time, torture much time (built and run with tools/test --long alone); these two
-#            run alone
+#   LABEL    unit needs nothing but this computer, gpu needs a Vulkan device, system needs the built programs (and what its folder
+#            in tests/system names), long takes much time: tools/test --long alone builds and runs it
+#   SERIAL   it measures time and runs alone; all long tests do
 #   THREADS  it has threads of its own: the thread sanitizer takes it, and no other
-#   RUNNER   a program that sets the stage: the whole of it then runs as one test, RUNNER PROGRAM
+#   RUNNER   a program that prepares the machine: the whole program then runs as one test, RUNNER PROGRAM
 #   PREFIX   stands before the tests' names where another program has tests of the same; ctest would give both the properties
-#            of one of them. Those of torture have "Long/".
+#            of one of them. Long tests have "Long/".
 #   SEPARATE as for rooms
-#   TIMEOUT  in seconds, 300 unless told; three times as long with sanitizers. It ends what hangs, on slow machines too.
-# The target hil_tests_<label> builds all programs of a label; what sanitizers take is told in tools/test.
+#   TIMEOUT  in seconds, 300 by default; three times as long with sanitizers. It ends a test that hangs, on slow machines too.
+# The target hil_tests_<label> builds all programs of a label; tools/test says which of them a sanitizer takes.
 function(hil_test name)
-  cmake_parse_arguments(TEST "THREADS" "LABEL;TIMEOUT;RUNNER;PREFIX" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
-  if(NOT TEST_LABEL MATCHES "^(unit|gpu|answers|scenario|vcan|realtime|torture)$")
-    message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, answers, scenario, vcan, realtime or torture, not '${TEST_LABEL}'")
+  cmake_parse_arguments(TEST "THREADS;SERIAL" "LABEL;TIMEOUT;RUNNER;PREFIX" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
+  if(NOT TEST_LABEL MATCHES "^(unit|gpu|system|long)$")
+    message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, system or long, not '${TEST_LABEL}'")
   endif()
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 300)
@@ -78,7 +78,7 @@ function(hil_test name)
   if(HIL_SANITIZE)
     math(EXPR TEST_TIMEOUT "3 * ${TEST_TIMEOUT}")
   endif()
-  if(TEST_LABEL STREQUAL "torture")
+  if(TEST_LABEL STREQUAL "long")
     string(PREPEND TEST_PREFIX "Long/")
   endif()
   add_executable(${name} ${TEST_SOURCES})
@@ -96,14 +96,14 @@ function(hil_test name)
     add_custom_target(hil_tests_${TEST_LABEL})
   endif()
   add_dependencies(hil_tests_${TEST_LABEL} ${name})
-  if(TEST_LABEL STREQUAL "torture")
+  if(TEST_LABEL STREQUAL "long")
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
   endif()
 
   set(properties LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
-  if(TEST_LABEL MATCHES "^(realtime|torture)$")
+  if(TEST_SERIAL OR TEST_LABEL STREQUAL "long")
     list(APPEND properties RUN_SERIAL ON)
-  elseif(TEST_LABEL MATCHES "^(gpu|answers|scenario)$")
+  elseif(TEST_LABEL MATCHES "^(gpu|system)$")
     # lavapipe computes on all processors: two at once fill the pauses of one another, more only wait.
     cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
     math(EXPR half "(${processors} + 1) / 2")
