@@ -5,16 +5,16 @@
 
 #include <iostream>
 
-#include "tests/long/rounds.hpp"
 #include "tests/long/simulated_load.hpp"
+#include "tests/support/rounds.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 using namespace std::chrono_literals;
 using rtstdb::DeadlineClass;
 
-constexpr std::uint64_t transactions = rounds(60'000, 3'000'000);
+const std::uint64_t transactions = tests::rounds(60'000, 3'000'000);
 
 std::vector<Stream> streams() {
   const Stream firm{.at_random = true,
@@ -92,4 +92,4 @@ TEST(AdmissionIsHonest, BesideReservations) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -12,7 +12,7 @@
 #include "rtstdb/transaction/monotonic_clock.hpp"
 #include "tests/unit/rtstdb_transaction/simulated.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 using namespace std::chrono_literals;
@@ -157,4 +157,4 @@ TEST_F(AllAtOnce, EachHasOneOutcome) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -11,7 +11,7 @@
 #include <thread>
 #include <utility>
 
-namespace hil::torture {
+namespace hil::stress {
 
 using namespace rtstdb;
 
@@ -368,4 +368,4 @@ CanaryPairs::Seen CanaryPairs::run(std::uint32_t seed, int readers, int writers,
   return all;
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

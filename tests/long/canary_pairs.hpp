@@ -11,7 +11,7 @@
 
 #include <rtstdb/database.hpp>
 
-namespace hil::torture {
+namespace hil::stress {
 
 class CanaryPairs {
  public:
@@ -61,4 +61,4 @@ class CanaryPairs {
   std::atomic<bool> over_{false};
 };
 
-}  // namespace hil::torture
+}  // namespace hil::stress

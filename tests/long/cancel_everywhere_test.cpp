@@ -6,10 +6,10 @@
 #include <array>
 #include <iostream>
 
-#include "tests/long/rounds.hpp"
+#include "tests/support/rounds.hpp"
 #include "tests/unit/rtstdb_transaction/simulated.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 using namespace std::chrono_literals;
@@ -118,7 +118,7 @@ TEST(CancelEverywhere, LeavesOneOutcomeAndWhatItSays) {
   Scene scene;
   // Every reading of the clock on the way, or some of them.
   constexpr std::uint64_t readings = 90;
-  constexpr std::uint64_t scenes = rounds(2 * readings, 100 * readings);
+  const std::uint64_t scenes = tests::rounds(2 * readings, 100 * readings);
   std::array<std::uint64_t, Scene::count> cancelled{};
   std::array<std::uint64_t, Scene::count> not_cancelled{};
   for (std::size_t whom = 0; whom < Scene::count; ++whom) {
@@ -142,4 +142,4 @@ TEST(CancelEverywhere, LeavesOneOutcomeAndWhatItSays) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

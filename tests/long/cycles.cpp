@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <deque>
 
-namespace hil::torture {
+namespace hil::stress {
 
 namespace {
 
@@ -120,4 +120,4 @@ std::vector<Edge> DependencyGraph::cycle(unsigned dependencies) const {
   return {};
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace hil::torture {
+namespace hil::stress {
 
 enum class Dependency : std::uint8_t {
   write_write,  ///< the second wrote over (or behind) the first
@@ -48,4 +48,4 @@ class DependencyGraph {
   std::vector<std::vector<Edge>> edges_;  ///< by where they begin
 };
 
-}  // namespace hil::torture
+}  // namespace hil::stress

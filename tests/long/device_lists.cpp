@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-namespace hil::torture {
+namespace hil::stress {
 
 using namespace rtstdb;
 
@@ -310,4 +310,4 @@ std::vector<Recorded> DeviceLists::run(std::uint32_t seed, int clients, int tran
   return history;
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

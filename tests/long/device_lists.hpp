@@ -12,7 +12,7 @@
 
 #include "tests/long/list_history.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 
 class DeviceLists {
  public:
@@ -34,4 +34,4 @@ class DeviceLists {
   rtstdb::Version empty_since_ = 0;      ///< the version before the clients began
 };
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -5,7 +5,7 @@
 #include <thread>
 #include <utility>
 
-namespace hil::torture {
+namespace hil::stress {
 
 using namespace rtstdb;  // NOLINT(google-build-using-namespace): the database that is driven
 
@@ -404,4 +404,4 @@ void EngineSimulation::take_ended(Client& client) {
   ended_.push_back(std::move(ended));
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -21,7 +21,7 @@
 #include "tests/long/simulated_storage.hpp"
 #include "tests/long/world_model.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 
 /// What a course of events has to have met, over many seeds.
 struct SimulationCounts {
@@ -156,4 +156,4 @@ class EngineSimulation final : private DeviceEvents {
   std::unique_ptr<rtstdb::transaction::Engine> engine_;
 };
 
-}  // namespace hil::torture
+}  // namespace hil::stress

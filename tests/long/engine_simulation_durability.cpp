@@ -4,7 +4,7 @@
 
 #include "tests/long/engine_simulation.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 
 using namespace rtstdb;  // NOLINT(google-build-using-namespace): the database that is driven
 
@@ -63,4 +63,4 @@ void EngineSimulation::judge_refusal(const EndedTransaction& ended) {
   }
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

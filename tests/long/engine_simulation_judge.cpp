@@ -6,7 +6,7 @@
 
 #include "tests/long/engine_simulation.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 
 using namespace rtstdb;  // NOLINT(google-build-using-namespace): the database that is driven
 
@@ -207,4 +207,4 @@ void EngineSimulation::look_at_snapshot() {
   });
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

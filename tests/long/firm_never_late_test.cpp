@@ -5,10 +5,10 @@
 
 #include <iostream>
 
-#include "tests/long/rounds.hpp"
 #include "tests/long/simulated_load.hpp"
+#include "tests/support/rounds.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 using namespace std::chrono_literals;
@@ -17,7 +17,7 @@ using rtstdb::LatePolicy;
 using rtstdb::Outcome;
 using rtstdb::Status;
 
-constexpr std::uint64_t at_each_load = rounds(20'000, 2'000'000);
+const std::uint64_t at_each_load = tests::rounds(20'000, 2'000'000);
 
 std::vector<Stream> streams(double load) {
   const Stream firm{.at_random = true,
@@ -135,4 +135,4 @@ TEST(FirmNeverLate, AtLoadsFromHalfToThreeTimesWhatCanBeDone) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -5,10 +5,10 @@
 #include <iostream>
 #include <map>
 
-#include "tests/long/rounds.hpp"
 #include "tests/long/simulated_load.hpp"
+#include "tests/support/rounds.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 using namespace std::chrono_literals;
@@ -16,7 +16,7 @@ using rtstdb::DeadlineClass;
 using rtstdb::ReservationCounts;
 using rtstdb::Status;
 
-constexpr std::uint64_t transactions = rounds(40'000, 3'000'000);
+const std::uint64_t transactions = tests::rounds(40'000, 3'000'000);
 
 /// Three times what can be done: short and long readers, writers, and writers that ask; all soft, most important and with
 /// deadlines that lie before all others.
@@ -142,4 +142,4 @@ TEST(HardReserve, WithoutReservationsTheFloodMakesThemMiss) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -25,17 +25,14 @@
 #include "rtstdb/log/posix_disk.hpp"
 #include "rtstdb/transaction/engine.hpp"
 #include "tests/long/timed_disk.hpp"
+#include "tests/support/rounds.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 using namespace rtstdb;
 
-#ifdef HIL_TORTURE_LONG
-constexpr int cycles = 1000;
-#else
-constexpr int cycles = 30;
-#endif
+const int cycles = static_cast<int>(tests::rounds(30, 1000));
 constexpr std::uint32_t entities = 64;
 constexpr std::size_t ring_bytes = std::size_t{256} << 10;
 constexpr Nanoseconds flush_interval{2'000'000};
@@ -336,4 +333,4 @@ TEST_F(Kill9, LosesNothingThatWasPromised) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -9,7 +9,7 @@
 
 #include "tests/long/cycles.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 
 namespace {
 
@@ -259,4 +259,4 @@ std::vector<Finding> find_anomalies(const std::vector<Recorded>& history, const 
   return Search(history, options).run();
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

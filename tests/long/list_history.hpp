@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace hil::torture {
+namespace hil::stress {
 
 using Key = std::uint32_t;
 using Value = std::uint32_t;
@@ -76,4 +76,4 @@ struct HistoryOptions {
 /// All that no serial order explains; empty: there is one.
 std::vector<Finding> find_anomalies(const std::vector<Recorded>& history, const HistoryOptions& options = {});
 
-}  // namespace hil::torture
+}  // namespace hil::stress

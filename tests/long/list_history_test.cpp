@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <random>
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 /// A transaction that lasted from one instant to another.
@@ -185,4 +185,4 @@ TEST(ListHistory, OneWrongReadAmongHundredsIsFound) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-namespace hil::torture {
+namespace hil::stress {
 
 using rtstdb::EntityRow;
 using rtstdb::EntityState;
@@ -289,4 +289,4 @@ std::vector<Recorded> ListWorld::run(std::uint32_t seed, int clients, int transa
   return history;
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -19,7 +19,7 @@
 #include "rtstdb/transaction/monotonic_clock.hpp"
 #include "tests/long/list_history.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 
 /// Asks for whole lists.
 class ListQuery final : public rtstdb::RayQuery, public rtstdb::query::PreparedQuery {
@@ -77,4 +77,4 @@ class ListWorld {
   rtstdb::Version empty_since_ = 0;      ///< the version before the clients began
 };
 
-}  // namespace hil::torture
+}  // namespace hil::stress

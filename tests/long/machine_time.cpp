@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 std::int64_t now_ns() noexcept {
@@ -64,4 +64,4 @@ rtstdb::Nanoseconds MachineTime::taken() const {
   return rtstdb::Nanoseconds(sum_ns);
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -10,7 +10,7 @@
 
 #include <rtstdb/time.hpp>
 
-namespace hil::torture {
+namespace hil::stress {
 
 class MachineTime {
  public:
@@ -33,4 +33,4 @@ class MachineTime {
   std::thread bare_;
 };
 
-}  // namespace hil::torture
+}  // namespace hil::stress

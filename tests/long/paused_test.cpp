@@ -14,7 +14,9 @@
 #include <string>
 #include <thread>
 
-namespace hil::torture {
+#include "tests/support/rounds.hpp"
+
+namespace hil::stress {
 namespace {
 
 using namespace std::chrono_literals;
@@ -85,11 +87,7 @@ class Program {
 TEST(Paused, NoFalseMissAndNoLateCommit) {
   Program program;
   ASSERT_EQ(program.line(), "ready\n");
-#ifdef HIL_TORTURE_LONG
-  constexpr int stops = 200;
-#else
-  constexpr int stops = 6;
-#endif
+  const int stops = static_cast<int>(tests::rounds(6, 200));
   for (int k = 0; k < stops; ++k) {
     // Wherever it is.
     std::this_thread::sleep_for(std::chrono::microseconds(20'000 + 137 * k));
@@ -119,4 +117,4 @@ TEST(Paused, NoFalseMissAndNoLateCommit) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -15,17 +15,17 @@
 
 #include "rtstdb/transaction/monotonic_clock.hpp"
 #include "tests/long/machine_time.hpp"
-#include "tests/long/rounds.hpp"
+#include "tests/support/rounds.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 using namespace std::chrono_literals;
 using namespace rtstdb;
 
 constexpr std::uint32_t entity_count = 500;
-constexpr auto hard_transactions = static_cast<std::int64_t>(rounds(40, 2000));
-constexpr auto firm_transactions = static_cast<std::int64_t>(rounds(300, 5000));
+const auto hard_transactions = static_cast<std::int64_t>(tests::rounds(40, 2000));
+const auto firm_transactions = static_cast<std::int64_t>(tests::rounds(300, 5000));
 
 template <class Value>
 Value must(Result<Value> result) {
@@ -238,4 +238,4 @@ TEST_F(RealDeadlines, NoFirmOneIsPublishedLateFromEightThreads) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -10,7 +10,7 @@
 #include "rtstdb/log/posix_disk.hpp"
 #include "rtstdb/transaction/engine.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 using namespace rtstdb;
@@ -111,4 +111,4 @@ TEST_F(RecoveryTime, OfTenSecondsOfLog) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -4,7 +4,7 @@
 
 #include "tests/long/engine_simulation.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 TEST(EngineSimulation, TheSameSeedIsTheSameCourse) {
@@ -20,4 +20,4 @@ TEST(EngineSimulation, TheSameSeedIsTheSameCourse) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

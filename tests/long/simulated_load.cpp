@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-namespace hil::torture {
+namespace hil::stress {
 
 using namespace std::chrono_literals;
 using rtstdb::Status;
@@ -208,4 +208,4 @@ double load_of(std::span<const Stream> streams) {
   return sum;
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -12,7 +12,7 @@
 
 #include "tests/unit/rtstdb_transaction/simulated.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 
 using rtstdb::ClockTime;
 using rtstdb::Nanoseconds;
@@ -119,4 +119,4 @@ class SimulatedLoad {
 /// The share of the device's time that the streams ask for.
 double load_of(std::span<const Stream> streams);
 
-}  // namespace hil::torture
+}  // namespace hil::stress

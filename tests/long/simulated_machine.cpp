@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace hil::torture {
+namespace hil::stress {
 
 using rtstdb::Nanoseconds;
 using rtstdb::query::ExecutorCallbacks;
@@ -62,4 +62,4 @@ void SimulatedDevice::let_others_in(ExecutorCallbacks* callbacks) {
   callbacks->end_wait();
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -14,7 +14,7 @@
 
 #include "rtstdb/query/executor.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 
 class Chance {
  public:
@@ -96,4 +96,4 @@ class SimulatedDevice final : public rtstdb::query::Executor {
   std::atomic<bool> tries_{false};
 };
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <iostream>
 
-namespace hil::torture {
+namespace hil::stress {
 
 using rtstdb::DurabilityMode;
 using rtstdb::Nanoseconds;
@@ -182,4 +182,4 @@ void SimulatedStorage::rest() {
   clear_up();
 }
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -15,7 +15,7 @@
 #include "tests/long/simulated_machine.hpp"
 #include "tests/support/simulated_disk.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 
 class SimulatedStorage final : public rtstdb::transaction::LogDriver {
  public:
@@ -84,4 +84,4 @@ class SimulatedStorage final : public rtstdb::transaction::LogDriver {
   Counts counts_;
 };
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -14,7 +14,7 @@
 #include "tests/long/machine_time.hpp"
 #include "tests/support/simulated_disk.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 namespace {
 
 using namespace rtstdb;
@@ -179,4 +179,4 @@ TEST(StalledDisk, TheLoopMissesNothingForIt) {
 }
 
 }  // namespace
-}  // namespace hil::torture
+}  // namespace hil::stress

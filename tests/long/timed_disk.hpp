@@ -13,7 +13,7 @@
 
 #include "rtstdb/log/disk.hpp"
 
-namespace hil::torture {
+namespace hil::stress {
 
 class DiskAccount {
  public:
@@ -62,4 +62,4 @@ class TimedDisk final : public rtstdb::log::Disk {
   Timer timer_;
 };
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -8,7 +8,7 @@
 
 #include <rtstdb/database.hpp>
 
-namespace hil::torture {
+namespace hil::stress {
 
 struct ModelWrite {
   enum class Kind : std::uint8_t { create, update, remove } kind = Kind::create;
@@ -60,4 +60,4 @@ class WorldModel {
   std::map<rtstdb::Version, Held> doubtful_;
 };
 
-}  // namespace hil::torture
+}  // namespace hil::stress

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/rounds.hpp"
 #include "tests/system/scenario/hil.hpp"
 #include "tests/system/scenario/run_files.hpp"
 
@@ -52,13 +53,8 @@ bool runs_within(const char* option, std::uint64_t value) {
   return false;
 }
 
-#if defined(HIL_TORTURE_LONG)
-constexpr std::uint64_t memory_step_kib = 7'000;
-constexpr std::uint64_t descriptor_step = 1;
-#else
-constexpr std::uint64_t memory_step_kib = 130'000;
-constexpr std::uint64_t descriptor_step = 23;
-#endif
+const std::uint64_t memory_step_kib = tests::is_long() ? 7'000 : 130'000;
+const std::uint64_t descriptor_step = tests::is_long() ? 1 : 23;
 
 constexpr std::uint64_t min_memory_kib = 40'000;  // less does not take the program's libraries
 constexpr std::uint64_t enough_memory_kib = 8'000'000;

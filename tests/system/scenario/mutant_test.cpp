@@ -6,17 +6,14 @@
 #include <cstdint>
 
 #include "tests/paths.h"
+#include "tests/support/rounds.hpp"
 #include "tests/support/text_mutator.hpp"
 #include "tests/system/scenario/hil.hpp"
 
 namespace hil::scenario_test {
 namespace {
 
-#ifdef HIL_TORTURE_LONG
-constexpr std::uint64_t mutants_per_file = 700;
-#else
-constexpr std::uint64_t mutants_per_file = 40;
-#endif
+const std::uint64_t mutants_per_file = tests::rounds(40, 700);
 
 void check_mutants(const std::string& name) {
   const ScenarioCopy copy;
