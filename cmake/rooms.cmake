@@ -55,17 +55,17 @@ function(hil_room name)
   endif()
 endfunction()
 
-# One test program per folder of tests.
+# One test program per folder of tests. ctest runs each of its suites as one test.
 #   LABEL    unit needs nothing but this computer, gpu needs a Vulkan device, system needs the built programs (and what its folder
 #            in tests/system names), long takes much time: tools/test --long alone builds and runs it
 #   LONG     its tests have a long form too (tests/support/rounds.hpp): tools/test --long runs them once more under the label long
-#            and names that begin with Long/, with HIL_TESTS_LONG in the environment and this timeout in seconds; LONG_FILTER chooses some of
-#            them, as --gtest_filter does
+#            and names that begin with Long/, with HIL_TESTS_LONG in the environment and this timeout in seconds; LONG_FILTER chooses
+#            suites of them, as --gtest_filter does
 #   SERIAL   it measures time and runs alone; all long tests do
 #   THREADS  it has threads of its own: the thread sanitizer takes it, and no other
 #   RUNNER   a program that prepares the machine: the whole program then runs as one test, RUNNER PROGRAM
 #   SEPARATE as for rooms
-#   TIMEOUT  in seconds, 300 by default; three times as long with sanitizers. It ends a test that hangs, on slow machines too.
+#   TIMEOUT  in seconds for a suite, 600 by default; three times as long with sanitizers. It ends a test that hangs, on slow machines too.
 # The target hil_tests_<label> builds all programs of a label; tools/test says which of them a sanitizer takes.
 function(hil_test name)
   cmake_parse_arguments(TEST "THREADS;SERIAL" "LABEL;TIMEOUT;LONG;LONG_FILTER;RUNNER" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
@@ -73,7 +73,7 @@ function(hil_test name)
     message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, system or long, not '${TEST_LABEL}'")
   endif()
   if(NOT TEST_TIMEOUT)
-    set(TEST_TIMEOUT 300)
+    set(TEST_TIMEOUT 600)
   endif()
   add_executable(${name} ${TEST_SOURCES})
   target_link_libraries(${name} PRIVATE hil_compile_options hil_test_paths ${TEST_USES} ${TEST_LIBS} GTest::gtest_main)
@@ -128,13 +128,28 @@ function(hil_add_to_label name label)
   add_dependencies(hil_tests_${label} ${name})
 endfunction()
 
-# The tests of a program that `filter` chooses, under a label. Further arguments are properties of these tests.
+# The suites of a program that `filter` chooses, each as one test under a label. Further arguments are properties of these tests.
 function(hil_discover name label timeout serial filter)
   hil_test_properties(properties ${label} ${timeout} "${serial}")
   set(prefix "")
   if(label STREQUAL "long")
     set(prefix Long/)
   endif()
-  gtest_discover_tests(${name} TEST_PREFIX "${prefix}" TEST_FILTER "${filter}" DISCOVERY_MODE PRE_TEST PROPERTIES ${properties} ${ARGN})
+  if(NOT filter)
+    set(filter *)
+  endif()
+  list(APPEND properties ${ARGN})
+  list(JOIN properties "]==] [==[" properties)
+  set(suites ${CMAKE_CURRENT_BINARY_DIR}/${name}_${label}.cmake)
+  file(GENERATE OUTPUT ${suites} CONTENT
+"if(EXISTS \"$<TARGET_FILE:${name}>\")
+  include(\"${PROJECT_SOURCE_DIR}/cmake/test_suites.cmake\")
+  hil_add_suites([==[$<TARGET_FILE:${name}>]==] \"${prefix}\" [==[${filter}]==] [==[${PROJECT_BINARY_DIR}/results]==]
+    [==[${properties}]==])
+else()
+  add_test(${name}_NOT_BUILT ${name}_NOT_BUILT)
+endif()
+")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${suites})
   hil_add_to_label(${name} ${label})
 endfunction()

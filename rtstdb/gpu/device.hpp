@@ -217,6 +217,8 @@ class Timeline {
   std::shared_ptr<Impl> impl_;  // a recorder in flight knows where it was submitted
 };
 
+struct Kernel;
+
 struct DeviceOptions {
   std::string select = "auto";  ///< see DatabaseOptions::gpu
   bool validation = false;
@@ -226,6 +228,9 @@ struct DeviceOptions {
   bool takes_in_host_memory = true;      ///< false: as on a device that can not, to test that
   bool lanes_work_together = true;       ///< false: as where subgroups are of a size that no kernel is for
   std::uint32_t processors = 0;          ///< see DeviceLimits; 0: those of this machine
+  /// One device for all of this process that open one with the same options; it compiles late and is never closed. For
+  /// tests, which open hundreds.
+  bool shared = false;
 };
 
 struct DeviceLimits {
@@ -284,6 +289,8 @@ class Device {
 
  private:
   explicit Device(std::shared_ptr<Impl> impl);
+  static Result<std::shared_ptr<Impl>> open_impl(const DeviceOptions& options);
+  Result<Pipeline> create_pipeline(const ShaderInfo& shader, std::shared_ptr<Kernel>& kernel);
   std::shared_ptr<Impl> impl_;  // what the device made keeps it alive
 };
 

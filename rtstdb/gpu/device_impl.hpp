@@ -3,6 +3,7 @@
 // which the owner drops them does not matter.
 
 #include <atomic>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "rtstdb/gpu/vulkan.hpp"
 
 namespace rtstdb::gpu {
+
+struct Kernel;
 
 struct Device::Impl {
   std::unique_ptr<Instance> instance;
@@ -26,10 +29,13 @@ struct Device::Impl {
   std::vector<MemoryTraits> memory_types;
   std::uint32_t queue_family = 0;
   bool takes_in_host_memory = false;
+  bool shared = false;
   bool compile_late = false;
   vk::raii::Device device;
   vk::raii::Queue queue;
   vk::raii::PipelineCache pipeline_cache;
+  std::mutex kernels_mutex;
+  std::map<ShaderId, std::shared_ptr<Kernel>> kernels;  ///< of the pipelines made so far
   std::mutex queue_mutex;  ///< Vulkan wants one caller at a time; two Timelines may submit at once
   std::atomic<bool> lost{false};
   std::atomic<std::uint32_t> allocations{0};

@@ -41,9 +41,12 @@ DeviceOptions test_device_options(bool validation) {
 }
 
 void GpuTest::SetUp() {
-  auto device = Device::open(test_device_options(true));
+  DeviceOptions options = test_device_options(true);
+  options.shared = true;
+  auto device = Device::open(options);
   ASSERT_TRUE(device.ok()) << device.error().message;
   device_ = std::move(device).value();
+  messages_taken_ = device_->validation_messages().size();
 }
 
 void GpuTest::TearDown() {

@@ -15,7 +15,6 @@
 
 #include "rtstdb/transaction/monotonic_clock.hpp"
 #include "tests/long/machine_time.hpp"
-#include "tests/support/rounds.hpp"
 
 namespace hil::stress {
 namespace {
@@ -24,8 +23,8 @@ using namespace std::chrono_literals;
 using namespace rtstdb;
 
 constexpr std::uint32_t entity_count = 500;
-const auto hard_transactions = static_cast<std::int64_t>(tests::rounds(40, 2000));
-const auto firm_transactions = static_cast<std::int64_t>(tests::rounds(300, 5000));
+constexpr std::int64_t hard_transactions = 2000;
+constexpr std::int64_t firm_transactions = 5000;
 
 template <class Value>
 Value must(Result<Value> result) {

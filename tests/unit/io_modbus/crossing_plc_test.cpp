@@ -91,7 +91,6 @@ TEST(CrossingPlc, ListensOnAnIpv6Address) {
 
 TEST(CrossingPlc, SteppedTimeNeverGoesBackAndStandsStillOtherwise) {
   const Process plc({HIL_CROSSING_PLC, "--clock", "stepped"});
-  std::this_thread::sleep_for(milliseconds(60));
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t0\n"), std::string::npos);
   mbpoll(plc.port(), "-t 4:int -r 10", "1000");
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t50\n"), std::string::npos);
@@ -144,12 +143,15 @@ TEST(CrossingPlc, WallTimePassesAtItsRateInWholeScans) {
   const auto start = std::chrono::steady_clock::now();
   const int first_ms = number("-t 3:int -r 6", "[6]: \t");
   const int first_scan = number("-t 3 -r 4", "[4]: \t");
-  std::this_thread::sleep_for(milliseconds(1000));
-  const int last_scan = number("-t 3 -r 4", "[4]: \t");
-  const int last_ms = number("-t 3:int -r 6", "[6]: \t");
+  int last_scan = first_scan;
+  int last_ms = first_ms;
+  ASSERT_TRUE(eventually([&] {
+    last_scan = number("-t 3 -r 4", "[4]: \t");
+    last_ms = number("-t 3:int -r 6", "[6]: \t");
+    return last_ms - first_ms >= 500;
+  }));
   const auto passed = std::chrono::steady_clock::now() - start;
   EXPECT_LE(last_ms - first_ms, std::chrono::duration_cast<milliseconds>(passed).count() + 20);
-  EXPECT_GE(last_ms - first_ms, 700);  // a busy machine may be late with the last scans
   EXPECT_EQ((last_ms - first_ms) % 20, 0);
   EXPECT_LE(last_scan - first_scan, (last_ms - first_ms) / 20);
   EXPECT_GT(last_scan, first_scan);
