@@ -1,5 +1,5 @@
 #pragma once
-// Vulkan for the sources of this room alone; no header that others include may include this one.
+// Vulkan for the sources of this folder alone; no header that others include may include this one.
 // The loader library is opened at run time (loader.hpp), so that a machine without it gets a sentence instead
 // of a program that does not start.
 
