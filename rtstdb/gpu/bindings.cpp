@@ -7,7 +7,7 @@
 namespace rtstdb::gpu {
 namespace {
 
-/// Room for exactly one set of these bindings.
+/// A pool that holds exactly one descriptor set with these bindings.
 vk::raii::DescriptorPool create_pool(const vk::raii::Device& device, std::string_view letters) {
   std::vector<vk::DescriptorPoolSize> sizes;
   for (const char letter : letters)
@@ -22,7 +22,7 @@ const vk::raii::BufferView& view_of(const Buffer::Impl& buffer, char letter) {
   return view;
 }
 
-/// A BufferPart whose size is known.
+/// A BufferPart with its size resolved.
 struct Part {
   const Buffer::Impl* buffer;
   std::size_t offset;

@@ -19,7 +19,7 @@ vk::BufferUsageFlags usage_of(const BufferOptions& options) {
   return usage;
 }
 
-/// The limit that the buffer would pass, in words.
+/// Describes the limit that the buffer exceeds; empty when it exceeds none.
 std::optional<std::string> passed_limit(const Device::Impl& device, const BufferOptions& options) {
   const auto sentence = [&](std::size_t limit, const char* of_what) {
     return "buffer \"" + options.name + "\" of " + std::to_string(options.size_bytes) +
@@ -40,7 +40,7 @@ vk::MemoryAllocateFlagsInfo flags_of(const BufferOptions& options) {
   return {options.addressed ? vk::MemoryAllocateFlagBits::eDeviceAddress : vk::MemoryAllocateFlags{}};
 }
 
-/// Puts the caller's pages under the buffer. Empty: the device can not have just these.
+/// Imports the caller's pages as the buffer's memory. Returns null when the device can not import them.
 vk::raii::DeviceMemory take_in(const Device::Impl& device, const vk::MemoryRequirements& needs,
                                const BufferOptions& options) try {
   constexpr auto type = vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT;
@@ -61,7 +61,7 @@ vk::raii::DeviceMemory take_in(const Device::Impl& device, const vk::MemoryRequi
   return nullptr;
 }
 
-/// Tries the suitable memory types from best to worst: the best one may be small and full.
+/// Tries the suitable memory types from best to worst, since the best one may be small and full.
 vk::raii::DeviceMemory allocate(const Device::Impl& device, const vk::MemoryRequirements& needs,
                                 const BufferOptions& options) {
   const vk::MemoryAllocateFlagsInfo flags = flags_of(options);

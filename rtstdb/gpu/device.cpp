@@ -12,7 +12,7 @@
 namespace rtstdb::gpu {
 namespace {
 
-/// Whether pages of the host can be put under buffers.
+/// Whether the device can import host memory at the alignment of HostMemory.
 bool can_take_in_host_memory(const vk::raii::PhysicalDevice& device) {
   const auto extensions = device.enumerateDeviceExtensionProperties();
   const bool there = std::ranges::any_of(extensions, [](const vk::ExtensionProperties& extension) {
@@ -52,7 +52,7 @@ std::vector<MemoryTraits> describe_memory(const vk::raii::PhysicalDevice& device
   return types;
 }
 
-/// Those that llvmpipe's threads may run on at a time.
+/// The number of processors that llvmpipe's threads can use at a time.
 std::uint32_t software_processors() {
   const long all = std::max(std::thread::hardware_concurrency(), 1u);
   const char* const threads = std::getenv("LP_NUM_THREADS");
@@ -130,7 +130,7 @@ std::vector<DeviceInfo> Device::list() {
       infos.push_back(std::move(device.candidate.info));
     }
   } catch (const vk::SystemError&) {
-    infos.clear();  // a driver that can not even be asked offers nothing
+    infos.clear();  // a driver that fails to enumerate offers no device
   }
   return infos;
 }

@@ -38,7 +38,8 @@ std::string list_of(std::span<const Candidate> candidates) {
 Error none_fits(std::string_view looked_for, std::span<const Candidate> candidates) {
   std::string message = "no Vulkan device: looked for " + std::string(looked_for) + ", found ";
   message += candidates.empty() ? "none" : list_of(candidates);
-  // Where a fit device exists, another choice helps; else only a driver does.
+  // If a suitable device exists, the error suggests another choice; otherwise it suggests to install a
+  // driver.
   const bool any_fit =
       std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.unfit.empty(); });
   message += "; ";

@@ -15,7 +15,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
                                           VkDebugUtilsMessageTypeFlagsEXT /*types*/,
                                           const VkDebugUtilsMessengerCallbackDataEXT* data, void* log) {
   static_cast<ValidationLog*>(log)->add(data->pMessage);
-  return VK_FALSE;  // the call goes on as it would without the layer
+  return VK_FALSE;  // false: the layer does not abort the call
 }
 
 bool has_layer(const vk::raii::Context& context, const char* name) {
@@ -95,7 +95,7 @@ Result<std::unique_ptr<Instance>> Instance::open(const std::string& loader_libra
         vk::raii::Context(reinterpret_cast<PFN_vkGetInstanceProcAddr>(entry.value().get_instance_proc_addr)),
         validation);
   } catch (const vk::IncompatibleDriverError&) {
-    // The loader's way of saying that it found no driver at all.
+    // The loader reports missing drivers this way.
     return choose_device("auto", {}).error();
   } catch (const vk::SystemError& failure) {
     return to_error(failure, "no Vulkan device: creating the Vulkan instance failed");

@@ -26,7 +26,7 @@ DeviceKind kind_of(vk::PhysicalDeviceType type) {
   }
 }
 
-/// The first family that computes, copies (every one that computes does) and takes timestamps.
+/// The first queue family with compute (which implies copies) and timestamps.
 std::optional<std::uint32_t> find_queue_family(const vk::raii::PhysicalDevice& device) {
   const auto families = device.getQueueFamilyProperties();
   for (std::uint32_t i = 0; i < families.size(); ++i) {
@@ -35,7 +35,7 @@ std::optional<std::uint32_t> find_queue_family(const vk::raii::PhysicalDevice& d
   return std::nullopt;
 }
 
-/// Only for devices of Vulkan 1.3 or later.
+/// The device must support Vulkan 1.3 or later.
 std::string why_unfit(const vk::raii::PhysicalDevice& device, bool has_queue) {
   if (!has_queue) return "no compute queue with timestamps";
   if (const char* feature = missing_feature(device)) return std::string("without ") + feature;
