@@ -36,7 +36,7 @@ Result<BlasBuilder> BlasBuilder::create(gpu::Device& device, Submit& submit) {
   auto sort = RadixSort::create(device);
   if (!sort) return sort.error();
   builder.sort_ = std::move(sort).value();
-  if (device.compiles_late()) return builder;
+  if (device.compiles_on_first_dispatch()) return builder;
   TriangleMesh some;
   some.positions_m = {{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}};
   some.triangles.assign(16, {0, 1, 2});

@@ -60,7 +60,7 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
   const std::size_t largest = device.limits().max_storage_range_bytes / triangle_bytes;
   if (count > largest) {
     return Error{ErrorCode::capacity, "a geometry that deforms of " + std::to_string(count) +
-                                          " triangles passes the limit of " + std::to_string(largest) +
+                                          " triangles exceeds the limit of " + std::to_string(largest) +
                                           " on " + device.info().name};
   }
   const Room room = room_for(count);
@@ -73,7 +73,7 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
   gpu::BufferOptions order{.name = "deformed order", .size_bytes = 16 * std::size_t{count}};
   order.texel_uint4 = true;
   order.addressed = true;
-  const gpu::BufferWanted wanted[] = {
+  const gpu::BufferRequest wanted[] = {
       {&geometry.positions_, positions},
       {&geometry.boxes_, boxes},
       {&geometry.root_readback_,

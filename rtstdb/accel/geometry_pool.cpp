@@ -104,7 +104,7 @@ Result<void> GeometryPool::check_room(std::uint32_t triangles) const {
   }
   if (std::size_t{triangle_count_} + triangles > max_triangles_total) {
     return Error{ErrorCode::capacity, "a geometry of " + std::to_string(triangles) + " triangles on top of " +
-                                          std::to_string(triangle_count_) + " passes the limit of " +
+                                          std::to_string(triangle_count_) + " exceeds the limit of " +
                                           std::to_string(max_triangles_total)};
   }
   return {};

@@ -52,7 +52,7 @@ Result<TlasBuilder> TlasBuilder::create(gpu::Device& device, std::uint32_t capac
   const std::size_t n = builder.capacity_;
   const std::size_t nodes = wide_node_bound(capacity, 1);
   const std::size_t state_bytes = 4 * shared::blas_state_words;
-  const gpu::BufferWanted wanted[] = {
+  const gpu::BufferRequest wanted[] = {
       {&builder.sorted_, RadixSort::sorted_buffer("TLAS keys", n)},
       {&builder.low_words_, {.name = "TLAS words", .size_bytes = 2 * 4 * n}},
       {&builder.offsets_, RadixSort::counts_buffer("TLAS offsets", n)},

@@ -54,7 +54,7 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   if (!patch) return patch.error();
   tlas.patch_ = std::move(patch).value();
   const std::size_t n = options.max_entities;
-  const gpu::BufferWanted buffers[] = {
+  const gpu::BufferRequest buffers[] = {
       {&tlas.changed_rows_,
        {.name = "changed rows",
         .size_bytes = sizeof(shared::EntityRecord) * n,
@@ -102,7 +102,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   gpu::BufferOptions motion_boxes{.name = name + " motion boxes",
                                   .size_bytes = 16 * shared::motion_box_texels * (n + nodes_count)};
   motion_boxes.texel_uint4 = true;
-  const gpu::BufferWanted buffers[] = {
+  const gpu::BufferRequest buffers[] = {
       {&slot.rows, rows},
       {&slot.instances, instances},
       {&slot.centers, centers},

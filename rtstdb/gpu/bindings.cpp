@@ -72,7 +72,7 @@ Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<con
     RTSTDB_ASSERT(size <= all - offset);
     if (of.letters[i] == 'S' && size > limits().max_storage_range_bytes) {
       return Error{ErrorCode::capacity, "buffer \"" + buffer.options.name + "\" of " + std::to_string(size) +
-                                            " bytes passes the limit of " +
+                                            " bytes exceeds the limit of " +
                                             std::to_string(limits().max_storage_range_bytes) +
                                             " bytes in one storage binding on " + info().name};
     }

@@ -24,7 +24,7 @@ struct Buffer::Impl {
   std::uint64_t address = 0;    ///< 0 unless addressed
   std::byte* mapped = nullptr;  ///< null for Memory::device
   /// The caller's HostMemory where the device works on a copy of it; else null
-  std::byte* copied_to = nullptr;
+  std::byte* host_copy = nullptr;
 
   Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions& options_in);
 };

@@ -65,8 +65,8 @@ class Buffer {
   /// For a buffer with BufferOptions::host: flush() makes the host's writes to the range visible to later
   /// submissions, invalidate() makes the device's finished writes visible to the host. Both do nothing where
   /// the device imported the memory. Misuse: a buffer without BufferOptions::host; a range beyond its end.
-  void push(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
-  void pull(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
+  void flush(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
+  void invalidate(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
   /// The device address of a byte, low word first. Accesses through it are not bounds checked. Misuse: a
   /// buffer that is not `addressed`; an offset beyond its end.
   glm::uvec2 address(std::size_t offset_bytes = 0) const noexcept;
@@ -84,7 +84,7 @@ class Buffer {
 };
 
 /// A buffer to create, and the object that receives it.
-struct BufferWanted {
+struct BufferRequest {
   Buffer* buffer = nullptr;
   BufferOptions options;
 };
@@ -236,11 +236,12 @@ struct DeviceOptions {
   bool validation = false;
   /// The Vulkan loader, opened at run time and never closed. Tests replace it by one that fails on demand.
   std::string loader_library = "libvulkan.so.1";
-  std::vector<std::byte> compiled = {};  ///< data of Device::pipeline_cache_data to start from; empty: none
+  std::vector<std::byte> pipeline_cache =
+      {};  ///< data of Device::pipeline_cache_data to start from; empty: none
   /// False: never import host memory, as on a device that can not (for tests)
-  bool takes_in_host_memory = true;
-  bool lanes_work_together = true;  ///< false: never use kernels for a given subgroup size (for tests)
-  std::uint32_t processors = 0;     ///< overrides DeviceLimits::processors; 0: as detected
+  bool imports_host_memory = true;
+  bool use_subgroup_kernels = true;  ///< false: never use kernels for a given subgroup size (for tests)
+  std::uint32_t processors = 0;      ///< overrides DeviceLimits::processors; 0: as detected
 };
 
 struct DeviceLimits {
@@ -251,7 +252,7 @@ struct DeviceLimits {
   std::size_t max_allocation_bytes = 0;
   std::uint32_t processors =
       0;  ///< number of workgroups that a software device runs at a time; 0: not a software device
-  std::uint32_t lanes_together = 0;  ///< lanes of a subgroup; 0 with DeviceOptions::use_subgroup_kernels off
+  std::uint32_t subgroup_size = 0;  ///< lanes of a subgroup; 0 with DeviceOptions::use_subgroup_kernels off
 };
 
 class Device {
@@ -276,14 +277,14 @@ class Device {
   /// device_lost. Misuse: size 0; texel views and a size that is not a multiple of 16.
   Result<Buffer> create_buffer(const BufferOptions& options);
   /// Creates the buffers in order and stops at the first error; buffers before it exist.
-  Result<void> create_buffers(std::span<const BufferWanted> wanted);
+  Result<void> create_buffers(std::span<const BufferRequest> wanted);
   /// On: pipelines are compiled at their first dispatch, so creating them is fast. A compilation that fails
   /// then counts as a lost device. Off by default.
-  void compile_late(bool late) noexcept;
+  void compile_on_first_dispatch(bool late) noexcept;
   /// The driver's pipeline cache, to pass to another device as DeviceOptions::pipeline_cache. A lost device
   /// also returns it. Empty where the driver does not give it.
-  std::vector<std::byte> compiled() const;
-  bool compiles_late() const noexcept;
+  std::vector<std::byte> pipeline_cache_data() const;
+  bool compiles_on_first_dispatch() const noexcept;
   /// Compiles a shader of the table. Asserts that bindings, push constants and group size reflected from its
   /// SPIR-V equal the table's. Errors: capacity (group size), out_of_memory, device_lost.
   Result<Pipeline> create_pipeline(ShaderId shader);

@@ -17,7 +17,7 @@ enum class DeviceKind : std::uint8_t { discrete, integrated, virtual_gpu, cpu, o
 struct Candidate {
   DeviceInfo info;
   DeviceKind kind = DeviceKind::other;
-  std::string unfit;  ///< why rtstdb can not use the device; empty: it can
+  std::string unsuitable;  ///< why rtstdb can not use the device; empty: it can
 };
 
 /// Returns an index into `candidates`. `select` is an index ("0"), a part of a name (case insensitive; takes

@@ -25,8 +25,8 @@ struct Device::Impl {
   std::uint32_t timestamp_bits = 0;
   std::vector<MemoryTraits> memory_types;
   std::uint32_t queue_family = 0;
-  bool takes_in_host_memory = false;
-  bool compile_late = false;
+  bool imports_host_memory = false;
+  bool compile_on_first_dispatch = false;
   vk::raii::Device device;
   vk::raii::Queue queue;
   vk::raii::PipelineCache pipeline_cache;

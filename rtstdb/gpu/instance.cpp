@@ -42,7 +42,7 @@ Result<std::unique_ptr<Instance>> create(vk::raii::Context context, bool validat
   }
   if (validation && !has_layer(context, validation_layer)) {
     return Error{ErrorCode::no_device,
-                 std::string("Vulkan validation was asked for, but the layer ") + validation_layer +
+                 std::string("Vulkan validation was requested, but the layer ") + validation_layer +
                      " is not installed; install vulkan-validationlayers or turn validation off"};
   }
   const char* layer = validation ? validation_layer : nullptr;
@@ -50,7 +50,7 @@ Result<std::unique_ptr<Instance>> create(vk::raii::Context context, bool validat
   if (validation && !debug_utils) {
     return Error{
         ErrorCode::no_device,
-        "Vulkan validation was asked for, but its messages can not be read: VK_EXT_debug_utils is missing"};
+        "Vulkan validation was requested, but its messages can not be read: VK_EXT_debug_utils is missing"};
   }
   const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
   const vk::ApplicationInfo application("rtstdb", 1, "rtstdb", 1, VK_API_VERSION_1_3);

@@ -37,7 +37,7 @@ vk::raii::Pipeline create_compute_pipeline(const Device::Impl& device, vk::Pipel
                                       vk::ShaderModuleCreateInfo({}, spirv.size_bytes(), spirv.data()));
   // shaders/common/fence.glsl and shaders/query/together.glsl give the reasons.
   const Constants values{.fence_in_divergent_flow = device.info.software ? VK_FALSE : VK_TRUE,
-                         .lanes_together = device.info.software && device.limits.lanes_together == 8};
+                         .lanes_together = device.info.software && device.limits.subgroup_size == 8};
   const vk::SpecializationMapEntry entries[] = {
       {0, offsetof(Constants, fence_in_divergent_flow), sizeof(VkBool32)},
       {1, offsetof(Constants, lanes_together), sizeof(VkBool32)}};
@@ -67,7 +67,7 @@ Pipeline::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const ShaderInfo& 
       set_layout(create_set_layout(device->device, letters)),
       layout(create_layout(device->device, *set_layout, push_constant_bytes)),
       spirv(shader.spirv) {
-  if (!device->compile_late) compile();
+  if (!device->compile_on_first_dispatch) compile();
 }
 
 void Pipeline::Impl::compile() {

@@ -75,7 +75,7 @@ class Module {
   const Words* type(std::uint32_t id, Op op) const;
   std::string field_type(std::uint32_t type_id) const;
   char letter(std::uint32_t storage_class, std::uint32_t type_id) const;
-  void lay_flat(std::uint32_t type_id, std::size_t base, std::vector<ReflectedField>& fields) const;
+  void flatten(std::uint32_t type_id, std::size_t base, std::vector<ReflectedField>& fields) const;
 
   std::uint32_t compute_entries_ = 0;
   std::uint32_t other_entries_ = 0;
@@ -239,7 +239,7 @@ char Module::letter(std::uint32_t storage_class, std::uint32_t type_id) const {
   return texel == "uint" ? 'T' : texel == "float" ? 'F' : '?';
 }
 
-void Module::lay_flat(std::uint32_t type_id, std::size_t base, std::vector<ReflectedField>& fields) const {
+void Module::flatten(std::uint32_t type_id, std::size_t base, std::vector<ReflectedField>& fields) const {
   const Words* members = type(type_id, op_type_struct);
   if (members == nullptr) return;
   for (std::uint32_t i = 0; i < members->size(); ++i) {
@@ -247,7 +247,7 @@ void Module::lay_flat(std::uint32_t type_id, std::size_t base, std::vector<Refle
     const Member member = found != members_.end() ? found->second : Member{};
     const std::uint32_t member_type = (*members)[i];
     if (type(member_type, op_type_struct) != nullptr) {
-      lay_flat(member_type, base + member.offset, fields);
+      flatten(member_type, base + member.offset, fields);
     } else {
       fields.push_back({field_type(member_type), member.name, base + member.offset});
     }
@@ -271,7 +271,7 @@ std::optional<ShaderReflection> Module::reflection() const {
     const auto& [pointer_id, storage_class] = variable;
     const Words* pointer = type(pointer_id, op_type_pointer);
     if (pointer == nullptr) return std::nullopt;
-    if (storage_class == class_push_constant) lay_flat((*pointer)[1], 0, result.push_constants);
+    if (storage_class == class_push_constant) flatten((*pointer)[1], 0, result.push_constants);
     if (storage_class != class_uniform_constant && storage_class != class_uniform &&
         storage_class != class_storage_buffer) {
       continue;
