@@ -9,7 +9,7 @@
 namespace rtstdb::accel {
 namespace {
 
-/// Scratch for more triangles is given back after the build, unless geometry that deforms needs it.
+/// Scratch memory for more triangles is freed after the build, unless deforming geometry needs it.
 constexpr std::size_t kept_capacity = 1u << 17;
 constexpr std::size_t node_bytes = 16 * shared::node_texels;
 constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
@@ -56,7 +56,7 @@ Result<BlasBuilder> BlasBuilder::create(gpu::Device& device, Submit& submit) {
 }
 
 Result<void> BlasBuilder::adopt(gpu::Device& device, BlasScratch scratch) {
-  // The old bindings name the old buffers.
+  // The bindings refer to the old buffers.
   for (Pass& pass : passes_)
     pass.bindings = {};
   sort_bound_ = {};
@@ -141,9 +141,9 @@ void BlasBuilder::record_levels(Submit& submit) const {
   recorder.copy(scratch_.state(), 0, scratch_.state_readback(), 0, 4 * shared::blas_state_words);
 }
 
-/// Appends the levels that a submission was recorded for. Whether there are no more.
+/// Appends the levels of the last submission. True: the tree is complete.
 bool BlasBuilder::note_levels(std::span<const std::uint32_t> state) {
-  // The record behind the last level of all says how many nodes there are.
+  // The record behind the last level holds the number of nodes.
   constexpr std::uint32_t last = shared::blas_levels_recorded;
   node_count_ = 0;
   for (std::uint32_t level = 0; level <= last; ++level) {
@@ -157,7 +157,7 @@ bool BlasBuilder::note_levels(std::span<const std::uint32_t> state) {
   return whole;
 }
 
-/// The record behind the last level that was recorded says where to go on.
+/// Copies the record behind the last recorded level, at which the next submission continues.
 void BlasBuilder::record_where_to_go_on(gpu::Recorder& recorder) const {
   constexpr std::uint32_t last = shared::blas_levels_recorded;
   recorder.fill(scratch_.state(), 4 * shared::blas_levels,

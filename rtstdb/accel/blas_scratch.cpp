@@ -12,8 +12,8 @@ constexpr std::uint32_t min_capacity = 1024;
 }  // namespace
 
 Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t triangles, std::size_t positions) {
-  // The largest of the buffers that passes bind as storage, the keys, hold so much for each; and the largest that they
-  // see as texels, the tree.
+  // Bytes per triangle of the largest storage binding (the keys) and texels per triangle of the largest texel
+  // buffer (the tree).
   constexpr std::size_t bytes_per_triangle = 16;
   constexpr std::size_t texels_per_triangle = 6;
   const gpu::DeviceLimits& limits = device.limits();

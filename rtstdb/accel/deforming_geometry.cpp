@@ -11,12 +11,12 @@ namespace {
 
 constexpr std::size_t node_bytes = 16 * shared::node_texels;
 constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
-/// Low corner and cost, high corner and cost of the triangles alone.
+/// Per node: low corner and cost, high corner and least cost.
 constexpr std::size_t box_bytes = 32;
-/// What a ray through the root pays for nodes in a good tree over small triangles; with what the triangles by
-/// themselves cost, about what a shape costs at the least.
+/// The node visits of a ray through the root of a good tree over small triangles. Together with the cost of
+/// the triangles alone it estimates the least cost of a shape.
 constexpr float node_visits = 10.0f;
-/// A binding may begin there whatever the device asks of that, up to 256 bytes.
+/// Places satisfy any storage alignment of up to 256 bytes.
 static_assert(DeformingGeometry::alignment * node_bytes % 256 == 0);
 static_assert(DeformingGeometry::alignment * triangle_bytes % 256 == 0);
 
@@ -92,7 +92,7 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
 Result<void> DeformingGeometry::bind(gpu::Device& device, const RefitPasses& passes, const gpu::Buffer& nodes,
                                      const gpu::Buffer& triangles) {
   const Room room = room_for(static_cast<std::uint32_t>(triangles_.size()));
-  // All of them first: none may stay with buffers that are gone when one after it fails.
+  // Unbind all places first, so that no binding refers to a destroyed buffer when a later one fails.
   for (Held& held : places_) {
     held.triangles_pass = {};
     held.nodes_pass = {};
@@ -192,7 +192,7 @@ void DeformingGeometry::note_refit(std::size_t place, Version shape, std::uint64
   Held& held = places_[place];
   const auto root = root_readback_.host_as<const glm::vec4>();
   const Bounds bounds{glm::vec3(root[0]), glm::vec3(root[1])};
-  // Nothing passes through a root without area.
+  // No ray passes through a root without area.
   const float area = half_area(bounds);
   held.burden = area > 0.0f ? root[0].w / (root[1].w + node_visits * area) : 0.0f;
   if (std::exchange(held.tree_is_new, false)) held.built_burden = held.burden;

@@ -59,8 +59,8 @@ Result<GeometryPool> GeometryPool::create_with_room(gpu::Device& device, std::ui
 Result<void> GeometryPool::reserve(gpu::Device& device, const PoolPart& part, Submit& submit) {
   const std::uint32_t nodes = part.node_end;
   const std::uint32_t triangles = part.triangle_end;
-  // Both looked at before either grows: a pool that no query can bind would refuse every geometry after. The
-  // pools are read as texels, and written by address and by copies.
+  // Check both pools before either grows: a pool that exceeds the limits of a binding would make every later
+  // call fail. The pools are read as texels and written by address and by copies.
   const gpu::DeviceLimits& limits = device.limits();
   const std::size_t largest_bytes = std::min(limits.max_allocation_bytes, 16 * limits.max_texel_elements);
   const std::size_t max_nodes = largest_bytes / node_bytes;
@@ -76,7 +76,7 @@ Result<void> GeometryPool::reserve(gpu::Device& device, const PoolPart& part, Su
                         std::uint32_t& capacity, std::size_t most, std::size_t element_bytes,
                         bool holds_nodes) -> Result<void> {
     if (wanted <= capacity) return {};
-    // Twice as much keeps the number of copies low; where the device does not allow it, what is needed.
+    // Doubling keeps the number of copies low. Where the device does not allow it, the needed size will do.
     const std::size_t generous = std::max<std::size_t>(wanted, 2 * std::size_t{capacity});
     const auto target = static_cast<std::uint32_t>(std::min(generous, most));
     auto grown = make_pool(device, name, target * element_bytes, holds_nodes);
@@ -126,7 +126,7 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<con
       added = taken.error();
   }
   builder_.release(device);
-  // Also after a refusal: a pool may have grown before it.
+  // Also after an error, since a pool may have grown before it.
   if (generation != generation_) {
     if (auto bound = bind_deforming(device); !bound) added = bound.error();
   }

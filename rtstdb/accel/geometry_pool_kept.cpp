@@ -1,4 +1,4 @@
-// The pool and what the host keeps of it: taken down when a geometry is added, brought to another device.
+// The part of the pool that keeps geometry on the host and restores it on another device.
 
 #include <glm/common.hpp>
 
@@ -32,7 +32,7 @@ std::size_t kept_bytes(const KeptGeometries& kept) {
   return bytes;
 }
 
-/// Triangles as the builder writes them, some at a time. False: the device is lost.
+/// Writes triangles in the builder's format, in pieces. False: the device is lost.
 bool put_triangles(const TriangleMesh& mesh, std::span<const std::uint32_t> leaf_order,
                    const gpu::Buffer& pool, std::size_t offset_bytes, Upload& upload) {
   constexpr std::size_t max_at_once = 1024;

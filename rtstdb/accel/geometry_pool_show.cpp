@@ -1,4 +1,4 @@
-// The pool's geometry that deforms: how it comes in, and how a version's shapes come to the device.
+// The part of the pool that adds deforming geometry and brings a version's shapes to the device.
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@ constexpr std::uint32_t aligned(std::uint32_t count) {
   return (count + step - 1) / step * step;
 }
 
-/// SplitMix64's finalizer.
+/// The finalizer of SplitMix64.
 constexpr std::uint64_t spread(std::uint64_t number) {
   number = (number ^ (number >> 30)) * 0xBF58476D1CE4E5B9u;
   number = (number ^ (number >> 27)) * 0x94D049BB133111EBu;
@@ -46,7 +46,7 @@ Result<PoolPart> GeometryPool::add_deforming(gpu::Device& device, const Triangle
   if (auto reserved = reserve(device, part, submit); !reserved) return reserved.error();
   if (auto bound = geometry.bind(device, refit_passes_, nodes_, triangles_); !bound) return bound.error();
   geometry.upload(mesh.positions_m);
-  // The tree's cost, and the box, come out of a refit; and drivers compile at the first dispatch.
+  // A refit computes the tree's cost and box. It also makes the driver compile the passes.
   for (std::size_t place = 0; place < places; ++place) {
     if (!builder_.write(geometry.at(place), nodes_, triangles_, submit) ||
         !builder_.write_order(geometry.order(place), submit))
@@ -91,7 +91,7 @@ bool GeometryPool::show(gpu::Device& device, const query::RowSource& rows, Submi
     ++counts_.refits;
     if (geometry.wants_build(placing.place) && !build(device, geometry, placing, rows, submit)) return false;
   }
-  // Of each set of places another number: refits are numbered, and a finalizer spreads the numbers over the word.
+  // The sum of the mixed refit numbers identifies the set of shapes in their places.
   shown_ = 0;
   for (const DeformingGeometry& geometry : deforming_) {
     const DeformingGeometry::Shown shown = geometry.shown();
@@ -118,7 +118,7 @@ void GeometryPool::unpin(const query::RowSource& rows) noexcept {
 bool GeometryPool::build(gpu::Device& device, DeformingGeometry& geometry, const Placing& placing,
                          const query::RowSource& rows, Submit& submit) {
   const std::vector<glm::uvec3>& triangles = geometry.triangles();
-  // No room: a setup call could not get it back after a larger build. The old tree will do.
+  // Without kept memory the tree stays: allocating here is not allowed in the tick.
   if (!builder_.has_room_for(triangles.size(), geometry.position_count())) return true;
   const std::span positions_m = rows.shape(geometry.id()).positions_m;
   if (!builder_.build(device, {positions_m, triangles}, submit)) return false;

@@ -10,7 +10,7 @@ namespace rtstdb::accel {
 
 namespace {
 
-// Trees of large worlds are rotated and may be deeper than those of one workgroup.
+// Rotations can make the trees of large worlds deeper than those that one workgroup builds.
 constexpr std::size_t max_levels = 2 * std::size_t{shared::max_tlas_levels};
 
 }  // namespace
