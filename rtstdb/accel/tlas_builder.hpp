@@ -52,7 +52,8 @@ class TlasBuilder {
   bool run(std::uint32_t count, const Bound& bound, Submit& submit, std::vector<std::uint32_t>& levels);
 
   // The same build in parts that span several submissions:
-  //   begin(), record() until recorded(), then a submission, then take_levels(); if that returns false, record() again.
+  //   begin(), record() until recorded(), then a submission, then take_levels();
+  //   if that returns false, record() again.
   // A run() in between uses the same scratch memory, so the build must then begin again.
   void begin(std::uint32_t count) noexcept;
   bool recorded() const noexcept { return stage_ == Stage::submission; }

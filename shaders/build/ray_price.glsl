@@ -1,4 +1,5 @@
-// What a ray pays, per area of a box: for the children of a node, and for a triangle.
+// Costs of the surface area heuristic, per area of a box: for visiting the children of a node, and for
+// testing a triangle.
 #ifndef RTSTDB_BUILD_RAY_PRICE_GLSL
 #define RTSTDB_BUILD_RAY_PRICE_GLSL
 

@@ -1,8 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The boxes of the nodes above some instances that changed, by one workgroup: level by level from the deepest, since nodes of a
-// level follow those of the level above. Where two of them meet, one goes on.
+// Recomputes the boxes of the nodes above a few changed instances, in one workgroup. It proceeds level by
+// level from the deepest, since the nodes of a level follow those of the level above. Where several paths
+// meet, one continues.
 #include "common/bounds.glsl"
 #include "shared/build.h"
 #include "shared/node.h"
@@ -12,9 +13,9 @@ layout(push_constant, scalar) uniform Push { PatchArgs args; };
 layout(set = 0, binding = 0, scalar) coherent buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
 layout(set = 0, binding = 1, scalar) coherent buffer WideBuffer { uvec4 wide[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer ParentsBuffer { uint parents[]; };
-// The stamp of the last patch that came by, of each node.
+// Per node: the stamp of the last patch that visited it.
 layout(set = 0, binding = 3, scalar) coherent buffer StampsBuffer { uint stamps[]; };
-// The next node of each of the listed, on its way up.
+// The next node on the path of each listed instance.
 layout(set = 0, binding = 4, scalar) buffer ClimbersBuffer { uint climbers[]; };
 layout(set = 0, binding = 5, scalar) readonly buffer PlacesBuffer { uint listed_places[]; };
 // The first node of each level.
