@@ -80,7 +80,7 @@ Result<void> BlasBuilder::adopt(gpu::Device& device, BlasScratch scratch) {
 }
 
 Result<void> BlasBuilder::reserve(gpu::Device& device, std::size_t triangles, std::size_t positions) {
-  if (has_room_for(triangles, positions)) return {};
+  if (has_capacity_for(triangles, positions)) return {};
   const auto roomy = [](std::size_t n) { return n <= kept_capacity ? std::bit_ceil(n) : n; };
   const std::size_t most = std::max<std::size_t>(triangles, scratch_.capacity());
   auto scratch = BlasScratch::create(device, static_cast<std::uint32_t>(roomy(most)),
@@ -142,7 +142,7 @@ void BlasBuilder::record_levels(Submit& submit) const {
 }
 
 /// Appends the levels of the last submission. True: the tree is complete.
-bool BlasBuilder::note_levels(std::span<const std::uint32_t> state) {
+bool BlasBuilder::append_levels(std::span<const std::uint32_t> state) {
   // The record behind the last level holds the number of nodes.
   constexpr std::uint32_t last = shared::blas_levels_recorded;
   node_count_ = 0;
@@ -158,7 +158,7 @@ bool BlasBuilder::note_levels(std::span<const std::uint32_t> state) {
 }
 
 /// Copies the record behind the last recorded level, at which the next submission continues.
-void BlasBuilder::record_where_to_go_on(gpu::Recorder& recorder) const {
+void BlasBuilder::record_continuation(gpu::Recorder& recorder) const {
   constexpr std::uint32_t last = shared::blas_levels_recorded;
   recorder.fill(scratch_.state(), 4 * shared::blas_levels,
                 4 * (shared::blas_state_words - shared::blas_levels), 0);
@@ -186,10 +186,10 @@ Result<std::uint32_t> BlasBuilder::finish_build(Submit& submit) {
     if (!submit.finish()) return lost;
     const auto state = scratch_.state_readback().host_as<std::uint32_t>();
     const bool sorted = state[shared::blas_disorder] == 0;
-    if (sorted && note_levels(state)) return node_count_;
+    if (sorted && append_levels(state)) return node_count_;
     submit.begin();
     if (sorted)
-      record_where_to_go_on(submit.recorder());
+      record_continuation(submit.recorder());
     else
       record_tree(RadixSort::Words::both, submit);
     record_levels(submit);

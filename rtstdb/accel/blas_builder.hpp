@@ -65,7 +65,7 @@ class BlasBuilder {
     std::uint32_t leaf_base = 0;
   };
   /// Starts building the structure of a mesh that has passed validate() except for triangles without area.
-  /// Reads the mesh inside this call only. Allocates memory only where has_room_for() returns false. Errors:
+  /// Reads the mesh inside this call only. Allocates memory only where has_capacity_for() returns false. Errors:
   /// capacity, out_of_memory, device_lost.
   Result<void> start_build(gpu::Device& device, const MeshView& mesh, Submit& submit);
   /// Waits for the build that start_build() began, and returns the number of its nodes. Error: device_lost.
@@ -85,19 +85,19 @@ class BlasBuilder {
   std::span<const std::uint32_t> levels() const noexcept { return levels_; }
 
   /// From now on release() keeps memory for builds of this size; the last build had it.
-  void keep_room_for(std::size_t triangles, std::size_t positions) noexcept {
+  void keep_capacity(std::size_t triangles, std::size_t positions) noexcept {
     kept_triangles_ = std::max(kept_triangles_, triangles);
     kept_positions_ = std::max(kept_positions_, positions);
   }
-  bool has_room_for(std::size_t triangles, std::size_t positions) const noexcept {
+  bool has_capacity_for(std::size_t triangles, std::size_t positions) const noexcept {
     return triangles <= scratch_.capacity() && positions <= scratch_.positions_capacity();
   }
   /// Allocates the memory to be kept, on a device where nothing has been built yet.
-  Result<void> take_kept_room(gpu::Device& device) {
+  Result<void> allocate_kept(gpu::Device& device) {
     return reserve(device, kept_triangles_, kept_positions_);
   }
   /// Frees memory that a large build took, down to the memory to be kept. If that can not be allocated,
-  /// has_room_for() returns false from then on.
+  /// has_capacity_for() returns false from then on.
   void release(gpu::Device& device);
 
  private:
@@ -124,8 +124,8 @@ class BlasBuilder {
   void dispatch(PassIndex pass, const shared::BlasArgs& args, std::uint32_t groups, Submit& submit) const;
   void record_tree(RadixSort::Words words, Submit& submit) const;
   void record_levels(Submit& submit) const;
-  bool note_levels(std::span<const std::uint32_t> state);
-  void record_where_to_go_on(gpu::Recorder& recorder) const;
+  bool append_levels(std::span<const std::uint32_t> state);
+  void record_continuation(gpu::Recorder& recorder) const;
 
   std::array<Pass, pass_count> passes_;
   RadixSort sort_;

@@ -7,7 +7,7 @@
 // A refit brings a shape into a place: the topology of the tree stays, the triangles are written with their
 // new corners, and the boxes are recomputed level by level from the deepest. The refit also computes the
 // tree's cost by the surface area heuristic and an estimate of the least cost that any tree over this shape
-// can have. Their ratio is the tree's burden. The caller rebuilds a tree whose burden has grown too far since
+// can have. Their ratio is the tree's cost_ratio. The caller rebuilds a tree whose cost_ratio has grown too far since
 // it was built. The cost alone would not do: a tree that was built over large, scattered triangles has a high
 // cost from the start and would then never be rebuilt.
 //
@@ -38,11 +38,11 @@ class DeformingGeometry {
   static constexpr std::size_t places = 2;
 
   /// The pool elements that one place needs. Places begin at multiples of `alignment`.
-  struct Room {
+  struct Capacity {
     std::uint32_t nodes = 0, triangles = 0;
   };
   static constexpr std::uint32_t alignment = 16;
-  static Room room_for(std::uint32_t triangles) noexcept;
+  static Capacity capacity_for(std::uint32_t triangles) noexcept;
 
   /// Errors: capacity (the size of a storage binding), out_of_memory, device_lost.
   static Result<DeformingGeometry> create(gpu::Device& device, GeometryId id, const TriangleMesh& mesh,
@@ -63,15 +63,15 @@ class DeformingGeometry {
   BlasBuilder::Place at(std::size_t place) const noexcept { return places_[place].at; }
   const gpu::Buffer& order(std::size_t place) const noexcept { return places_[place].order; }
   void adopt_tree(std::size_t place, std::span<const std::uint32_t> levels) noexcept;
-  /// Also takes over `built_burden` of a tree that was built on another device.
-  void adopt_tree(std::size_t place, std::span<const std::uint32_t> levels, float built_burden) noexcept;
-  /// The tree's burden when it was built.
-  float built_burden(std::size_t place) const noexcept { return places_[place].built_burden; }
+  /// Also takes over `built_cost_ratio` of a tree that was built on another device.
+  void adopt_tree(std::size_t place, std::span<const std::uint32_t> levels, float built_cost_ratio) noexcept;
+  /// The tree's cost_ratio when it was built.
+  float built_cost_ratio(std::size_t place) const noexcept { return places_[place].built_cost_ratio; }
 
   /// Returns the place of this shape and marks it as shown; `places` when no place holds it.
   std::size_t find(Version shape) noexcept;
   /// Returns the unpinned place that was shown longest ago, whose shape is lost.
-  std::size_t take_place() noexcept;
+  std::size_t evict_oldest() noexcept;
   /// Keeps this shape, which has a place, until unpin(). Calls nest. False: not pinned, since no place would
   /// be left for other shapes.
   bool pin(Version shape) noexcept;
@@ -81,15 +81,15 @@ class DeformingGeometry {
   void record_refit(std::size_t place, const RefitPasses& passes, gpu::Recorder& recorder) const;
   /// Takes the results of the refit, which has finished, and marks the place as holding and showing this
   /// shape.
-  void note_refit(std::size_t place, Version shape, std::uint64_t placing);
-  /// Whether the tree's burden calls for a rebuild.
-  bool wants_build(std::size_t place) const noexcept;
+  void finish_refit(std::size_t place, Version shape, std::uint64_t refit_number);
+  /// Whether the tree's cost_ratio calls for a rebuild.
+  bool needs_rebuild(std::size_t place) const noexcept;
 
   struct Shown {
     std::uint32_t root = 0;
     Bounds bounds;
     bool closed = false;
-    std::uint64_t placing = 0;  ///< number of the refit that brought the shape there
+    std::uint64_t refit_number = 0;  ///< number of the refit that brought the shape there
   };
   Shown shown() const noexcept;
 
@@ -101,7 +101,7 @@ class DeformingGeometry {
     std::vector<std::uint32_t> levels;  // first node of each level, then the number of nodes
     bool tree_is_new = true;
     // See the top of this file.
-    float burden = 0.0f, built_burden = 0.0f;
+    float cost_ratio = 0.0f, built_cost_ratio = 0.0f;
     bool holds_shape = false;
     Version shape = 0;
     Shown shown;

@@ -31,9 +31,9 @@ class GeometryPool {
   static Result<GeometryPool> create(gpu::Device& device, std::uint32_t max_geometries, Submit& submit);
   /// Creates a pool with all geometries of another pool, whose device may be lost. `submit` has not begun.
   /// Errors: as add().
-  static Result<GeometryPool> create_again(gpu::Device& device, std::uint32_t max_geometries,
-                                           const KeptGeometries& kept, Submit& submit);
-  /// What create_again() needs.
+  static Result<GeometryPool> create_restored(gpu::Device& device, std::uint32_t max_geometries,
+                                              const KeptGeometries& kept, Submit& submit);
+  /// What create_restored() needs.
   const KeptGeometries& kept() const noexcept { return kept_; }
 
   /// Builds the BLAS of a mesh that has passed validate(), and keeps the mesh. Returns the geometry's index.
@@ -42,7 +42,7 @@ class GeometryPool {
                             const GeometryOptions& options = {});
 
   /// Brings deforming geometry to its shapes in this version: refits shapes that are not on the device, and
-  /// rebuilds trees whose burden has grown too far. `submit` has not begun. False: the device is lost.
+  /// rebuilds trees whose cost_ratio has grown too far. `submit` has not begun. False: the device is lost.
   bool show(gpu::Device& device, const query::RowSource& rows, Submit& submit);
   /// Identifies the shapes that the table describes. It changes when another version with other shapes is
   /// shown, and when a shape moves to another place; data derived from the table is then stale.
@@ -70,10 +70,10 @@ class GeometryPool {
 
  private:
   /// A pool with capacity for `used` and a reserve.
-  static Result<GeometryPool> create_with_room(gpu::Device& device, std::uint32_t max_geometries,
-                                               const PoolPart& used, Submit& submit);
+  static Result<GeometryPool> create_with_capacity(gpu::Device& device, std::uint32_t max_geometries,
+                                                   const PoolPart& used, Submit& submit);
   Result<void> reserve(gpu::Device& device, const PoolPart& part, Submit& submit);
-  Result<void> check_room(std::uint32_t triangles) const;
+  Result<void> check_capacity(std::uint32_t triangles) const;
   Result<PoolPart> add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
   Result<PoolPart> add_deforming(gpu::Device& device, const TriangleMesh& mesh,
                                  const GeometryOptions& options, Submit& submit);
@@ -82,13 +82,13 @@ class GeometryPool {
                                                    std::shared_ptr<const TriangleMesh> mesh,
                                                    const GeometryOptions& options, const PoolPart& part,
                                                    Submit& submit);
-  Result<void> bring_back(gpu::Device& device, std::uint32_t index, const KeptGeometry& kept, Upload& upload);
+  Result<void> restore(gpu::Device& device, std::uint32_t index, const KeptGeometry& kept, Upload& upload);
   Result<void> bind_deforming(gpu::Device& device);
-  struct Placing {
+  struct Refit {
     std::size_t geometry = 0, place = 0;
     Version shape = 0;
   };
-  bool build(gpu::Device& device, DeformingGeometry& geometry, const Placing& placing,
+  bool build(gpu::Device& device, DeformingGeometry& geometry, const Refit& refit,
              const query::RowSource& rows, Submit& submit);
   void write_record(std::uint32_t geometry, const Extents& extents, std::uint32_t root, bool closed);
 
@@ -102,8 +102,8 @@ class GeometryPool {
   KeptGeometries kept_;
   RefitPasses refit_passes_;
   std::vector<DeformingGeometry> deforming_;
-  std::vector<Placing> placings_;  // of the current call of show()
-  std::uint64_t placing_count_ = 0, shown_ = 0;
+  std::vector<Refit> refits_;  // of the current call of show()
+  std::uint64_t refit_count_ = 0, shown_ = 0;
   Counts counts_;
 };
 

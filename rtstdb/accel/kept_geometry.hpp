@@ -30,7 +30,7 @@ struct KeptDeforming {
   std::array<BlasBuilder::Place, DeformingGeometry::places> places;
   std::vector<std::byte> order;
   std::vector<std::uint32_t> levels;
-  float built_burden = 0.0f;
+  float built_cost_ratio = 0.0f;
 };
 
 struct KeptGeometry {

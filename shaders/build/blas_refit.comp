@@ -5,7 +5,7 @@
 // from those of their children and leaves slots and references as they are. Also computes the cost of each
 // subtree for a ray, and the cost of its triangles alone, which is a lower bound for any tree.
 #include "build/quantum.glsl"
-#include "build/ray_price.glsl"
+#include "build/sah_costs.glsl"
 #include "shared/blas.h"
 #include "shared/node.h"
 

@@ -19,10 +19,10 @@ uint gain_key(vec3 to, uint child, uint slot) {
 uint choose_slots(vec3 away[8], uint count) {
   uint key[64];
   // All ones while the child is not placed, or the slot is free.
-  uint waits[8];
+  uint unplaced[8];
   uint free[8];
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-    waits[k] = k < count ? ~0u : 0u;
+    unplaced[k] = k < count ? ~0u : 0u;
     free[k] = ~0u;
     [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) key[8u * k + slot] = gain_key(away[k], k, slot);
   }
@@ -32,13 +32,13 @@ uint choose_slots(vec3 away[8], uint count) {
     uint best = 0u;
     [[unroll]] for (uint k = 0u; k < 8u; ++k) {
       [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) best =
-          max(best, key[8u * k + slot] & waits[k] & free[slot]);
+          max(best, key[8u * k + slot] & unplaced[k] & free[slot]);
     }
     const uint child = best >> 3u & 7u;
     const uint slot = best & 7u;
     slots |= placed < count ? slot << 3u * child : 0u;
     [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-      waits[k] = k == child ? 0u : waits[k];
+      unplaced[k] = k == child ? 0u : unplaced[k];
       free[k] = k == slot ? 0u : free[k];
     }
     ++placed;

@@ -22,23 +22,23 @@ layout(set = 0, binding = 5, scalar) readonly buffer PlacesBuffer { uint listed_
 layout(set = 0, binding = 6, scalar) readonly buffer LevelsBuffer { uint levels[]; };
 #include "build/phase_refit.glsl"
 
-const uint nobody = 0xFFFFFFFFu;
+const uint no_node = 0xFFFFFFFFu;
 
 void main() {
   const uint lane = gl_LocalInvocationID.x;
   for (uint i = lane; i < args.count; i += 64u) {
     const uint place = listed_places[i];
-    climbers[i] = place < args.visible_count ? parents[args.leaf_parents + place] : nobody;
+    climbers[i] = place < args.visible_count ? parents[args.leaf_parents + place] : no_node;
   }
   for (uint level = args.levels; level > 0u; --level) {
     const uint first = levels[level - 1u];
     for (uint i = lane; i < args.count; i += 64u) {
       const uint node = climbers[i];
-      if (node == nobody || node < first) continue;
-      uint next = nobody;
+      if (node == no_node || node < first) continue;
+      uint next = no_node;
       if (atomicExchange(stamps[node], args.stamp) != args.stamp) {
         refit_node(node);
-        next = node == 0u ? nobody : parents[node];
+        next = node == 0u ? no_node : parents[node];
       }
       climbers[i] = next;
     }

@@ -14,7 +14,7 @@ uint choice_shift(uint children) { return 3u * (children - 2u); }
 
 // For inner nodes only.
 uvec4 last_texel_of(uint node) { return tree_texel(texel_of(node) + 3); }
-uint how_of(uint node) { return last_texel_of(node).z; }
+uint decision_of(uint node) { return last_texel_of(node).z; }
 uint primitives_below(uint child) {
   const bool leaf = is_leaf(child);
   const uint stored = last_texel_of(leaf ? 0u : child).y;
@@ -33,7 +33,7 @@ uint packed_choice(Choice choice) { return choice.inner | choice.count << 8; }
 // Whether a child becomes a wide node.
 bool is_inner(uint child) {
   const bool leaf = is_leaf(child);
-  return !leaf && (how_of(leaf ? 0u : child) & choice_leaf_bit) == 0u;
+  return !leaf && (decision_of(leaf ? 0u : child) & choice_leaf_bit) == 0u;
 }
 
 Choice choose_children(uint node) {
@@ -42,15 +42,15 @@ Choice choose_children(uint node) {
   choice.count = 1u;
   choice.inner = 0u;
   uvec2 opened = uvec2(0u);
-  uint how = choice_leaf_bit;
+  uint decision = choice_leaf_bit;
   if (!is_leaf(node)) {
     opened = children_of(node);
-    how = how_of(node);
+    decision = decision_of(node);
   }
   // In a structure of one leaf the root holds that leaf alone.
-  if ((how & choice_leaf_bit) != 0u) return choice;
+  if ((decision & choice_leaf_bit) != 0u) return choice;
   // The number of children that each may still become, four bits per child.
-  uint wanted = how >> choice_wide_shift & 7u;
+  uint wanted = decision >> choice_wide_shift & 7u;
   wanted |= (8u - wanted) << 4;
   choice.child[0] = opened.x;
   choice.child[1] = opened.y;
@@ -60,11 +60,11 @@ Choice choose_children(uint node) {
     const uint child = choice.child[k];
     const bool leaf = is_leaf(child);
     opened = children_of(leaf ? 0u : child);
-    how = how_of(leaf ? 0u : child);
+    decision = decision_of(leaf ? 0u : child);
     uint children = wanted >> 4u * k & 15u;
     uint left = 0u;
     [[unroll]] for (uint i = 7u; i >= 2u; --i) {
-      left = left == 0u && i <= children ? how >> choice_shift(i) & 7u : left;
+      left = left == 0u && i <= children ? decision >> choice_shift(i) & 7u : left;
       children = left == 0u ? min(children, i - 1u) : children;
     }
     const bool split = !leaf && left != 0u;
@@ -73,7 +73,7 @@ Choice choose_children(uint node) {
     const uint both = (wanted & ~(15u << 4u * k)) | left << 4u * k | (children - left) << 4u * choice.count;
     wanted = split ? both : wanted;
     choice.count += split ? 1u : 0u;
-    choice.inner |= !leaf && !split && (how & choice_leaf_bit) == 0u ? 1u << k : 0u;
+    choice.inner |= !leaf && !split && (decision & choice_leaf_bit) == 0u ? 1u << k : 0u;
     k += split ? 0u : 1u;
   }
   // No slot stays empty beside an inner child, which wide_node_bound relies on.

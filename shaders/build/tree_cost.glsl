@@ -7,14 +7,14 @@
 // The texels of an inner node: low corner and cost as one child; high corner and cost as two; costs as 3..6;
 // cost as 7, number of primitives, decision word (tree_choice.glsl). Only passes that define TREE_WRITES
 // include this file.
-#include "build/ray_price.glsl"
+#include "build/sah_costs.glsl"
 #include "build/tree_choice.glsl"
 
 // A node with the values that its parent needs.
 struct Subtree {
   uint node;
   uint primitives;
-  uint how;  // decision word, see tree_choice.glsl
+  uint decision;  // decision word, see tree_choice.glsl
   Box box;
   float cost[7];  // as 1..7 children
 };
@@ -22,7 +22,7 @@ struct Subtree {
 Subtree load_subtree(uint node) {
   Subtree subtree;
   subtree.node = node;
-  subtree.how = 0u;
+  subtree.decision = 0u;
   // Without a branch, since masked invocations load anyway.
   const bool leaf = is_leaf(node);
   const int texel = texel_of(node);
@@ -45,7 +45,7 @@ void store_subtree(Subtree subtree, uint left, uint right) {
   store_texel(to, 0u, uvec4(floatBitsToUint(subtree.box.lo), cost[0]));
   store_texel(to, 1u, uvec4(floatBitsToUint(subtree.box.hi), cost[1]));
   store_texel(to, 2u, uvec4(cost[2], cost[3], cost[4], cost[5]));
-  store_texel(to, 3u, uvec4(cost[6], subtree.primitives, subtree.how, 0u));
+  store_texel(to, 3u, uvec4(cost[6], subtree.primitives, subtree.decision, 0u));
   binary[subtree.node] = uvec2(left, right);
 }
 
@@ -71,7 +71,7 @@ Subtree join(uint node, Subtree a, Subtree b) {
   const bool leaf = subtree.primitives <= blas_always_leaf ||
                     (subtree.primitives <= max_triangles_per_leaf && as_leaf <= inner);
 #endif
-  subtree.how = wide_left << choice_wide_shift | (leaf ? choice_leaf_bit : 0u);
+  subtree.decision = wide_left << choice_wide_shift | (leaf ? choice_leaf_bit : 0u);
   subtree.cost[0] = leaf ? as_leaf : inner;
   [[unroll]] for (uint i = 2u; i < 8u; ++i) {
     float least = subtree.cost[i - 2u];
@@ -83,7 +83,7 @@ Subtree join(uint node, Subtree a, Subtree b) {
       least = min(cost, least);
     }
     subtree.cost[i - 1u] = least;
-    subtree.how |= left << choice_shift(i);
+    subtree.decision |= left << choice_shift(i);
   }
   return subtree;
 }

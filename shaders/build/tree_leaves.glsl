@@ -13,7 +13,7 @@ void main() {
     const Destination to = destination_of(args.target, uint(texel_of(args.count + i)), 16u);
     store_texel(to, 0u, uvec4(floatBitsToUint(box.lo), 0u));
     store_texel(to, 1u, uvec4(floatBitsToUint(box.hi), 0u));
-    arrivals[i] = nobody;
+    arrivals[i] = no_node;
     const uint next = min(i + 1u, args.count - 1u);
     const uvec2 there = sorted[next];
     const uint high = here.x ^ there.x;

@@ -18,7 +18,7 @@ Subtree select(bool first, Subtree a, Subtree b) {
   Subtree chosen;
   chosen.node = first ? a.node : b.node;
   chosen.primitives = first ? a.primitives : b.primitives;
-  chosen.how = 0u;
+  chosen.decision = 0u;
   chosen.box.lo = first ? a.box.lo : b.box.lo;
   chosen.box.hi = first ? a.box.hi : b.box.hi;
   [[unroll]] for (uint i = 0u; i < 7u; ++i) chosen.cost[i] = first ? a.cost[i] : b.cost[i];
@@ -93,8 +93,8 @@ void main() {
   uint first = leaf;
   uint last = leaf;
   while (leaf < end) {
-    uint made = nobody;
-    while (leaf < end && made == nobody) {
+    uint created = no_node;
+    while (leaf < end && created == no_node) {
       const bool whole = first == 0u && last == last_leaf;
       // The neighbour whose code differs later is nearer.
       const uint after = offsets[last];
@@ -103,32 +103,32 @@ void main() {
       const uint parent = left_child ? last : first - 1u;
       if (!whole) binary[parent][left_child ? 0 : 1] = node;
       divergent_fence();
-      uint other = nobody;
+      uint other = no_node;
       if (whole) {
         state[blas_root] = node;
       } else {
         other = atomicExchange(arrivals[parent], left_child ? first : last);
       }
       divergent_fence();
-      if (other == nobody) {
+      if (other == no_node) {
         ++leaf;
         node = args.count + leaf;
         first = last = leaf;
       } else {
         first = left_child ? first : other;
         last = left_child ? other : last;
-        made = parent;
+        created = parent;
       }
       // A node over two leaves has no rotation.
-      if (made != nobody && last - first == 1u) {
+      if (created != no_node && last - first == 1u) {
         node = parent;
-        made = nobody;
+        created = no_node;
       }
     }
-    if (made != nobody) {
-      const uvec2 children = children_of(made);
-      make_node(made, children.x, children.y);
-      node = made;
+    if (created != no_node) {
+      const uvec2 children = children_of(created);
+      make_node(created, children.x, children.y);
+      node = created;
     }
   }
 }

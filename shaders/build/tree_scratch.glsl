@@ -53,7 +53,7 @@ layout(set = 0, binding = 10, scalar) buffer ChildrenBuffer { uvec4 children[]; 
 
 layout(push_constant, scalar) uniform Push { BlasArgs args; };
 
-const uint nobody = 0xFFFFFFFFu;
+const uint no_node = 0xFFFFFFFFu;
 
 bool is_leaf(uint node) { return node >= args.count; }
 
