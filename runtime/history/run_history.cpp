@@ -34,20 +34,20 @@ std::optional<rtstdb::EntityId> parse_number(const std::string& text) {
   return entity;
 }
 
-/// When the run of a report was over.
+/// The end of the run according to its report.
 std::int64_t end_of(const report::RunRecord& record) {
   constexpr std::int64_t longest_ns = rtstdb::max_world_time_ns / 2;
   if (record.period_ns <= 0 || record.ticks > static_cast<std::uint64_t>(longest_ns / record.period_ns))
     throw HistoryError(Kind::file, "report.json: " + std::to_string(record.ticks) + " ticks of " +
                                        std::to_string(record.period_ns) + " ns are no run");
   const std::int64_t ticks_ns = static_cast<std::int64_t>(record.ticks) * record.period_ns;
-  // Ticks that were given up took their time too.
+  // Skipped ticks took time as well.
   return record.top_view ? std::clamp(record.top_view->time_ns, ticks_ns, longest_ns) : ticks_ns;
 }
 
-/// Within what the module's schema allows; empty, or what is wrong.
+/// Empty, or what lies outside the limits of the module's schema.
 std::string fault_of(const report::Scanner& scanner) {
-  constexpr double turn_rad = 6.3;  // a whole one, and what rounding adds
+  constexpr double turn_rad = 6.3;  // a whole turn, with a margin for rounding
   constexpr std::int64_t longest_ns = 10'000'000'000;
   const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
   if (scanner.columns < 2 || scanner.columns > 16384 || scanner.rows < 1 || scanner.rows > 8192)

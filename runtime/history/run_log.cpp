@@ -24,7 +24,7 @@ bool is_log(const fs::path& directory) {
   return false;
 }
 
-/// The directory of the log. Throws HistoryError where there is none.
+/// The directory of the log. Throws HistoryError if there is none.
 fs::path find_log(const fs::path& directory) {
   std::error_code error;
   if (!fs::is_directory(directory, error))
@@ -41,10 +41,10 @@ fs::path find_log(const fs::path& directory) {
   throw HistoryError(Kind::file, directory.string() + " holds no database's log" + why());
 }
 
-/// The folder of the run that the log belongs to; empty: it belongs to none.
+/// The folder of the run that the log belongs to; empty: none.
 fs::path run_folder_of(const fs::path& log) {
   const fs::path whole =
-      (fs::absolute(log) / "").lexically_normal().parent_path();  // without a slash behind it
+      (fs::absolute(log) / "").lexically_normal().parent_path();  // without a trailing slash
   return whole.filename() == log_folder ? whole.parent_path() : fs::path();
 }
 
@@ -73,7 +73,7 @@ RunLog find_run_log(const fs::path& directory) {
   try {
     load(run, folder);
   } catch (const report::ReportError&) {
-    // The question is about the log alone, which these files are no part of.
+    // The query concerns the log alone, which these files are not part of.
     run.report.reset();
   }
   if (run.database_id.empty()) run.report.reset();
