@@ -1,5 +1,5 @@
 #pragma once
-// Top-level structures built by the rooms themselves, without transactions and queries: what a tick pays when
+// Top-level structures built by rtstdb/accel itself, without transactions and queries: what a tick pays when
 // everything has moved.
 
 #include <cstddef>
@@ -23,7 +23,7 @@ class OurTlas {
 
   /// Moves every row; the structure does not know yet.
   void place(std::span<const rtstdb::Pose> places);
-  /// Brings the structure to the rows in whatever way the room chooses. Returns the seconds that the device
+  /// Brings the structure to the rows by patching or rebuilding, as rtstdb/accel decides. Returns the seconds that the device
   /// itself was busy.
   double update();
 
@@ -40,7 +40,7 @@ class OurDeforming {
   OurDeforming(const OurDeforming&) = delete;
   OurDeforming& operator=(const OurDeforming&) = delete;
 
-  /// Brings the structure to these positions in whatever way the room chooses. Returns the seconds that the device
+  /// Brings the structure to these positions by patching or rebuilding, as rtstdb/accel decides. Returns the seconds that the device
   /// itself was busy.
   double update(std::span<const glm::vec3> positions_m);
   /// Trees that were built anew for it.

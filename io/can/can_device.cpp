@@ -14,9 +14,9 @@ namespace hil::io::can {
 
 namespace {
 
-constexpr std::size_t ring_rows = 64;           // ticks whose outputs may wait for the thread
-constexpr std::size_t kept_arrivals = 4096;     // samples of one input that may wait for the tick
-constexpr std::size_t frames_per_pass = 256;    // received before outputs get their turn
+constexpr std::size_t ring_rows = 64;           // ticks whose outputs may be queued for the thread
+constexpr std::size_t kept_arrivals = 4096;     // samples of one input that may be queued for the tick
+constexpr std::size_t frames_per_pass = 256;    // received before outputs are processed again
 constexpr std::size_t frames_at_end = 100'000;  // received at most while stopping
 constexpr RunTimeNs default_loss_timeout_ns = 1'000'000'000;
 constexpr int poll_limit_ms = 20;  // the thread tries to reopen a lost bus this often
@@ -92,12 +92,12 @@ void CanDevice::require_fd_where_needed() const {
 
 void CanDevice::stop() noexcept {
   if (!started_) return;
-  if (thread_.joinable()) {  // false where the system refused the thread
+  if (thread_.joinable()) {  // false if the system refused to create the thread
     stopping_.store(true, std::memory_order_release);
     wake();
     thread_.join();
   } else if (last_tick_ns_) {
-    exchange(*last_tick_ns_);  // safe values go out also when a station is lost
+    exchange(*last_tick_ns_);  // sends safe values even if a station is lost
   }
   started_ = false;
   bus_->close();
@@ -224,7 +224,7 @@ void CanDevice::run() {
   }
 }
 
-// True when it stopped because of the limit.
+// True when it stopped at the limit.
 bool CanDevice::receive_up_to(std::size_t max_frames) {
   Frame frame;
   for (std::size_t count = 0; count < max_frames; ++count) {
@@ -275,7 +275,7 @@ void CanDevice::handle(const Frame& frame) {
   });
 }
 
-/// A controller that is bus-off neither sends nor receives until it is restarted.
+/// A bus-off controller neither sends nor receives until it is restarted.
 void CanDevice::update_bus_off(const Frame& frame) {
   if (frame.is_error() && (frame.raw.can_id & CAN_ERR_BUSOFF) != 0) {
     if (connected()) lose_inputs();
@@ -315,7 +315,7 @@ void CanDevice::send_due(std::span<const double> values, RunTimeNs tick_ns) {
     for (std::size_t output = 0; output < sent.output_signal.size(); ++output) {
       sent.values[sent.output_signal[output]] = values[sent.first_output + output];
     }
-    sent.retry = due;  // a frame that is not due is here for its second and last try
+    sent.retry = due;  // a frame that is not due is being retried, for the last time
     send_message(sent);
   }
 }

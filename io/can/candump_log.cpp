@@ -175,7 +175,7 @@ CandumpLog read_candump_log(const std::filesystem::path& file) {
 
 namespace {
 
-/// An empty file. Null with errno when it can not be created.
+/// Creates an empty file for appending. Null with errno when that fails.
 std::FILE* open_to_append(const std::string& file) {
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
   return descriptor < 0 ? nullptr : ::fdopen(descriptor, "a");
@@ -227,7 +227,7 @@ void CandumpLogWriter::push(const Frame& frame) {
     }
     waiting_.push_back(frame);
     if (waiting_.size() != 1 && waiting_.size() != hurry_at())
-      return;  // the writer knows, or is not needed yet
+      return;  // the writer is already awake or need not be
   }
   has_frames_.notify_one();
 }
@@ -251,7 +251,7 @@ void CandumpLogWriter::run() {
       std::unique_lock lock(mutex_);
       has_frames_.wait(lock, [this] { return closing_ || !waiting_.empty(); });
       if (waiting_.empty()) return;
-      // Frames come in crowds: one batch of them costs less than a wake-up for each.
+      // Frames arrive in bursts; writing a burst at once is cheaper than waking up for each frame.
       has_frames_.wait_for(lock, gathering_time,
                            [this] { return closing_ || waiting_.size() >= hurry_at(); });
       batch.swap(waiting_);

@@ -14,9 +14,10 @@ namespace {
 
 constexpr std::uint32_t extended_flag = 0x80000000U;
 constexpr std::uint32_t pseudo_message_id = 0xC0000000U;  // VECTOR__INDEPENDENT_SIG_MSG: signals of no frame
-constexpr std::size_t max_signals = 2048;  // of one message; more is a mistake, and would be slow to check
+// Per message; more signals are a mistake, and would be slow to check
+constexpr std::size_t max_signals = 2048;
 
-/// Why no frame can have the identifier of a BO_ statement; empty: one can.
+/// Why no frame can have the identifier of a BO_ statement; empty: it is valid.
 std::string identifier_defect(std::uint64_t file_id) {
   const std::string identifier = "identifier " + std::to_string(file_id);
   if (file_id > 0xFFFFFFFFU) return identifier + " needs more than 32 bits";
@@ -82,8 +83,8 @@ void DbcParser::parse_statement(std::string_view keyword) {
   pass_over();
 }
 
-// NS_ lists keywords. The list ends before the word that begins the next statement, which is the one that
-// ':', a quote or a number follows: `BS_:`, `BU_:`, `BO_ 100`.
+// NS_ lists keywords. The list ends before the keyword of the next statement, which is recognized by a
+// following ':', quote or number: `BS_:`, `BU_:`, `BO_ 100`.
 void DbcParser::parse_new_symbols() {
   if (!scanner_.accept(':')) return static_cast<void>(fail("':' after NS_"));
   while (true) {
@@ -115,7 +116,7 @@ void DbcParser::parse_nodes() {
 }
 
 void DbcParser::parse_message() {
-  signals_passed_over_ = true;  // until the message turns out to be understood
+  signals_passed_over_ = true;  // until the message has been parsed
   const auto file_id = scanner_.number<std::uint64_t>();
   if (!file_id) return static_cast<void>(fail("a message's identifier, 0 to 4294967295"));
   scanner_.skip_space();
@@ -171,7 +172,7 @@ void DbcParser::parse_signal() {
     if (!signals_passed_over_) report(Severity::error, statement_position_, "a signal outside of a message");
     return scanner_.skip_to_statement_line(statement_position_);
   }
-  if (unknown_position_) {  // it may have been the beginning of another message
+  if (unknown_position_) {  // it may have been meant as another message
     result_.database.messages.back().unusable.push_back(
         "line " + std::to_string(lines_.place_of(*unknown_position_).line) +
         " of the DBC file, before one of its signals, is not understood");
@@ -223,7 +224,7 @@ void DbcParser::skip_receivers() {
   scanner_.skip_to_statement_line(scanner_.position());
 }
 
-// Nothing, "M", "m3", "m3M", or "m" where SG_MUL_VAL_ gives the values.
+// Nothing, "M", "m3", "m3M", or "m" if SG_MUL_VAL_ gives the values.
 bool DbcParser::parse_multiplex_mark(DbcSignal& signal, SignalNote& note) {
   if (scanner_.peek() == ':') return scanner_.accept(':');
   const std::size_t position = scanner_.position();
@@ -303,7 +304,7 @@ void DbcParser::parse_comment() {
   expect_semicolon();
 }
 
-// Skips the statement up to its ';'. A line that begins with a keyword is the next statement.
+// Skips the statement up to its ';', or up to a line that begins with a keyword.
 void DbcParser::pass_over() {
   while (!scanner_.accept(';')) {
     if (scanner_.at_end() || scanner_.at_statement_line()) return static_cast<void>(fail_unfinished());
@@ -357,7 +358,7 @@ DbcSignal* DbcParser::signal_of(std::uint32_t file_id, std::string_view name, st
   return &message->signals[found->second];
 }
 
-/// Reports that the text here is not what is expected, and moves to the next statement. Returns false.
+/// Reports that the text here is not the expected one, and moves to the next statement. Returns false.
 bool DbcParser::fail(std::string_view expected) {
   if (statement_has_semicolon_) {
     const std::size_t failed_at = scanner_.position();

@@ -63,7 +63,7 @@ void check_numbers(const RegisterEntry& entry, const std::string& who, std::vect
     mistakes.push_back(who + ": minimum " + number(entry.minimum) + " is not at or below maximum " +
                        number(entry.maximum));
   }
-  if (mistakes.size() != before) return;  // the codec needs sane numbers for the last check
+  if (mistakes.size() != before) return;  // the last check needs valid numbers
   std::array<std::uint16_t, widest_value> registers{};
   if (encode(entry, entry.safe_value, registers) != Conversion::exact) {
     mistakes.push_back(who + ": safe value " + number(entry.safe_value) + " does not fit between minimum " +
@@ -85,7 +85,7 @@ void check_overlaps(const RegisterMap& map, std::vector<std::string>& mistakes) 
   std::stable_sort(sorted.begin(), sorted.end(), [](const RegisterEntry* a, const RegisterEntry* b) {
     return a->table != b->table ? a->table < b->table : a->address < b->address;
   });
-  const RegisterEntry* furthest = nullptr;  // of the entries so far, the one that ends last
+  const RegisterEntry* furthest = nullptr;  // the entry so far that ends last
   for (const RegisterEntry* entry : sorted) {
     const bool same_table = furthest != nullptr && furthest->table == entry->table;
     const std::uint32_t end = same_table ? std::uint32_t{furthest->address} + width_of(furthest->type) : 0;

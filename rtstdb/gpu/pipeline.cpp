@@ -26,7 +26,7 @@ vk::raii::PipelineLayout create_layout(const vk::raii::Device& device, vk::Descr
   return {device, options};
 }
 
-/// What shaders are told of the device, by constant id.
+/// Specialization constants, one member per constant id.
 struct Constants {
   VkBool32 fence_in_divergent_flow;
   VkBool32 lanes_together;
@@ -36,9 +36,9 @@ vk::raii::Pipeline create_compute_pipeline(const Device::Impl& device, vk::Pipel
                                            std::span<const std::uint32_t> spirv) {
   const vk::raii::ShaderModule module(device.device,
                                       vk::ShaderModuleCreateInfo({}, spirv.size_bytes(), spirv.data()));
-  // shaders/common/fence.glsl and query/together.glsl tell why.
+  // shaders/common/fence.glsl and shaders/query/together.glsl give the reasons.
   const Constants values{.fence_in_divergent_flow = device.info.software ? VK_FALSE : VK_TRUE,
-                         .lanes_together = device.info.software && device.limits.lanes_together == 8};
+                         .lanes_together = device.info.software && device.limits.subgroup_size == 8};
   const vk::SpecializationMapEntry entries[] = {
       {0, offsetof(Constants, fence_in_divergent_flow), sizeof(VkBool32)},
       {1, offsetof(Constants, lanes_together), sizeof(VkBool32)}};
@@ -48,7 +48,7 @@ vk::raii::Pipeline create_compute_pipeline(const Device::Impl& device, vk::Pipel
   return {device.device, device.pipeline_cache, vk::ComputePipelineCreateInfo({}, stage, layout)};
 }
 
-/// The table and the code are both ours: a difference is a fault of the build.
+/// Both the table and the SPIR-V come from the build, so a difference is an internal fault.
 void check_against_table(const ShaderInfo& shader) {
   const auto code = reflect_shader(shader.spirv);
   const auto difference = code ? find_difference(shader, *code)
@@ -80,7 +80,7 @@ Pipeline::Impl::Impl(std::shared_ptr<Device::Impl> device_in, std::shared_ptr<Ke
       letters(shader.bindings),
       group_size(shader.group_size),
       push_constant_bytes(shader.push_constant_bytes) {
-  if (!device->compile_late) kernel->compile(*device);
+  if (!device->compile_on_first_dispatch) kernel->compile(*device);
 }
 
 Result<Pipeline> Device::create_pipeline(const ShaderInfo& shader, std::shared_ptr<Kernel>& kernel) {

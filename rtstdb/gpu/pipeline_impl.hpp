@@ -6,7 +6,7 @@
 
 namespace rtstdb::gpu {
 
-/// The descriptor that a letter of the shader table stands for.
+/// The descriptor type of a letter of the shader table (shader.hpp).
 constexpr vk::DescriptorType descriptor_type(char letter) noexcept {
   switch (letter) {
     case 'S':
@@ -28,14 +28,14 @@ struct Kernel {
   std::once_flag compiled;
 
   Kernel(const Device::Impl& device, const ShaderInfo& shader);
-  /// The first call compiles. Throws Vulkan's errors; the next call tries again then.
+  /// The first call compiles. Throws the exceptions of Vulkan-Hpp; the next call then tries again.
   void compile(const Device::Impl& device);
 };
 
 struct Pipeline::Impl {
   std::shared_ptr<Device::Impl> device;
   std::shared_ptr<Kernel> kernel;
-  std::string letters;  ///< of the bindings
+  std::string letters;  ///< one letter per binding
   std::uint32_t group_size = 0;
   std::uint32_t push_constant_bytes = 0;
 

@@ -48,7 +48,7 @@ bool BaseLoop::wait_for_tick(const std::atomic<bool>& stop_requested) noexcept {
 std::uint64_t BaseLoop::give_up_late_ticks() noexcept {
   const auto latest_due = static_cast<std::uint64_t>((awake_ns_ - start_ns_) / options_.base_period_ns);
   if (latest_due <= next_tick_ + options_.catch_up_ticks) return 0;
-  // The last tick of the run is run, however late.
+  // The last tick of the run always runs, however late.
   const std::uint64_t resume =
       options_.duration_ticks == 0 ? latest_due : std::min(latest_due, options_.duration_ticks - 1);
   for (const auto& slot : slots_) {
@@ -102,14 +102,14 @@ void BaseLoop::run_tasks(std::uint64_t tick) noexcept {
   }
 }
 
-/// Whether a release of a base thread's task is run. Only releases that came while the task itself was
+/// Whether a release of a task of the base thread runs. Only releases that came while the task itself was
 /// running are dropped; a tick that is late for another reason runs the task late.
 bool BaseLoop::admits(TaskSlot& slot, std::int64_t release_ns) noexcept {
   if (release_ns < slot.dropped_until_ns) return false;
   const bool came_while_running = slot.last_start_ns < release_ns && release_ns < slot.last_finish_ns;
   if (!came_while_running) return true;
   if (slot.spec.overrun != OverrunPolicy::queue) return false;
-  slot.dropped_until_ns = slot.last_finish_ns;  // this one is kept, the others of that time are not
+  slot.dropped_until_ns = slot.last_finish_ns;  // keeps this one and drops the others of that time
   return true;
 }
 
@@ -128,7 +128,7 @@ void BaseLoop::run_here(TaskSlot& slot, std::uint64_t tick) noexcept {
   slot.task.step(info);
   slot.task.publish(info);
   record.finish_ns = clock_.now_ns();
-  // One look serves as the end of this run and the beginning of the next.
+  // One reading serves as the end of this run and the begin of the next.
   look_ = look_at_thread(probe_);
   look_is_fresh_ = true;
   fill_use(record, before, look_);
@@ -183,7 +183,8 @@ void BaseLoop::begin_run(TaskSlot& slot, std::uint64_t tick) noexcept {
   slot.phase.store(Phase::finished, std::memory_order_relaxed);
 }
 
-/// A task on its own thread, at or after its deadline tick: publish what is there, or act on what is not.
+/// For a task on another thread, at or after its deadline tick: publishes the finished run, or applies the
+/// overrun policy.
 void BaseLoop::settle(TaskSlot& slot, std::uint64_t tick) noexcept {
   const Phase phase = slot.phase.load(std::memory_order_acquire);
   if (phase == Phase::idle || tick < slot.deadline_tick) return;
@@ -257,7 +258,7 @@ RunRecord BaseLoop::new_record(const TaskSlot& slot, const TickInfo& info) const
   record.warmup = info.run < slot.spec.warmup_runs;
   record.tick = info.tick;
   record.release_ns = due_ns(info.tick);
-  // A kept release did not wait for the base thread to wake, but for the run before it.
+  // A kept release waited for the previous run, not for the base thread to wake.
   record.base_wake_ns = info.tick == next_tick_ ? base_wake_ns_ : record.release_ns;
   return record;
 }

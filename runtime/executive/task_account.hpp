@@ -1,5 +1,5 @@
 #pragma once
-// The accounting of one task: its histograms and its misses, fed with the records of its runs in order.
+// The accounting of one task: its histograms and deadline misses, from the records of its runs in order.
 
 #include <cstdint>
 #include <vector>
@@ -19,7 +19,7 @@ class TaskAccount {
     return run.not_started || run.finish_ns - run.release_ns > result_.deadline_ns;
   }
   void take(const RunRecord& run, const HostStallDetector& witness);
-  /// With the counters as they stand in `slot`.
+  /// The result, with the counters of `slot`.
   TaskResult result(const TaskSlot& slot) const;
 
  private:
@@ -30,7 +30,7 @@ class TaskAccount {
   TaskResult result_;
   std::int64_t budget_ns_;
   std::size_t kept_misses_;
-  // The run before, as far as the next one may have to wait for it.
+  // The previous run, for which the next one may have to wait.
   std::int64_t last_finish_ns_ = 0;
   MissCause last_cause_ = MissCause::own_work;
 };

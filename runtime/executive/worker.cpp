@@ -81,7 +81,7 @@ void Worker::serve(const RealtimeOptions& options, int priority) {
   const ThreadRealtime realtime(options, priority);
   refused_ = realtime.refused();
   sem_post(&ready_);
-  // `options` is not touched from here on.
+  // `options` is not used from here on.
   while (true) {
     wait_for(wake_);
     const bool last_round = stopping_.load(std::memory_order_acquire);

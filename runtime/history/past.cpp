@@ -79,7 +79,7 @@ std::vector<Body> Past::bodies(const Instant& instant) const {
 rtstdb::EntityState Past::row_of(const Instant& instant, rtstdb::EntityId entity) const {
   for (const rtstdb::EntityState& state : taken(database_->snapshot(known_at(instant))))
     if (state.id == entity) return state;
-  throw HistoryError(Kind::question, "'" + history_.name_of(entity) + "' is not in the world then");
+  throw HistoryError(Kind::question, "'" + history_.name_of(entity) + "' does not exist at that time");
 }
 
 Near Past::near(const Instant& instant, rtstdb::EntityId entity, const std::optional<glm::dvec3>& point_m,
@@ -121,20 +121,21 @@ Near Past::near(const Instant& instant, rtstdb::EntityId entity, const std::opti
 std::vector<rtstdb::EntityId> Past::in_region(const Instant& instant, rtstdb::Region region,
                                               rtstdb::RegionLevel level) {
   region.t = world_time(instant.time_ns);
-  for (std::uint32_t room = 64;;) {
-    auto query = taken(database_->prepare(
-        rtstdb::RegionQueryOptions{.name = "region", .capacity = 1, .level = level, .ids_per_region = room}));
+  for (std::uint32_t capacity = 64;;) {
+    auto query = taken(database_->prepare(rtstdb::RegionQueryOptions{
+        .name = "region", .capacity = 1, .level = level, .ids_per_region = capacity}));
     query->regions()[0] = region;
     ask(known_at(instant), *query, 1);
     const rtstdb::RegionAnswer& answer = query->answers()[0];
     if (answer.incomplete)
-      throw HistoryError(Kind::question, "the device's limits cut the search short: take a smaller region");
+      throw HistoryError(Kind::question,
+                         "the search exceeded the limits of the device; use a smaller region");
     if (!answer.overflow) return {answer.entities.begin(), answer.entities.end()};
     if (answer.found > rtstdb::max_ids_per_region)
       throw HistoryError(Kind::question, std::to_string(answer.found) + " entities lie in the region, and " +
                                              std::to_string(rtstdb::max_ids_per_region) +
-                                             " can be listed: take a smaller one");
-    room = answer.found;
+                                             " can be listed; use a smaller region");
+    capacity = answer.found;
   }
 }
 
@@ -147,7 +148,7 @@ std::vector<rtstdb::RayHit> Past::along(const Instant& instant, rtstdb::Ray ray,
   std::vector<rtstdb::RayHit> found;
   for (const rtstdb::RayHit& hit : query->hits()) {
     if (hit.status == rtstdb::HitStatus::incomplete)
-      throw HistoryError(Kind::question, "the device's limits cut the search short");
+      throw HistoryError(Kind::question, "the search exceeded the limits of the device");
     if (hit.status == rtstdb::HitStatus::hit) found.push_back(hit);
   }
   return found;
