@@ -22,4 +22,9 @@ inline std::uint64_t rounds(std::uint64_t short_form, std::uint64_t long_form) {
 #endif
 }
 
+/// Of a test that has no long form.
+inline std::uint64_t rounds(std::uint64_t count) {
+  return rounds(count, count);
+}
+
 }  // namespace hil::tests
