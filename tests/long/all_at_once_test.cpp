@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "rtstdb/transaction/monotonic_clock.hpp"
-#include "tests/unit/rtstdb_transaction/simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace hil::stress {
 namespace {

@@ -7,7 +7,7 @@
 #include <iostream>
 
 #include "tests/support/rounds.hpp"
-#include "tests/unit/rtstdb_transaction/simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace hil::stress {
 namespace {

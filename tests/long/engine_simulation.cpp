@@ -155,7 +155,7 @@ void EngineSimulation::begin_life() {
 void EngineSimulation::end_life() {
   if (engine_ == nullptr) return;
   engine_->call([&] { judge(); });
-  clock_.go_on();
+  clock_.cancel_jump();
   clients_.clear();
   if (engine_->log() != nullptr && chance_.one_in(2)) storage_.end_at_once();
   must_find_all_ = storage_.mode() == DurabilityMode::sync;
@@ -226,7 +226,7 @@ bool EngineSimulation::chunk_done(const query::RowSource& rows, const query::Pre
   }
   // Between the last look at the device and the moment of publishing.
   if (last && running_.size() == 1 && chance_.one_in(8))
-    clock_.stand_still_before(2, Nanoseconds(chance_.below(3'000'000)));
+    clock_.jump_before_reading(2, Nanoseconds(chance_.below(3'000'000)));
   return false;
 }
 
@@ -236,7 +236,7 @@ void EngineSimulation::run_ends(query::RunStatus status) {
     client->query.is_truncated = status == query::RunStatus::truncated;
   }
   running_.pop_back();
-  if (status != query::RunStatus::done && status != query::RunStatus::truncated) clock_.go_on();
+  if (status != query::RunStatus::done && status != query::RunStatus::truncated) clock_.cancel_jump();
 }
 
 bool EngineSimulation::may_pause() {

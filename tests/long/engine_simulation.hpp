@@ -17,9 +17,9 @@
 #include <rtstdb/database.hpp>
 
 #include "rtstdb/transaction/engine.hpp"
-#include "tests/long/simulated_machine.hpp"
 #include "tests/long/simulated_storage.hpp"
 #include "tests/long/world_model.hpp"
+#include "tests/support/simulation/device.hpp"
 
 namespace hil::stress {
 

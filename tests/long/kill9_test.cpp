@@ -24,8 +24,9 @@
 
 #include "rtstdb/log/posix_disk.hpp"
 #include "rtstdb/transaction/engine.hpp"
-#include "tests/long/timed_disk.hpp"
 #include "tests/support/rounds.hpp"
+#include "tests/support/simulation/no_queries.hpp"
+#include "tests/support/simulation/timed_disk.hpp"
 
 namespace hil::stress {
 namespace {
@@ -49,14 +50,6 @@ Nanoseconds taken_by_host() {
     stat >> ticks;
   return ticks * Nanoseconds(1'000'000'000 / sysconf(_SC_CLK_TCK));
 }
-
-class NoQueries final : public query::Executor {
- public:
-  query::RunReport run(const query::RowSource&, std::span<const query::Request>, const query::TimeSpan&,
-                       query::ExecutorCallbacks*) noexcept override {
-    return {};
-  }
-};
 
 /// By entity, the number of the transaction that wrote it last.
 using Written = std::vector<std::uint32_t>;
@@ -150,7 +143,7 @@ class Opened {
   }
 
   transaction::MonotonicClock clock;
-  NoQueries executor;
+  test::NoQueries executor;
   std::unique_ptr<transaction::Engine> engine;
 
  private:

@@ -9,6 +9,7 @@
 
 #include "rtstdb/log/posix_disk.hpp"
 #include "rtstdb/transaction/engine.hpp"
+#include "tests/support/simulation/no_queries.hpp"
 
 namespace hil::stress {
 namespace {
@@ -23,14 +24,6 @@ constexpr std::uint32_t entities = 100'000, ticks = 10'000;
 constexpr std::int64_t longest_ns = 3'000'000'000;
 #endif
 constexpr std::uint32_t moved = 100;
-
-class NoQueries final : public query::Executor {
- public:
-  query::RunReport run(const query::RowSource&, std::span<const query::Request>, const query::TimeSpan&,
-                       query::ExecutorCallbacks*) noexcept override {
-    return {};
-  }
-};
 
 class RecoveryTime : public testing::Test {
  protected:
@@ -61,7 +54,7 @@ class RecoveryTime : public testing::Test {
   }
 
   std::filesystem::path directory_;
-  NoQueries executor_;
+  test::NoQueries executor_;
   transaction::MonotonicClock clock_;
 };
 

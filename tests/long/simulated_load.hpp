@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/unit/rtstdb_transaction/simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace hil::stress {
 

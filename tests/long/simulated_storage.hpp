@@ -12,8 +12,8 @@
 #include <rtstdb/durability.hpp>
 
 #include "rtstdb/transaction/commit_log.hpp"
-#include "tests/long/simulated_machine.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/device.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace hil::stress {
 

@@ -12,7 +12,8 @@
 
 #include "rtstdb/transaction/engine.hpp"
 #include "tests/long/machine_time.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/disk.hpp"
+#include "tests/support/simulation/no_queries.hpp"
 
 namespace hil::stress {
 namespace {
@@ -30,14 +31,6 @@ constexpr std::chrono::milliseconds stall = 5s;
 #endif
 /// Longer than any machine keeps a thread from running in this test, and much shorter than the stall.
 constexpr auto never_that_long = stall / 2;
-
-class NoQueries final : public query::Executor {
- public:
-  query::RunReport run(const query::RowSource&, std::span<const query::Request>, const query::TimeSpan&,
-                       query::ExecutorCallbacks*) noexcept override {
-    return {};
-  }
-};
 
 /// A miss that the machine's account, which is kept in coarse steps and does not know all that a host takes, does not explain is looked
 /// for again; one that comes of the disk comes each time. On a machine that others share two rounds of five have such a one, on some
@@ -131,7 +124,7 @@ class Stalled {
 
  private:
   std::atomic<bool> stalls_{false}, stood_{false};
-  NoQueries executor_;
+  test::NoQueries executor_;
   transaction::MonotonicClock clock_;
   std::unique_ptr<transaction::Engine> engine_;
   std::unique_ptr<Transaction> transaction_;

@@ -122,9 +122,12 @@ TEST(Checked, APlcThatDiesInMidRunIsLostAlsoWhenItComesBack) {
     return !run.running() ||
            (std::filesystem::exists(log) && read_text(log).find("the run begins") != std::string::npos);
   }));
-  std::this_thread::sleep_for(std::chrono::milliseconds(1'000));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // of the run's 6 s with its PLC
   plc->signal(SIGKILL);
-  std::this_thread::sleep_for(std::chrono::milliseconds(1'000));
+  EXPECT_TRUE(eventually([&] {
+    return !run.running() || read_text(log).find("device plc is lost") != std::string::npos;
+  })) << read_text(log);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // of the run without it
   plc = start_plc(port);
   const Ended ended = run.wait();
   EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
@@ -167,9 +170,8 @@ TEST(Checked, ARunThatStoodStillForMostOfItsTimeIsBrokenAndCheckedNothing) {
   ASSERT_TRUE(eventually([&] {
     return std::filesystem::exists(log) && read_text(log).find("the run begins") != std::string::npos;
   }));
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // some ticks
   run.signal(SIGSTOP);
-  std::this_thread::sleep_for(std::chrono::milliseconds(3'000));
+  std::this_thread::sleep_for(std::chrono::milliseconds(3'000));  // as long as the run
   run.signal(SIGCONT);
   const Ended ended = run.wait();
   EXPECT_EQ(ended.code, 3) << ended.output << ended.errors;

@@ -53,8 +53,8 @@ bool runs_within(const char* option, std::uint64_t value) {
   return false;
 }
 
-const std::uint64_t memory_step_kib = tests::is_long() ? 7'000 : 130'000;
-const std::uint64_t descriptor_step = tests::is_long() ? 1 : 23;
+const std::uint64_t memory_step_kib = tests::is_long() ? 7'000 : 290'000;
+const std::uint64_t descriptor_step = tests::is_long() ? 1 : 37;
 
 constexpr std::uint64_t min_memory_kib = 40'000;  // less does not take the program's libraries
 constexpr std::uint64_t enough_memory_kib = 8'000'000;

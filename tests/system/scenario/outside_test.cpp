@@ -79,7 +79,7 @@ TEST(Outside, MbpollReadsTheDetectorAndSetsTheLightsWhileTheScenarioRuns) {
   mbpoll.write(override_mode, mode_all_red);
   EXPECT_TRUE(eventually(
       [&] { return mbpoll.read(input, light_ego) == red && mbpoll.read(input, light_cross) == red; }));
-  std::this_thread::sleep_for(std::chrono::seconds(1));
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // some cycles of the run
   mbpoll.write(override_mode, mode_cross_green);
   EXPECT_TRUE(eventually([&] { return mbpoll.read(input, light_cross) == green; }));
   EXPECT_EQ(mbpoll.read(input, light_ego), red);

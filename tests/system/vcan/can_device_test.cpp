@@ -60,7 +60,7 @@ class RealDevice : public ::testing::Test {
     EXPECT_EQ(Tool({"cansend", "vcan0", frame}).finish(), 0) << frame;
   }
 
-  const WallRunClock clock_;
+  const RunningClock clock_;
   std::unique_ptr<CanDevice> device_;
   std::vector<Sample> samples_;
   std::vector<double> outputs_;

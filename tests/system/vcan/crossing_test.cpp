@@ -149,7 +149,7 @@ TEST(CrossingOnVcan, AnInterfaceThatGoesDownInMidRunIsALossAlsoWhenItComesBack) 
       << program.wait(std::chrono::seconds(1)).errors;
   EXPECT_EQ(io::can::Tool({"candump", "-n", "1", "vcan0"}, folder / "first_frame.log").finish(), 0);
   io::can::shell("ip link set vcan0 down");
-  std::this_thread::sleep_for(std::chrono::seconds(2));
+  std::this_thread::sleep_for(std::chrono::seconds(2));  // the loss is reported with its length
   io::can::shell("ip link set vcan0 up");
   EXPECT_EQ(io::can::Tool({"candump", "-n", "1", "vcan0"}, folder / "later_frame.log").finish(), 0);
   program.signal(SIGINT);

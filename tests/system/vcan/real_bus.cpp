@@ -41,7 +41,7 @@ std::vector<LoggedFrame> Witness::log() {
 class RealBus final : public ::testing::Environment {
  public:
   void SetUp() override {
-    const WallRunClock clock;
+    const RunningClock clock;
     SocketCanBus bus({"vcan0"});
     try {
       bus.open(clock, Pacing::realtime);

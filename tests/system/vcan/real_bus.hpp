@@ -15,21 +15,12 @@
 #include "io/can/candump_log.hpp"
 #include "io/can/socketcan_bus.hpp"
 #include "io/virtual/process.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::can {
 
 /// Frames that came out of an AF_CAN socket so far; without any, the whole program fails (environment.cpp).
 inline std::atomic<std::uint64_t> real_frames_seen{0};
-
-class WallRunClock final : public RunClock {
- public:
-  RunTimeNs now_ns() const noexcept override {
-    return std::chrono::nanoseconds(std::chrono::steady_clock::now() - begin_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
 
 inline void shell(const std::string& command) {
   ASSERT_EQ(std::system(command.c_str()), 0) << command;

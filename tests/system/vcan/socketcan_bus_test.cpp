@@ -31,7 +31,7 @@ class RealVcan : public ::testing::Test {
     one_.open(clock_, Pacing::realtime);
     two_.open(clock_, Pacing::realtime);
   }
-  const WallRunClock clock_;
+  const RunningClock clock_;
   SocketCanBus one_{{"vcan0"}};
   SocketCanBus two_{{"vcan0"}};
 };
@@ -193,7 +193,7 @@ TEST_F(RealVcan, AFullQueueIsSaidAndEmptiesItself) {
 }
 
 TEST(RealVcanOpening, SaysWhatIsMissing) {
-  const WallRunClock clock;
+  const RunningClock clock;
   const auto words_of = [&](const char* interface, Pacing pacing) -> std::string {
     SocketCanBus bus({interface});
     try {

@@ -46,7 +46,7 @@ double value_of(ClientDevice& client, const std::string& name) {
 /// 20 s of virtual time at 20 Hz, the ego on its loop from 1 s on: every input of every tick, as text.
 std::string stepped_run() {
   const Process plc({HIL_CROSSING_PLC, "--listen", "127.0.0.1:0", "--clock", "stepped"});
-  bench::HandClock clock;
+  SetClock clock;
   ClientDevice client(settings_for(plc), register_map());
   client.start(clock, Pacing::lockstep);
   std::ostringstream text;
@@ -82,7 +82,7 @@ TEST(CrossingPlc, ListensOnAnIpv6Address) {
   EXPECT_TRUE(plc.first_line().starts_with("listening [::1]:")) << plc.first_line();
   ClientSettings settings = settings_for(plc);
   settings.endpoint.host = "::1";
-  bench::HandClock clock;
+  SetClock clock;
   ClientDevice client(settings, register_map());
   client.start(clock, Pacing::lockstep);
   EXPECT_TRUE(client.exchange(0)) << client.health().fault;
@@ -104,7 +104,7 @@ TEST(CrossingPlc, MbpollReadsADetectorAndSetsTheLightWhileTheBenchRuns) {
   Process plc({HIL_CROSSING_PLC, "--listen", "127.0.0.1:0", "--clock", "wall", "--minimum-green-ms", "100",
                "--yellow-ms", "100", "--all-red-ms", "100", "--red-yellow-ms", "100"});
   ASSERT_EQ(plc.first_line(), "listening 127.0.0.1:" + std::to_string(plc.port()));
-  bench::WallRunClock clock;
+  RunningClock clock;
   ClientDevice client(settings_for(plc), register_map());
   client.start(clock, Pacing::realtime);
   const auto runs_until = [&](const std::function<bool()>& holds) {

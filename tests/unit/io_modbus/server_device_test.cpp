@@ -42,7 +42,7 @@ struct Served {
       : device(std::move(settings), served_map()) {
     device.start(clock, pacing);
   }
-  bench::WallRunClock clock;
+  RunningClock clock;
   ServerDevice device;
 };
 
@@ -138,7 +138,7 @@ TEST(ServerDevice, SafeStateShowsAtOnceAndTheNextReleaseReplacesIt) {
 }
 
 TEST(ServerDevice, LockstepMovesOnlyInExchange) {
-  bench::HandClock clock;
+  SetClock clock;
   ServerDevice device({.name = "panel"}, served_map());
   device.start(clock, Pacing::lockstep);
   RawClient client(device.port());
@@ -217,7 +217,7 @@ TEST(ServerDevice, APortInUseIsOneSentence) {
 }
 
 TEST(ServerDevice, AnAddressThatIsNotOursIsOneSentence) {
-  bench::WallRunClock clock;
+  RunningClock clock;
   ServerDevice device({.name = "far", .endpoint = {"192.0.2.1", 0}}, served_map());
   try {
     device.start(clock, Pacing::realtime);
@@ -231,7 +231,7 @@ TEST(ServerDevice, AnAddressThatIsNotOursIsOneSentence) {
 }
 
 TEST(ServerDevice, StopsAndStartsAgain) {
-  bench::WallRunClock clock;
+  RunningClock clock;
   ServerDevice device({.name = "panel"}, served_map());
   for (int round = 0; round < 20; ++round) {
     device.start(clock, Pacing::realtime);

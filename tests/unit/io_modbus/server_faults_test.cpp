@@ -25,7 +25,7 @@ struct Served {
                                                       entry("b", Table::input, 0, ValueType::f64, true)}}) {
     device.start(clock, Pacing::realtime);
   }
-  bench::WallRunClock clock;
+  RunningClock clock;
   ServerDevice device;
 };
 

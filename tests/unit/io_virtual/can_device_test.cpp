@@ -14,11 +14,11 @@
 #include <thread>
 
 #include "driven_bus.hpp"
-#include "fake_clock.hpp"
 #include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
 #include "io/virtual/process.hpp"
 #include "tests/paths.h"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::can {
 namespace {

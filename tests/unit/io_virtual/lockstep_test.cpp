@@ -12,10 +12,10 @@
 #include <string>
 #include <thread>
 
-#include "fake_clock.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::virtual_bus {
 namespace {

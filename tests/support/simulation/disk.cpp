@@ -1,4 +1,4 @@
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 #include <algorithm>
 #include <cerrno>

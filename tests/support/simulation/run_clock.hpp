@@ -1,5 +1,5 @@
 #pragma once
-// Run clocks for the tests of this folder.
+// Clocks of a run, for tests of devices.
 
 #include <atomic>
 #include <chrono>

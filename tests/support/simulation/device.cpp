@@ -1,4 +1,4 @@
-#include "tests/long/simulated_machine.hpp"
+#include "tests/support/simulation/device.hpp"
 
 #include <algorithm>
 

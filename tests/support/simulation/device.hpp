@@ -1,9 +1,8 @@
 #pragma once
-// What a database runs on, simulated: a clock that moves when it is told to, and a device that takes time, is lost and
-// comes back as a seed says. Whatever else is simulated joins them here, with the same source of chance.
+// A simulated device that takes time, is lost and comes back as a seed says.
 //
-// One seed, one course of events: chance is drawn on the database's thread alone, and the engine's other thread gets its
-// turn in pauses() alone, which waits until that one is done.
+// One seed is one course of events: chance is drawn on the database's thread alone, and the engine's other thread works in
+// pauses() alone, which waits until it is done.
 
 #include <atomic>
 #include <cstdint>
@@ -13,6 +12,7 @@
 #include <rtstdb/time.hpp>
 
 #include "rtstdb/query/executor.hpp"
+#include "tests/support/simulation/clock.hpp"
 
 namespace hil::stress {
 
@@ -27,27 +27,7 @@ class Chance {
   std::mt19937_64 engine_;
 };
 
-class SimulatedClock final : public rtstdb::Clock {
- public:
-  rtstdb::ClockTime now() const noexcept override {
-    if (readings_to_jump_.load() > 0 && readings_to_jump_.fetch_sub(1) == 1)
-      now_ns_.fetch_add(jump_ns_.load());
-    return rtstdb::clock_time_ns(now_ns_.load());
-  }
-  bool is_virtual() const noexcept override { return false; }
-  void advance(rtstdb::Nanoseconds by) noexcept { now_ns_.fetch_add(by.count()); }
-  /// The n-th reading from now is the first to show so much more: the machine stood still before it.
-  void stand_still_before(int reading, rtstdb::Nanoseconds by) noexcept {
-    jump_ns_ = by.count();
-    readings_to_jump_ = reading;
-  }
-  void go_on() noexcept { readings_to_jump_ = 0; }
-
- private:
-  mutable std::atomic<std::int64_t> now_ns_{1'000'000'000};
-  mutable std::atomic<int> readings_to_jump_{0};
-  std::atomic<std::int64_t> jump_ns_{0};
-};
+using test::SimulatedClock;
 
 /// What happens in the device, told to whoever drives the simulation.
 class DeviceEvents {

@@ -1,4 +1,4 @@
-#include "tests/long/timed_disk.hpp"
+#include "tests/support/simulation/timed_disk.hpp"
 
 #include <algorithm>
 
