@@ -105,7 +105,7 @@ function(hil_test name)
   endif()
   hil_discover(${name} ${TEST_LABEL} ${TEST_TIMEOUT} "${TEST_SERIAL}" "")
   if(TEST_LONG)
-    hil_discover(${name} long ${TEST_LONG} ON "${TEST_LONG_FILTER}" ENVIRONMENT HIL_TESTS_LONG=1)
+    hil_discover(${name} long ${TEST_LONG} ON "${TEST_LONG_FILTER}")
   endif()
 endfunction()
 
@@ -133,17 +133,17 @@ function(hil_add_to_label name label)
   add_dependencies(hil_tests_${label} ${name})
 endfunction()
 
-# The suites of a program that `filter` chooses, each as one test under a label. Further arguments are properties of these tests.
+# The suites of a program that `filter` chooses, each as one test under a label.
 function(hil_discover name label timeout serial filter)
   hil_test_properties(properties ${label} ${timeout} "${serial}")
   set(prefix "")
   if(label STREQUAL "long")
     set(prefix Long/)
+    list(APPEND properties ENVIRONMENT HIL_TESTS_LONG=1)
   endif()
   if(NOT filter)
     set(filter *)
   endif()
-  list(APPEND properties ${ARGN})
   list(JOIN properties "]==] [==[" properties)
   set(suites ${CMAKE_CURRENT_BINARY_DIR}/${name}_${label}.cmake)
   file(GENERATE OUTPUT ${suites} CONTENT
