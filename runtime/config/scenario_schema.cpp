@@ -12,13 +12,13 @@ namespace {
 
 constexpr double any_low = -std::numeric_limits<double>::infinity();
 constexpr double any_high = std::numeric_limits<double>::infinity();
-constexpr double longest_s = 7.0 * 24.0 * 3600.0;
-constexpr double shortest_s = 1e-9;
+constexpr double max_duration_s = 7.0 * 24.0 * 3600.0;
+constexpr double min_duration_s = 1e-9;
 
 Schema size() {
-  return Schema::quantity(Quantity::length_m, 1e-6, farthest_m);
+  return Schema::quantity(Quantity::length_m, 1e-6, max_coordinate_m);
 }
-Schema duration(double minimum_s, double maximum_s = longest_s) {
+Schema duration(double minimum_s, double maximum_s = max_duration_s) {
   return Schema::quantity(Quantity::duration_s, minimum_s, maximum_s);
 }
 Schema rate() {
@@ -84,7 +84,7 @@ Schema shape_schema() {
           Schema::record_or(
               "path",
               {Field::needed("path", Schema::file(), "The path of the mesh: obj, stl, ply, gltf or glb."),
-               Field::with_default("scale", Schema::number(smallest_scale, largest_scale), "1",
+               Field::with_default("scale", Schema::number(min_scale, max_scale), "1",
                                    "Metres per unit of the file. For millimetres: 0.001.")}),
           "A mesh from a file."),
   });
@@ -104,15 +104,15 @@ Schema entity_schema() {
   return Schema::record({
       Field::needed("name", Schema::name(), "The entity's name, unique in the world."),
       Field::needed("shape", shape_schema(), "The form and size of the entity."),
-      Field::with_default("position", vector3(Quantity::length_m, farthest_m), "[0 m, 0 m, 0 m]",
+      Field::with_default("position", vector3(Quantity::length_m, max_coordinate_m), "[0 m, 0 m, 0 m]",
                           "The position of the shape's origin in the world."),
       Field::with_default("rotation", rotation_schema(), "{}", "The rotation of the entity. Left out: none."),
-      Field::with_default("velocity", vector3(Quantity::speed_mps, fastest_mps), "[0 m/s, 0 m/s, 0 m/s]",
+      Field::with_default("velocity", vector3(Quantity::speed_mps, max_speed_mps), "[0 m/s, 0 m/s, 0 m/s]",
                           "The constant velocity in the world frame."),
-      Field::with_default("angular_velocity", vector3(Quantity::angular_rate_radps, fastest_turn_radps),
+      Field::with_default("angular_velocity", vector3(Quantity::angular_rate_radps, max_angular_rate_radps),
                           "[0 deg/s, 0 deg/s, 0 deg/s]",
                           "The constant angular velocity about the axes of the world frame."),
-      Field::with_default("scale", Schema::number(smallest_scale, largest_scale), "1",
+      Field::with_default("scale", Schema::number(min_scale, max_scale), "1",
                           "A factor on the shape's size."),
       Field::with_default("mask", Schema::list(Schema::name(), 1, Layers::capacity), "[static]",
                           "The layers of the entity. A query names the layers that it sees."),
@@ -160,10 +160,10 @@ Schema task_schema() {
           "offset", duration(0.0), "0 ms",
           "The shift of the releases: a multiple of the base period, less than the task's period."),
       Field::optional(
-          "deadline", duration(shortest_s),
+          "deadline", duration(min_duration_s),
           "The time from a release by which the run has to end. Left out: one period of the task. With a "
           "thread of its own: a multiple of the base period, at which the outputs become visible."),
-      Field::optional("budget", duration(shortest_s),
+      Field::optional("budget", duration(min_duration_s),
                       "The CPU time that one run may use. Left out: no limit."),
       Field::with_default("overrun", Schema::one_of({"skip", "queue", "abort"}), "skip",
                           "What happens at a release while the task still runs."),
@@ -183,7 +183,7 @@ Schema sent_schema() {
       "message",
       {
           Field::needed("message", Schema::name(), "A message of the DBC file."),
-          Field::optional("period", duration(shortest_s),
+          Field::optional("period", duration(min_duration_s),
                           "The period of sending, a multiple of the bus's period. Left out: GenMsgCycleTime "
                           "of the DBC file, else one period of the bus."),
           Field::with_default(
@@ -312,7 +312,7 @@ Schema expectation_schema() {
           "request", Schema::signal(),
           "The signal whose changes are requests. Of a signal on a CAN bus, each frame is a request."),
       Field::needed("reply", Schema::signal(), "The signal that replies by taking the value of the request."),
-      Field::needed("within", duration(shortest_s), "The longest time from a request to its reply."),
+      Field::needed("within", duration(min_duration_s), "The longest time from a request to its reply."),
       Field::with_default(
           "at_least", Schema::integer(1, 1'000'000'000), "1",
           "The least number of requests that have to be judged. With fewer, the expectation is not checked."),
