@@ -28,6 +28,7 @@ def without_times(output):
 
 
 def main(hil, readme):
+    hil = pathlib.Path(hil).resolve()
     text = pathlib.Path(readme).read_text(encoding="utf-8")
     transcripts = [step for block in blocks(text, "text") for step in steps(block)]
     wrong = [] if transcripts else ["the README has no block of text with a `$` command"]
