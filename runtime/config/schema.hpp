@@ -71,7 +71,7 @@ class Schema {
   /// A record that may also be written as one scalar, which is then the value of `key`: "BrakeCommand" for
   /// {message: BrakeCommand}.
   static Schema record_or(std::string key, std::vector<Field> fields);
-  static Schema map(Schema item);  ///< keys are the user's, each as Schema::name asks
+  static Schema map(Schema item);  ///< keys are names that the user chooses
   /// A record whose other fields depend on the word under `key` ("type: vehicles").
   static Schema choice(std::string key, std::vector<std::pair<std::string, Schema>> alternatives);
   /// A record of which exactly one field of `alternatives` is present ({box: ...} or {file: ...}), next to

@@ -44,7 +44,7 @@ class SourceText {
   bool is_closed(TextPosition begin) const;
 
   /// Where character `index` of `scalar` stands when the scalar begins at `begin`: inside quotes, behind
-  /// escapes, in folded lines and in block scalars. The begin itself when it can not be told.
+  /// escapes, in folded lines and in block scalars. `begin` itself when the place is not known.
   Place place_in_scalar(TextPosition begin, std::string_view scalar, std::size_t index) const;
 
  private:
