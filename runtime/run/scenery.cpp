@@ -18,10 +18,10 @@
 namespace hil::run {
 namespace {
 
-static_assert(config::farthest_m == rtstdb::max_coordinate_m);
-static_assert(config::fastest_mps == rtstdb::max_speed_mps);
-static_assert(config::fastest_turn_radps == rtstdb::max_angular_rate_radps);
-static_assert(config::smallest_scale == rtstdb::min_scale && config::largest_scale == rtstdb::max_scale);
+static_assert(config::max_coordinate_m == rtstdb::max_coordinate_m);
+static_assert(config::max_speed_mps == rtstdb::max_speed_mps);
+static_assert(config::max_angular_rate_radps == rtstdb::max_angular_rate_radps);
+static_assert(config::min_scale == rtstdb::min_scale && config::max_scale == rtstdb::max_scale);
 
 /// Equal for equal shapes: the kind, its sizes, and the path of a file.
 using ShapeKey = std::tuple<std::size_t, std::array<double, 3>, std::string>;

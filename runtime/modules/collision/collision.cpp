@@ -104,7 +104,7 @@ ModuleType collision_type() {
               Field::needed("body", Schema::text(),
                             "The body that is watched, as 'module.vehicle' or an entity's name."),
               Field::needed("against", Schema::list(Schema::text(), 1, 32),
-                            "Layers of the bodies it may not touch."),
+                            "Layers of the bodies that it must not touch."),
           }),
           .create = [](const config::Value& parameters, config::Diagnostics&) -> std::unique_ptr<Module> {
             return std::make_unique<Collision>(parameters);

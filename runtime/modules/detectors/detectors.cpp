@@ -109,9 +109,9 @@ ModuleType detectors_type() {
   const auto size = Schema::quantity(Quantity::length_m, 0.01, 1e3);
   const auto loop = Schema::record({
       Field::needed("center", Schema::list(length, 3, 3), "Centre of the loop's box."),
-      Field::needed("size", Schema::list(size, 3, 3), "Full extents of the loop's box, before it is turned."),
+      Field::needed("size", Schema::list(size, 3, 3), "Full sizes of the loop's box before its rotation."),
       Field::with_default("heading", Schema::quantity(Quantity::angle_rad, -6.3, 6.3), "0 deg",
-                          "Turn about z."),
+                          "Rotation about z."),
   });
   return {.name = "detectors",
           .about = "Detector loops in the road.",

@@ -330,7 +330,7 @@ TEST_F(WiringOf, WhatADeviceFillsItselfIsNotFedBySignals) {
     EXPECT_FALSE(
         config::load_scenario(folder_.write("scenario.yaml", text), {}, module_schemas(), diagnostics_));
     EXPECT_EQ(diagnostics_.count(), 1U) << diagnostics_.to_text();
-    EXPECT_TRUE(has_mistake(text, one.at, "fills itself"));
+    EXPECT_TRUE(has_mistake(text, one.at, "hil sets"));
   }
 }
 
