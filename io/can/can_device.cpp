@@ -251,7 +251,7 @@ void CanDevice::handle(const Frame& frame) {
   if (frame.is_error()) counts_.errors.add();
   update_bus_off(frame);
   if (frame.is_error()) return;
-  if (frame.direction == Direction::tx) return send_order_.came_back(frame.raw.can_id);
+  if (frame.direction == Direction::tx) return send_order_.received_back(frame.raw.can_id);
   counts_.rx.add();
   const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
@@ -271,7 +271,7 @@ void CanDevice::handle(const Frame& frame) {
   if (frame.raw.len < length) received.shorter->add();
   const RunTimeNs time_ns = std::max(frame.time_ns, send_order_.earliest_ns());
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
-    take_in(received.first_input + signal, value, time_ns);
+    store_input(received.first_input + signal, value, time_ns);
   });
 }
 
@@ -292,7 +292,7 @@ void CanDevice::update_bus_off(const Frame& frame) {
   set_health(true, {});
 }
 
-void CanDevice::take_in(std::size_t input, double value, RunTimeNs time_ns) {
+void CanDevice::store_input(std::size_t input, double value, RunTimeNs time_ns) {
   samples_[input] = {value, time_ns, true};
   samples_changed_ = true;
   TimedRowRing* const kept = arrivals_[input].get();
@@ -335,7 +335,7 @@ void CanDevice::send_message(Sent& sent) {
       const std::uint64_t counter = sent.encoder.confirm_sent();
       if (!sent.counter_input) return;
       const double value = sent.encoder.layout().codec(*sent.encoder.layout().counter()).to_physical(counter);
-      take_in(*sent.counter_input, value, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
+      store_input(*sent.counter_input, value, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
       return;
     }
     case SendResult::no_buffer:
@@ -395,7 +395,7 @@ void CanDevice::lose_inputs() {
     samples_[input].fresh = false;
   }
   for (Received& received : received_)
-    received.decoder.forget_counter();
+    received.decoder.reset_counter();
   samples_changed_ = true;
 }
 

@@ -139,7 +139,7 @@ class CanDevice final : public Device {
   void run();
   bool receive_up_to(std::size_t max_frames);
   void handle(const Frame& frame);
-  void take_in(std::size_t input, double value, RunTimeNs time_ns);
+  void store_input(std::size_t input, double value, RunTimeNs time_ns);
   void send_released();
   void send_due(std::span<const double> values, RunTimeNs tick_ns);
   void send_message(Sent& sent);

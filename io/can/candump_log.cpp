@@ -226,7 +226,7 @@ void CandumpLogWriter::push(const Frame& frame) {
       return;
     }
     waiting_.push_back(frame);
-    if (waiting_.size() != 1 && waiting_.size() != hurry_at())
+    if (waiting_.size() != 1 && waiting_.size() != batch_limit())
       return;  // the writer is already awake or need not be
   }
   has_frames_.notify_one();
@@ -253,7 +253,7 @@ void CandumpLogWriter::run() {
       if (waiting_.empty()) return;
       // Frames arrive in bursts; writing a burst at once is cheaper than waking up for each frame.
       has_frames_.wait_for(lock, gathering_time,
-                           [this] { return closing_ || waiting_.size() >= hurry_at(); });
+                           [this] { return closing_ || waiting_.size() >= batch_limit(); });
       batch.swap(waiting_);
     }
     has_room_.notify_all();

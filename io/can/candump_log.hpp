@@ -71,7 +71,7 @@ class CandumpLogWriter {
 
  private:
   /// From this many queued frames on, the writer stops collecting a batch.
-  std::size_t hurry_at() const noexcept { return (capacity_ + 1) / 2; }
+  std::size_t batch_limit() const noexcept { return (capacity_ + 1) / 2; }
   void run();
   bool write(const std::vector<Frame>& frames, std::string& text);
 
