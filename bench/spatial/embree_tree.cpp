@@ -15,7 +15,7 @@ namespace {
 
 namespace shared = rtstdb::shared;
 
-/// More than a triangle is ever split into on average.
+/// Upper bound on the average number of parts per triangle.
 constexpr std::size_t room_for_splits = 3;
 
 struct Node {
@@ -67,7 +67,7 @@ struct Box {
   }
 };
 
-/// The boxes of a triangle's two parts beside a plane, within the box of the part that it is already.
+/// The boxes of the two parts of a triangle on both sides of a plane, within the box of the current part.
 void split(const RTCBuildPrimitive* primitive, unsigned dimension, float position, RTCBounds* left,
            RTCBounds* right, void* mesh_pointer) {
   const auto& mesh = *static_cast<const rtstdb::TriangleMesh*>(mesh_pointer);

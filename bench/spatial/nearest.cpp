@@ -11,7 +11,7 @@
 namespace hil::bench {
 namespace {
 
-/// Single precision at a few metres, and at 50 m.
+/// Rounding of single precision at a few metres, and at 50 m.
 constexpr double triangle_tolerance_m = 2e-6;
 constexpr double center_tolerance_m = 2e-5;
 
@@ -33,7 +33,7 @@ Asked<rtstdb::NearestQuery> ask_nearest(OurWorld& world, std::span<const glm::ve
   return {world.database(), std::move(query), count};
 }
 
-/// Ties may fall either way: what has to be the same is how far the nearest are.
+/// Ties may be broken differently, so only distances are compared.
 void demand_same(const std::string& name, std::size_t point, const rtstdb::NearestAnswer& ours,
                  std::span<const float> theirs_m, double tolerance_m) {
   bool same = !ours.incomplete && ours.neighbors.size() == theirs_m.size();

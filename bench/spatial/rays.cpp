@@ -10,7 +10,7 @@
 namespace hil::bench {
 namespace {
 
-/// Coordinates of up to 3 m and a few roundings on the way.
+/// Rounding of coordinates of up to 3 m through a few operations.
 constexpr double sideways_m = 2e-6;
 
 class RayFigures {

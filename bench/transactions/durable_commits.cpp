@@ -10,7 +10,7 @@
 namespace hil::bench {
 namespace {
 
-/// So that neither side allocates on the way.
+/// Large enough that neither side allocates space during the measurement.
 constexpr std::uint64_t room_bytes = std::uint64_t{16} << 20;
 
 std::vector<Figure> commits_beside_writes(rtstdb::DurabilityMode mode, int count) {

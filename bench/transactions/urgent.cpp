@@ -17,7 +17,7 @@ namespace {
 constexpr float half_m = 50.0f;
 constexpr std::uint32_t urgent_rays = 16;
 
-/// Moving bodies, in a database that divides batches as it does unless told otherwise.
+/// Moving bodies in a database with the default chunk size.
 class BusyWorld {
  public:
   explicit BusyWorld(bool tiny)
@@ -37,7 +37,8 @@ class BusyWorld {
   std::uint32_t count(std::uint32_t large) const { return tiny_ ? large / 64 : large; }
   const std::vector<rtstdb::EntityId>& ids() const { return ids_; }
 
-  /// Two figures: while the large batch is asked again and again, urgent ones come at instants that have nothing to do with it.
+  /// Two figures: while the large batch is queried repeatedly, urgent transactions arrive at uncorrelated
+  /// times.
   template <class Query>
   std::vector<Figure> waits_beside(const std::string& kind, Asked<Query> large) {
     large.run();
@@ -65,7 +66,8 @@ class BusyWorld {
   }
 
  private:
-  /// All of the time from submit until this thread has the answer in which the database was not at work on it.
+  /// The time from submit to the result in this thread, without the time in which the database worked on the
+  /// transaction.
   double urgent_wait_us() {
     rtstdb::Terms terms;
     terms.importance = 1;
