@@ -16,7 +16,7 @@ namespace {
 namespace shared = rtstdb::shared;
 
 /// Upper bound on the average number of parts per triangle.
-constexpr std::size_t room_for_splits = 3;
+constexpr std::size_t max_split_factor = 3;
 
 struct Node {
   std::size_t triangles = 0;  ///< of a leaf; 0: an inner node
@@ -92,7 +92,7 @@ void split(const RTCBuildPrimitive* primitive, unsigned dimension, float positio
 
 std::vector<RTCBuildPrimitive> primitives_of(const rtstdb::TriangleMesh& mesh) {
   std::vector<RTCBuildPrimitive> primitives;
-  primitives.reserve(room_for_splits * mesh.triangles.size());
+  primitives.reserve(max_split_factor * mesh.triangles.size());
   for (const glm::uvec3& triangle : mesh.triangles) {
     Box box;
     for (int i = 0; i < 3; ++i)

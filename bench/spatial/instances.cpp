@@ -69,7 +69,7 @@ std::vector<Figure> measure_instances(const SuiteOptions& options) {
   std::vector<Figure> figures;
   for (const Question& question : questions) {
     const std::vector<rtstdb::Ray>& rays = question.rays;
-    auto ours = ask_rays(world, rays, rtstdb::RayMode::closest);
+    auto ours = prepare_rays(world, rays, rtstdb::RayMode::closest);
     std::vector<PeerHit> theirs(rays.size());
     const auto run_peer = [&] { peer.closest(rays, theirs); };
     ours.run();

@@ -30,9 +30,9 @@ class OurWorld {
 
 /// One prepared query in a transaction of its own.
 template <class Query>
-class Asked {
+class PreparedBatch {
  public:
-  Asked(rtstdb::Database& database, std::unique_ptr<Query> query, std::uint32_t count)
+  PreparedBatch(rtstdb::Database& database, std::unique_ptr<Query> query, std::uint32_t count)
       : database_(database),
         query_(std::move(query)),
         transaction_(database.make_transaction({.max_queries = 1})),
@@ -55,7 +55,8 @@ class Asked {
   std::uint32_t count_;
 };
 
-Asked<rtstdb::RayQuery> ask_rays(OurWorld& world, std::span<const rtstdb::Ray> rays, rtstdb::RayMode mode);
+PreparedBatch<rtstdb::RayQuery> prepare_rays(OurWorld& world, std::span<const rtstdb::Ray> rays,
+                                             rtstdb::RayMode mode);
 
 /// Name and driver of the device.
 std::string spatial_device();

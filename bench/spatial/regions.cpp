@@ -83,7 +83,7 @@ std::vector<Figure> measure_entities(const SuiteOptions& options) {
     region.half_extent_m = glm::vec3(3.5f) + random.in_box(glm::vec3(0.75f));
     queries.push_back(around(glm::dvec3(region.center_m), glm::dvec3(region.half_extent_m)));
   }
-  Asked<rtstdb::RegionQuery> ours(world.database(), std::move(query), region_count);
+  PreparedBatch<rtstdb::RegionQuery> ours(world.database(), std::move(query), region_count);
   const BoostTree peer(boxes);
   PeerRegions theirs(region_count, ids_per_region);
   const auto run_peer = [&] { peer.intersecting(queries, theirs); };
@@ -126,7 +126,7 @@ std::vector<Figure> measure_triangles(const SuiteOptions& options) {
     region.half_extent_m = glm::vec3(half_m) + random.in_box(glm::vec3(0.25f * half_m));
     queries.push_back(around(glm::dvec3(region.center_m), glm::dvec3(region.half_extent_m)));
   }
-  Asked<rtstdb::RegionQuery> ours(world.database(), std::move(query), region_count);
+  PreparedBatch<rtstdb::RegionQuery> ours(world.database(), std::move(query), region_count);
   const std::vector<Corners> triangles = triangles_of(mesh);
   const BoostTree peer(boxes_around(triangles));
   PeerRegions theirs(region_count, ids_per_region);

@@ -40,7 +40,7 @@ class BusyWorld {
   /// Two figures: while the large batch is queried repeatedly, urgent transactions arrive at uncorrelated
   /// times.
   template <class Query>
-  std::vector<Figure> waits_beside(const std::string& kind, Asked<Query> large) {
+  std::vector<Figure> waits_beside(const std::string& kind, PreparedBatch<Query> large) {
     large.run();
     urgent_wait_us();
     std::exception_ptr broken;
@@ -95,14 +95,14 @@ class BusyWorld {
   std::unique_ptr<rtstdb::Transaction> urgent_;
 };
 
-Asked<rtstdb::RayQuery> scattered(BusyWorld& world) {
+PreparedBatch<rtstdb::RayQuery> scattered(BusyWorld& world) {
   const std::uint32_t count = world.count(1u << 18);
   auto query = must(world.database().prepare(rtstdb::RayQueryOptions{.name = "rays", .capacity = count}));
   std::ranges::copy(timed_rays(count, half_m, 40.0f, 0, 43), query->rays().begin());
   return {world.database(), std::move(query), count};
 }
 
-Asked<rtstdb::NearestQuery> nearest(BusyWorld& world) {
+PreparedBatch<rtstdb::NearestQuery> nearest(BusyWorld& world) {
   const std::uint32_t count = world.count(1u << 15);
   auto query = must(
       world.database().prepare(rtstdb::NearestQueryOptions{.name = "nearest", .capacity = count, .k = 4}));
@@ -112,7 +112,7 @@ Asked<rtstdb::NearestQuery> nearest(BusyWorld& world) {
   return {world.database(), std::move(query), count};
 }
 
-Asked<rtstdb::RegionQuery> regions(BusyWorld& world) {
+PreparedBatch<rtstdb::RegionQuery> regions(BusyWorld& world) {
   const std::uint32_t count = world.count(1u << 15);
   auto query = must(world.database().prepare(rtstdb::RegionQueryOptions{
       .name = "regions", .capacity = count, .level = rtstdb::RegionLevel::surface, .ids_per_region = 128}));
@@ -124,7 +124,7 @@ Asked<rtstdb::RegionQuery> regions(BusyWorld& world) {
   return {world.database(), std::move(query), count};
 }
 
-Asked<rtstdb::OverlapQuery> overlaps(BusyWorld& world) {
+PreparedBatch<rtstdb::OverlapQuery> overlaps(BusyWorld& world) {
   const std::uint32_t count = world.count(1u << 15);
   auto query =
       must(world.database().prepare(rtstdb::OverlapQueryOptions{.name = "overlaps", .capacity = count}));

@@ -147,7 +147,7 @@ bool CanDevice::exchange(RunTimeNs tick_ns) {
   require(started_ && pacing_ == Pacing::lockstep, "exchange belongs to a started device in lock-step");
   last_tick_ns_ = tick_ns;
   send_released();
-  send_safe_values_if_asked();
+  send_requested_safe_values();
   const SettleResult result = bus_->settle(tick_ns);
   while (receive_up_to(frames_per_pass)) {
   }
@@ -158,7 +158,7 @@ bool CanDevice::exchange(RunTimeNs tick_ns) {
 }
 
 void CanDevice::enter_safe_state() noexcept {
-  safe_state_asked_.store(true, std::memory_order_release);
+  safe_state_requested_.store(true, std::memory_order_release);
   if (started_ && pacing_ == Pacing::realtime) wake();
 }
 
@@ -212,7 +212,7 @@ void CanDevice::run() {
     const bool last_pass = stopping_.load(std::memory_order_acquire);
     bool more = receive_up_to(frames_per_pass);
     send_released();
-    send_safe_values_if_asked();
+    send_requested_safe_values();
     more = receive_up_to(last_pass ? frames_at_end : frames_per_pass) || more;
     load_.advance(clock_->now_ns());
     publish_if_changed();
@@ -370,8 +370,8 @@ void CanDevice::set_send_fault(const std::string& fault) {
   if (send_fault_.empty()) send_fault_ = fault;
 }
 
-void CanDevice::send_safe_values_if_asked() {
-  if (!safe_state_asked_.exchange(false, std::memory_order_acq_rel)) return;
+void CanDevice::send_requested_safe_values() {
+  if (!safe_state_requested_.exchange(false, std::memory_order_acq_rel)) return;
   load_.end();
   for (Sent& sent : sent_) {
     for (std::size_t output = 0; output < sent.output_signal.size(); ++output) {

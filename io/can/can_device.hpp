@@ -146,7 +146,7 @@ class CanDevice final : public Device {
   void note_full_queue(RunTimeNs now_ns);
   void note_send_error(const Sent& sent);
   void set_send_fault(const std::string& fault);
-  void send_safe_values_if_asked();
+  void send_requested_safe_values();
   void publish_if_changed();
   void lose_inputs();
   void update_bus_off(const Frame& frame);
@@ -178,7 +178,7 @@ class CanDevice final : public Device {
   std::thread thread_;
   int wake_fd_ = -1;
   std::atomic<bool> stopping_{false};
-  std::atomic<bool> safe_state_asked_{false};
+  std::atomic<bool> safe_state_requested_{false};
   std::atomic<bool> connected_{false};
   bool bus_off_ = false;                    ///< the controller reported it and has not restarted since
   std::optional<RunTimeNs> full_since_ns_;  ///< since when the send queue has been full

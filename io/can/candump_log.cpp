@@ -220,7 +220,8 @@ void CandumpLogWriter::push(const Frame& frame) {
   {
     std::unique_lock lock(mutex_);
     require(!closing_, "nothing is logged after close");
-    if (when_full_ == WhenFull::wait) has_room_.wait(lock, [this] { return waiting_.size() < capacity_; });
+    if (when_full_ == WhenFull::wait)
+      space_available_.wait(lock, [this] { return waiting_.size() < capacity_; });
     if (waiting_.size() >= capacity_) {
       ++dropped_;
       return;
@@ -256,7 +257,7 @@ void CandumpLogWriter::run() {
                            [this] { return closing_ || waiting_.size() >= batch_limit(); });
       batch.swap(waiting_);
     }
-    has_room_.notify_all();
+    space_available_.notify_all();
     if (!write(batch, text)) {
       const std::lock_guard lock(mutex_);
       if (fault_.empty())

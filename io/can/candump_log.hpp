@@ -84,7 +84,7 @@ class CandumpLogWriter {
 
   mutable std::mutex mutex_;
   std::condition_variable has_frames_;
-  std::condition_variable has_room_;
+  std::condition_variable space_available_;
   std::vector<Frame> waiting_;
   bool closing_ = false;
   std::uint64_t dropped_ = 0;

@@ -73,8 +73,9 @@ bool Tlas::Slot::holds(const Wanted& wanted) const noexcept {
          wanted.times.last <= window_end;
 }
 
-bool Tlas::Slot::is_superseded(Version asked, const Wanted& wanted) const noexcept {
-  return next != nullptr && next->version <= asked && next->tree != Tree::none && next->holds(wanted);
+bool Tlas::Slot::is_superseded(Version reader_version, const Wanted& wanted) const noexcept {
+  return next != nullptr && next->version <= reader_version && next->tree != Tree::none &&
+         next->holds(wanted);
 }
 
 WorldTime Tlas::ahead_of(WorldTime begin) noexcept {

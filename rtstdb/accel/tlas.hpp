@@ -198,7 +198,7 @@ class Tlas {
     std::uint32_t root() const noexcept;
     void take_window(WorldTime begin, WorldTime end) noexcept;
     /// A slot prepared ahead exists that serves this version and request.
-    bool is_superseded(Version asked, const Wanted& wanted) const noexcept;
+    bool is_superseded(Version reader_version, const Wanted& wanted) const noexcept;
     /// Whether the slot serves the request, whatever its version.
     bool holds(const Wanted& wanted) const noexcept;
   };

@@ -75,8 +75,8 @@ std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSour
     return std::nullopt;
   learn_levels(used);
   const float growth = growth_of(used);
-  const bool is_dear = used.rebuilds > 0 || growth > rebuild_growth_ahead;
-  const TreeAhead tree = is_dear ? TreeAhead::built : TreeAhead::copied;
+  const bool is_degraded = used.rebuilds > 0 || growth > rebuild_growth_ahead;
+  const TreeAhead tree = is_degraded ? TreeAhead::built : TreeAhead::copied;
   const double min_lead = growth > rebuild_growth ? 1.0 : tree == TreeAhead::built ? 0.5 : 0.25;
   const double wanted_lead =
       static_cast<double>(work_ahead(used, rows.index_limit(), tree)) / work_of_a_window;

@@ -167,7 +167,7 @@ void BaseLoop::begin_run(TaskSlot& slot, std::uint64_t tick) noexcept {
   slot.info = next_run_of(slot, tick);
   slot.record = new_record(slot, slot.info);
   slot.deadline_tick = tick + slot.deadline_ticks;
-  slot.abort_asked = false;
+  slot.abort_requested = false;
   slot.miss_counted = false;
   slot.overrun_counted = false;
   slot.task.latch(slot.info);
@@ -192,7 +192,7 @@ void BaseLoop::settle(TaskSlot& slot, std::uint64_t tick) noexcept {
     settle_late(slot);
     return;
   }
-  if (!slot.abort_asked) slot.task.publish(slot.info);
+  if (!slot.abort_requested) slot.task.publish(slot.info);
   close_run(slot);
 }
 
@@ -202,8 +202,8 @@ void BaseLoop::settle_late(TaskSlot& slot) noexcept {
     slot.miss_counted = true;
     counters.count_event(counters.deadline_misses, slot.record.warmup);
   }
-  if (slot.spec.overrun != OverrunPolicy::abort || slot.abort_asked) return;
-  slot.abort_asked = true;
+  if (slot.spec.overrun != OverrunPolicy::abort || slot.abort_requested) return;
+  slot.abort_requested = true;
   counters.count_event(counters.aborted, slot.record.warmup);
   Phase expected = Phase::released;
   if (!slot.phase.compare_exchange_strong(expected, Phase::idle, std::memory_order_acq_rel)) {

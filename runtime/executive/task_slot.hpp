@@ -75,7 +75,7 @@ struct TaskSlot {
   TickInfo info;
   RunRecord record;
   std::uint64_t deadline_tick = 0;
-  bool abort_asked = false;
+  bool abort_requested = false;
   bool miss_counted = false;
   bool overrun_counted = false;
   bool release_kept = false;  ///< OverrunPolicy::queue: one release is kept

@@ -85,7 +85,7 @@ class Past {
  private:
   rtstdb::EntityState row_of(const Instant& instant, rtstdb::EntityId entity) const;
   template <class Query>
-  const rtstdb::Outcome& ask(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count);
+  const rtstdb::Outcome& run_query(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count);
 
   const RunHistory& history_;
   std::int64_t to_ns_;

@@ -116,7 +116,7 @@ TEST(ServerFaults, FramesInPiecesAndManyAtOnceAreAnsweredInOrder) {
   }
 }
 
-TEST(ServerFaults, ASlowLorisIsDroppedAndDelaysNobody) {
+TEST(ServerFaults, DropsAClientThatTricklesBytesWithoutDelayingOthers) {
   Served served({.frame_limit = milliseconds(100)});
   RawClient loris(served.device.port());
   RawClient sound(served.device.port());
@@ -200,7 +200,7 @@ TEST(ServerFaults, WithoutAPlaceTheClientThatWasIdleLongestIsClosedForANewOne) {
   EXPECT_EQ(served.device.counters().refused, 1U);
 }
 
-TEST(ServerFaults, AClientThatTakesNoRepliesIsDroppedAndDelaysNobody) {
+TEST(ServerFaults, DropsAClientThatReadsNoRepliesWithoutDelayingOthers) {
   Served served({.idle_limit = milliseconds(1500)});
   RawClient deaf(served.device.port());
   RawClient sound(served.device.port());

@@ -20,7 +20,7 @@ TEST(HostStallDetector, TakesAnOversleptStretchThatTheThreadSharedForAPause) {
   EXPECT_EQ(stall_detector.pause_ns(300 * ms, 500 * ms, 200 * ms), 0) << "elsewhere";
 }
 
-TEST(HostStallDetector, IsNotBelievedWhenTheThreadRanMeanwhile) {
+TEST(HostStallDetector, NoPauseIfTheThreadRan) {
   HostStallDetector stall_detector;
   stall_detector.note_sleep(100 * ms, 300 * ms, 0);
   EXPECT_EQ(stall_detector.pause_ns(100 * ms, 300 * ms, 1 * ms), 0) << "only the stall_detector was starved";
