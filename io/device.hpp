@@ -1,13 +1,13 @@
 #pragma once
-// The port between the executive and anything outside the process: a CAN bus, a Modbus unit, a simulated
-// twin.
+// The port between the runtime and a device outside the run: a CAN bus, a Modbus unit, a simulated
+// counterpart.
 //
-// A device turns bytes into timestamped values and values into bytes, in threads of its own. The executive
-// never waits for it: once per tick it latches the newest samples and releases new outputs, both wait-free.
+// A device converts bytes to timestamped values and back, in threads of its own. The executive never waits
+// for it. Once per tick it latches the newest samples and releases new outputs; both calls are wait-free.
 //
-// Threads: configure-time calls (channels, start, stop) come from one ordinary thread. latch_inputs and
-// release_outputs come from one tick thread and must not allocate, block or do I/O. exchange is called only
-// under the virtual clock, from the tick thread, and may block.
+// Threads: one ordinary thread makes the setup calls (channels, start, stop). One tick thread calls
+// latch_inputs and release_outputs, which must not allocate, block or do I/O. Under the virtual clock alone,
+// the tick thread also calls exchange, which may block.
 
 #include <cstddef>
 #include <cstdint>
@@ -19,36 +19,38 @@
 
 namespace hil::io {
 
-/// Nanoseconds since the run's first tick. Negative before it.
+/// Nanoseconds since the run's first tick; negative before it.
 using RunTimeNs = std::int64_t;
 
-/// The time base that devices stamp their samples with. It never goes back.
+/// The time base of samples. It is monotonic.
 class RunClock {
  public:
   virtual ~RunClock() = default;
-  /// While nobody knows yet when the first tick will be, a distant past that moves on; then it leaps forward.
+  /// Until the time of the first tick is known, the clock shows a time far in the past that advances; then it
+  /// jumps forward.
   virtual RunTimeNs now_ns() const noexcept = 0;
-  /// When in the run a stamp of now_ns() was taken: once the first tick is known, also of one from before the
-  /// leap. Other times are handed back as they are.
+  /// Converts a stamp of now_ns() from before the jump to run time, once the first tick is known. Returns
+  /// other times unchanged.
   virtual RunTimeNs settled(RunTimeNs stamp_ns) const noexcept { return stamp_ns; }
 };
 
 enum class Pacing : std::uint8_t {
-  realtime,  ///< the device runs beside the tick; exchange is never called
-  lockstep,  ///< virtual clock: nothing moves between two calls of exchange
+  realtime,  ///< the device runs concurrently with the tick; exchange is never called
+  lockstep,  ///< virtual clock: the device's state changes only inside exchange
 };
 
 /// One scalar that crosses the port.
 struct ChannelInfo {
   std::string name;  ///< unique within its device, e.g. "BrakeCommand.Deceleration"
-  std::string unit;  ///< as written by the device's description; empty: dimensionless
+  std::string unit;  ///< as in the device's description; empty: dimensionless
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
   double safe_value = 0.0;  ///< what an input reads before its first sample and after the device is lost;
                             ///< what an output is set to by enter_safe_state
 };
 
-/// The newest value of an input. `time_ns` is when the bytes arrived (kernel timestamp where there is one).
+/// The newest value of an input. `time_ns` is the arrival time of the bytes (the kernel's timestamp if there
+/// is one).
 struct Sample {
   double value = 0.0;
   RunTimeNs time_ns = std::numeric_limits<RunTimeNs>::min();
@@ -64,20 +66,20 @@ struct InputGroup {
   RunTimeNs timeout_ns = 0;
 };
 
-/// What is wrong with a device, in words for the user. Empty `fault`: nothing.
+/// The first fault of a device, as a sentence for the user; empty: none.
 struct DeviceHealth {
   bool connected = false;  ///< as Device::connected
   std::string fault;
 };
 
-/// Something that happened to the values of a device, as a sentence for the report.
+/// An event concerning a device's values, as a sentence for the report.
 struct DeviceEvent {
   RunTimeNs time_ns = 0;  ///< may lie before the first tick
   std::string text;
 };
 
-/// Thrown by start: the device can not be had (interface missing, port in use, permission). The message is a
-/// sentence that names the device, what was tried, the system's answer and what the user can do.
+/// Thrown by start: the device can not be used (interface missing, port in use, permission). The message
+/// names the device, what was tried, the system's error and what the user can do.
 class DeviceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -88,13 +90,14 @@ class Device {
   virtual ~Device() = default;
 
   virtual const std::string& name() const noexcept = 0;
-  /// Device -> run. Order is fixed from construction on; latch_inputs follows it.
+  /// Device to run. The order is fixed at construction; latch_inputs uses it.
   virtual std::span<const ChannelInfo> inputs() const noexcept = 0;
-  /// The groups of the inputs that the other side sends; an input may be in none. Fixed from construction on.
+  /// Groups of inputs that the remote side sends together. An input may belong to no group. Fixed at
+  /// construction.
   virtual std::span<const InputGroup> input_groups() const noexcept = 0;
-  /// How long connected() may be false before the device counts as lost; 0: it never does.
+  /// The device counts as lost when connected() is false for longer than this; 0: never.
   virtual RunTimeNs loss_timeout_ns() const noexcept = 0;
-  /// Run -> device. Order is fixed from construction on; release_outputs follows it.
+  /// Run to device. The order is fixed at construction; release_outputs uses it.
   virtual std::span<const ChannelInfo> outputs() const noexcept = 0;
 
   /// Opens the device and starts its threads. Throws DeviceError. `clock` outlives the device.
@@ -103,50 +106,50 @@ class Device {
   /// Copies the newest sample of every input. `samples.size() == inputs().size()`.
   virtual void latch_inputs(std::span<Sample> samples) noexcept = 0;
 
-  /// Before start: from now on every sample of this input is kept for next_arrival too, since latch_inputs
-  /// shows only the newest of those that come within one tick. False: this device knows the newest only.
+  /// Before start: also keeps every sample of this input for next_arrival, since latch_inputs returns only
+  /// the newest one of a tick. False: the device does not support this.
   virtual bool keep_arrivals(std::size_t input) {
     static_cast<void>(input);
     return false;
   }
-  /// Takes the oldest kept sample of this input; false when none is left. Thread rule of latch_inputs.
+  /// Removes the oldest kept sample of this input and returns it; false when there is none. Thread rule of
+  /// latch_inputs.
   virtual bool next_arrival(std::size_t input, Sample& sample) noexcept {
     static_cast<void>(input), static_cast<void>(sample);
     return false;
   }
-  /// Kept samples of all inputs that were lost since nobody took the older ones in time. Any thread.
+  /// The number of kept samples of all inputs that were lost because they were not taken in time. Any thread.
   virtual std::uint64_t lost_arrivals() const noexcept { return 0; }
 
-  /// Hands the outputs of this tick to the device's thread. `values.size() == outputs().size()`. A full
-  /// hand-over queue drops the newest and counts it.
+  /// Hands the outputs of this tick to the device's thread. `values.size() == outputs().size()`. A full queue
+  /// drops these outputs and counts them.
   virtual void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept = 0;
 
-  /// Virtual clock only: returns when everything released so far has been sent, every answer to it has
-  /// arrived, and the other side waits. False: the other side did not answer within its wall-clock limit
-  /// (health() says which).
+  /// Virtual clock only: sends everything released so far and returns when every reply has arrived and the
+  /// remote side is idle. False: the remote side exceeded its wall-clock limit; health() says which one.
   virtual bool exchange(RunTimeNs tick_ns) = 0;
 
   /// Sends every output's safe value once, as soon as the device's thread can. Any thread.
   virtual void enter_safe_state() noexcept = 0;
 
-  /// Stops the threads and closes the device. Idempotent. What was released before is sent first (bounded
-  /// wait).
+  /// Stops the threads and closes the device. Sends what was released before, within a bounded time.
+  /// Idempotent.
   virtual void stop() noexcept = 0;
 
-  /// Whether the other side can be reached: the interface of a CAN bus is up and its controller not bus-off;
-  /// a Modbus unit has accepted the connection and answered all requests of the last cycle; a Modbus server
-  /// has a client. False, too, while the device's own thread makes no progress. Any thread; never blocks.
+  /// Whether the remote side is reachable. CAN: the interface is up and its controller is not bus-off. Modbus
+  /// client: the unit has accepted the connection and answered all requests of the last cycle. Modbus server:
+  /// a client is connected. Also false while the device's own thread makes no progress. Any thread; never
+  /// blocks.
   virtual bool connected() const noexcept = 0;
-  /// Whether the other side has shown since the start that it is there. A Modbus unit: it has answered a
-  /// request. Any thread; never blocks.
+  /// Whether the remote side has responded since the start. Modbus client: the unit has answered a request.
+  /// Any thread; never blocks.
   virtual bool has_answered() const noexcept { return connected(); }
   virtual DeviceHealth health() const = 0;
-  /// The first reason why outputs that were due could not be sent, in one sentence. A queue that was full for
-  /// a moment is no such reason. Empty: there was none. Any ordinary thread.
+  /// Why due outputs could not be sent, as one sentence; the first such reason. A queue that is full for a
+  /// moment does not count. Empty: none. Any ordinary thread.
   virtual std::string send_fault() const = 0;
 
-  /// The events from number `first` on, in the order they were found; empty: there are none. Any ordinary
-  /// thread.
+  /// The events from number `first` on, in the order in which they were found. Any ordinary thread.
   virtual std::vector<DeviceEvent> events_since(std::size_t first) const {
     static_cast<void>(first);
     return {};

@@ -398,7 +398,7 @@ Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu:
                             (options.validation == Validation::build_default && validation_default);
         const auto open = [device, priority = options.thread_priority](const auto& compiled) {
           gpu::DeviceOptions with_compiled = device;
-          with_compiled.compiled = compiled;
+          with_compiled.pipeline_cache = compiled;
           return open_device(with_compiled, priority);
         };
         auto executor = query::GpuExecutor::create(open, options);

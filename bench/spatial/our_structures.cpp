@@ -19,7 +19,7 @@ std::shared_ptr<const TriangleMesh> shared(const TriangleMesh& mesh) {
   return std::make_shared<const TriangleMesh>(mesh);
 }
 
-/// Every row differs from version to version.
+/// Every row differs between versions.
 class MovedRows final : public query::RowSource {
  public:
   explicit MovedRows(std::size_t count) : states_(count) {
@@ -90,7 +90,7 @@ OurTlas::OurTlas(const TriangleMesh& mesh, std::span<const Pose> places, bool re
   impl_->submit.begin();
   impl_->tlas.record_warm_up(impl_->submit.recorder());
   demand_alive(impl_->submit.run());
-  // Every slot has a version to come from.
+  // Fills every slot, so that each has a previous version.
   for (std::uint32_t slot = 0; slot < impl_->tlas.slots(); ++slot) {
     place(places);
     update();
@@ -112,7 +112,7 @@ double OurTlas::update() {
 }
 
 struct OurDeforming::Impl {
-  /// No entities; one shape a version.
+  /// No entities; one shape per version.
   struct OneShape final : query::RowSource {
     query::Shape newest;
     Version version() const noexcept override { return newest.version; }
@@ -154,7 +154,7 @@ std::size_t our_mesh_bytes(const TriangleMesh& mesh) {
   auto pool = must(accel::GeometryPool::create(*device, 2, submit));
   const std::uint32_t first = must(pool.add(*device, shared(mesh), submit));
   const std::uint32_t second = must(pool.add(*device, shared(make_box(glm::dvec3(1.0))), submit));
-  // One structure stands behind the other.
+  // The structures lie one after the other.
   const auto records = pool.geometries().host_as<shared::GeometryRecord>();
   const std::size_t nodes = records[second].root - records[first].root;
   return nodes * node_bytes + mesh.triangles.size() * texel_bytes * shared::triangle_texels;

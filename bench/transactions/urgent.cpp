@@ -17,7 +17,7 @@ namespace {
 constexpr float half_m = 50.0f;
 constexpr std::uint32_t urgent_rays = 16;
 
-/// Moving bodies, in a database that divides batches as it does unless told otherwise.
+/// Moving bodies in a database with the default chunk size.
 class BusyWorld {
  public:
   explicit BusyWorld(bool tiny)
@@ -37,9 +37,10 @@ class BusyWorld {
   std::uint32_t count(std::uint32_t large) const { return tiny_ ? large / 64 : large; }
   const std::vector<rtstdb::EntityId>& ids() const { return ids_; }
 
-  /// Two figures: while the large batch is asked again and again, urgent ones come at instants that have nothing to do with it.
+  /// Two figures: while the large batch is queried repeatedly, urgent transactions arrive at uncorrelated
+  /// times.
   template <class Query>
-  std::vector<Figure> waits_beside(const std::string& kind, Asked<Query> large) {
+  std::vector<Figure> waits_beside(const std::string& kind, PreparedBatch<Query> large) {
     large.run();
     urgent_wait_us();
     std::exception_ptr broken;
@@ -65,7 +66,8 @@ class BusyWorld {
   }
 
  private:
-  /// All of the time from submit until this thread has the answer in which the database was not at work on it.
+  /// The time from submit to the result in this thread, without the time in which the database worked on the
+  /// transaction.
   double urgent_wait_us() {
     rtstdb::Terms terms;
     terms.importance = 1;
@@ -93,14 +95,14 @@ class BusyWorld {
   std::unique_ptr<rtstdb::Transaction> urgent_;
 };
 
-Asked<rtstdb::RayQuery> scattered(BusyWorld& world) {
+PreparedBatch<rtstdb::RayQuery> scattered(BusyWorld& world) {
   const std::uint32_t count = world.count(1u << 18);
   auto query = must(world.database().prepare(rtstdb::RayQueryOptions{.name = "rays", .capacity = count}));
   std::ranges::copy(timed_rays(count, half_m, 40.0f, 0, 43), query->rays().begin());
   return {world.database(), std::move(query), count};
 }
 
-Asked<rtstdb::NearestQuery> nearest(BusyWorld& world) {
+PreparedBatch<rtstdb::NearestQuery> nearest(BusyWorld& world) {
   const std::uint32_t count = world.count(1u << 15);
   auto query = must(
       world.database().prepare(rtstdb::NearestQueryOptions{.name = "nearest", .capacity = count, .k = 4}));
@@ -110,7 +112,7 @@ Asked<rtstdb::NearestQuery> nearest(BusyWorld& world) {
   return {world.database(), std::move(query), count};
 }
 
-Asked<rtstdb::RegionQuery> regions(BusyWorld& world) {
+PreparedBatch<rtstdb::RegionQuery> regions(BusyWorld& world) {
   const std::uint32_t count = world.count(1u << 15);
   auto query = must(world.database().prepare(rtstdb::RegionQueryOptions{
       .name = "regions", .capacity = count, .level = rtstdb::RegionLevel::surface, .ids_per_region = 128}));
@@ -122,7 +124,7 @@ Asked<rtstdb::RegionQuery> regions(BusyWorld& world) {
   return {world.database(), std::move(query), count};
 }
 
-Asked<rtstdb::OverlapQuery> overlaps(BusyWorld& world) {
+PreparedBatch<rtstdb::OverlapQuery> overlaps(BusyWorld& world) {
   const std::uint32_t count = world.count(1u << 15);
   auto query =
       must(world.database().prepare(rtstdb::OverlapQueryOptions{.name = "overlaps", .capacity = count}));

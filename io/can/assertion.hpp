@@ -1,5 +1,5 @@
 #pragma once
-// Misuse of this room's interfaces ends the program, in every build: a wrong frame on a bus is worse than no
+// Misuse of this library ends the program in every build, since a wrong frame on a bus is worse than no
 // program.
 
 #include <cstdio>

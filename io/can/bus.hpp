@@ -1,9 +1,9 @@
 #pragma once
-// The port to one CAN bus: a station that sends and receives frames. Behind it: a kernel interface
-// (socketcan_bus.hpp), or the hub or a client of the virtual bus (io/virtual).
+// The port to one CAN bus: a station that sends and receives frames. Implemented by a kernel interface
+// (socketcan_bus.hpp) and by the hub and the client of the virtual bus (io/virtual).
 //
-// Threads: one thread at a time, except counters() and fault(), which any thread may call. Nothing blocks but
-// open() and settle().
+// Threads: one thread at a time, except counters() and fault(), which any thread may call. Only open() and
+// settle() block.
 
 #include <linux/can.h>
 
@@ -24,37 +24,37 @@ enum class SendResult : std::uint8_t {
 
 enum class ReceiveResult : std::uint8_t {
   frame,  ///< `frame` was filled
-  empty,  ///< nothing there now
-  lost,   ///< the bus is gone for now (interface down or deleted, hub closed)
+  empty,  ///< no frame is available
+  lost,   ///< the bus is currently lost (interface down or deleted, hub closed)
 };
 
-/// What an injection of faults did to frames (io/virtual/faults.hpp); a real bus has none.
+/// What fault injection did to frames (io/virtual/faults.hpp); always zero on a real bus.
 struct InjectedFaults {
-  std::uint64_t dropped_tx = 0;  ///< frames this station sent that never were on the bus
-  std::uint64_t dropped_rx = 0;  ///< the same of other stations' frames
+  std::uint64_t dropped_tx = 0;  ///< frames that this station sent and the bus never carried
+  std::uint64_t dropped_rx = 0;  ///< the same for frames of other stations
   std::uint64_t corrupted = 0;
   std::uint64_t delayed = 0;
 };
 
 struct BusCounters {
   std::uint64_t dropped =
-      0;  ///< frames that this station (or, for a hub, one of its clients) was too slow to take
-  std::uint64_t malformed = 0;  ///< packets that were no frame
-  std::uint64_t reopened = 0;   ///< times the bus came back after it was lost
+      0;  ///< frames that this station (for a hub: one of its clients) was too slow to read
+  std::uint64_t malformed = 0;  ///< packets that are not frames
+  std::uint64_t reopened = 0;   ///< how often a lost bus became available again
   InjectedFaults injected;
 };
 
-/// What settle() found.
+/// The result of settle().
 struct SettleResult {
   enum class Status : std::uint8_t {
     settled,
     clients_missing,  ///< fewer stations connected than expected; `client` says how many
     client_hung,      ///< no acknowledgement within the limit
     client_died,      ///< its connection closed
-    not_quiescent,    ///< stations kept answering each other without end
+    not_quiescent,    ///< stations did not stop replying to each other
   };
   Status status = Status::settled;
-  std::string client;  ///< the name of the station at fault
+  std::string client;  ///< the name of the station that caused the failure
   bool settled() const noexcept { return status == Status::settled; }
 };
 
@@ -62,41 +62,41 @@ class Bus {
  public:
   virtual ~Bus() = default;
 
-  /// The name of the interface or bus as it stands in logs: "vcan0", "car".
+  /// The name of the interface or bus in logs: "vcan0", "car".
   virtual const std::string& name() const noexcept = 0;
   /// For messages and reports: "SocketCAN interface vcan0".
   virtual std::string description() const = 0;
 
-  /// Throws DeviceError, also when this bus can not be paced as asked. `clock` outlives the bus.
+  /// Throws DeviceError, also when this bus does not support `pacing`. `clock` outlives the bus.
   virtual void open(const RunClock& clock, Pacing pacing) = 0;
   virtual void close() noexcept = 0;
 
   /// Why the open bus can not carry FD frames, and what to do, as a clause. Empty: it can carry them.
   virtual std::string fd_problem() const { return {}; }
 
-  /// Readable when receive() has something to do; -1 while there is none. It can change at every call of
-  /// receive(). A frame of our own may wait without it: after send(), call receive() until it says empty
-  /// before waiting here.
+  /// A descriptor that is readable when receive() has something to do; -1 if there is none. Any call of
+  /// receive() can change it. Frames of this station need not make it readable: after send(), call receive()
+  /// until it returns empty before waiting.
   virtual int fd() const noexcept = 0;
 
   /// Never blocks.
   virtual SendResult send(const Frame& frame) noexcept = 0;
-  /// Why the last send() gave SendResult::error: the system's error number (ENETDOWN: the bus is lost).
+  /// The system's error number of the last SendResult::error (ENETDOWN: the bus is lost).
   virtual int send_error() const noexcept = 0;
-  /// Never blocks. Own frames come back with Direction::tx, at their place in the order of the bus. A lost
-  /// bus is opened again in here when it is back, tried every 20 ms.
+  /// Never blocks. Frames of this station are returned with Direction::tx, at their place in the order of the
+  /// bus. If the bus is lost, this call tries to reopen it every 20 ms.
   virtual ReceiveResult receive(Frame& frame) noexcept = 0;
 
-  /// What receive() delivers from now on; empty: every frame.
+  /// Selects the frames that receive() returns from now on; empty: all frames.
   virtual void set_filters(std::span<const can_filter> filters) = 0;
 
-  /// Lock-step only: moves every station to run time `now_ns`, delivers all that was sent, and returns when
-  /// every station waits and no frame is under way, or when a wall-clock limit has passed. Misuse (asserts):
-  /// pacing is not lockstep.
+  /// Lock-step only: advances every station to run time `now_ns`, delivers all frames, and returns when every
+  /// station is idle and no frame is pending, or when a wall-clock limit has passed. Misuse (asserts):
+  /// another pacing.
   virtual SettleResult settle(RunTimeNs now_ns) = 0;
 
   virtual BusCounters counters() const noexcept = 0;
-  /// Why the bus is lost, in words; empty: it is not.
+  /// Why the bus is lost, as a sentence; empty: it is not.
   virtual std::string fault() const = 0;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// What a CAN device has counted, and how its thread counts so that others can read at any time.
+// The counters of a CAN device. Its thread updates them; any thread may read them at any time.
 
 #include <atomic>
 #include <cstdint>
@@ -12,33 +12,34 @@
 namespace hil::io::can {
 
 struct CanCounters {
-  std::uint64_t rx = 0;       ///< frames of other stations, error frames not among them
+  std::uint64_t rx = 0;       ///< frames of other stations, without error frames
   std::uint64_t tx = 0;       ///< frames sent: those seen on the bus and injected.dropped_tx
-  std::uint64_t dropped = 0;  ///< frames the bus lost because someone was too slow (Bus::counters)
+  std::uint64_t dropped = 0;  ///< frames lost because a station was too slow (Bus::counters)
   std::uint64_t errors = 0;   ///< error frames
   std::uint64_t no_buffer =
-      0;  ///< sends refused because the queue was full; each is tried once more, next tick
+      0;  ///< sends refused because the queue was full; each is retried once, in the next tick
   std::uint64_t send_errors = 0;   ///< sends that failed otherwise (bus lost)
-  std::uint64_t bad_checksum = 0;  ///< received frames refused for their checksum
-  std::uint64_t bad_counter = 0;   ///< received frames refused for their counter
-  /// Received frames refused as remote requests, or for their format: classic where the message is FD, or FD
-  /// where it is classic.
+  std::uint64_t bad_checksum = 0;  ///< received frames rejected for their checksum
+  std::uint64_t bad_counter = 0;   ///< received frames rejected for their counter
+  /// Received frames rejected as remote requests, or for their format: classic although the message is FD, or
+  /// the reverse.
   std::uint64_t wrong_kind = 0;
   std::uint64_t unknown_id = 0;        ///< frames with an identifier of no message to receive
-  std::uint64_t saturated = 0;         ///< output values out of their signal's range
+  std::uint64_t saturated = 0;         ///< output values outside their signal's range
   std::uint64_t refused_values = 0;    ///< output values that were NaN
-  std::uint64_t dropped_releases = 0;  ///< ticks whose outputs found the hand-over queue full
+  std::uint64_t dropped_releases = 0;  ///< ticks whose outputs were dropped because the queue was full
   std::uint64_t log_dropped = 0;       ///< frames missing in the log
   std::uint64_t lost_arrivals = 0;     ///< CanDevice::lost_arrivals
   InjectedFaults injected;
-  // Shares of the bit rate, stuff bits left out, over whole tenths of a second from run time 0 until the safe state.
-  double bus_load = 0.0;                                            ///< in the latest one
-  double bus_load_peak = 0.0;                                       ///< in the busiest one
-  double bus_load_mean = std::numeric_limits<double>::quiet_NaN();  ///< in all of them; NaN: there was none
+  // Fractions of the bit rate without stuff bits, over whole tenths of a second from run time 0 to the safe
+  // state.
+  double bus_load = 0.0;                                            ///< in the last tenth of a second
+  double bus_load_peak = 0.0;                                       ///< in the busiest tenth of a second
+  double bus_load_mean = std::numeric_limits<double>::quiet_NaN();  ///< over all of them; NaN: there was none
 };
 
 /// Accepted frames of one message whose length differs from that of the message. A shorter frame updates the
-/// signals that it carries whole; the bytes of a longer frame behind the message are padding.
+/// signals that it contains completely; the excess bytes of a longer frame are padding.
 struct LengthCounts {
   std::string message;
   std::uint64_t longer = 0;
@@ -75,7 +76,7 @@ class BusLoadMeter {
     advance(frame.time_ns);
     if (frame.time_ns >= 0) bits_ += wire_bits(frame);
   }
-  /// What comes from here on is not the run's.
+  /// Ends the measurement.
   void end() noexcept { ended_ = true; }
 
   double latest() const noexcept { return latest_.load(std::memory_order_relaxed); }

@@ -14,9 +14,9 @@ namespace hil::io::can {
 
 namespace {
 
-constexpr std::size_t ring_rows = 64;           // ticks whose outputs may wait for the thread
-constexpr std::size_t kept_arrivals = 4096;     // samples of one input that may wait for the tick
-constexpr std::size_t frames_per_pass = 256;    // received before outputs get their turn
+constexpr std::size_t ring_rows = 64;           // ticks whose outputs may be queued for the thread
+constexpr std::size_t kept_arrivals = 4096;     // samples of one input that may be queued for the tick
+constexpr std::size_t frames_per_pass = 256;    // received before outputs are processed again
 constexpr std::size_t frames_at_end = 100'000;  // received at most while stopping
 constexpr RunTimeNs default_loss_timeout_ns = 1'000'000'000;
 constexpr int poll_limit_ms = 20;  // the thread tries to reopen a lost bus this often
@@ -92,12 +92,12 @@ void CanDevice::require_fd_where_needed() const {
 
 void CanDevice::stop() noexcept {
   if (!started_) return;
-  if (thread_.joinable()) {  // false where the system refused the thread
+  if (thread_.joinable()) {  // false if the system refused to create the thread
     stopping_.store(true, std::memory_order_release);
     wake();
     thread_.join();
   } else if (last_tick_ns_) {
-    exchange(*last_tick_ns_);  // safe values go out also when a station is lost
+    exchange(*last_tick_ns_);  // sends safe values even if a station is lost
   }
   started_ = false;
   bus_->close();
@@ -147,7 +147,7 @@ bool CanDevice::exchange(RunTimeNs tick_ns) {
   require(started_ && pacing_ == Pacing::lockstep, "exchange belongs to a started device in lock-step");
   last_tick_ns_ = tick_ns;
   send_released();
-  send_safe_values_if_asked();
+  send_requested_safe_values();
   const SettleResult result = bus_->settle(tick_ns);
   while (receive_up_to(frames_per_pass)) {
   }
@@ -158,7 +158,7 @@ bool CanDevice::exchange(RunTimeNs tick_ns) {
 }
 
 void CanDevice::enter_safe_state() noexcept {
-  safe_state_asked_.store(true, std::memory_order_release);
+  safe_state_requested_.store(true, std::memory_order_release);
   if (started_ && pacing_ == Pacing::realtime) wake();
 }
 
@@ -212,7 +212,7 @@ void CanDevice::run() {
     const bool last_pass = stopping_.load(std::memory_order_acquire);
     bool more = receive_up_to(frames_per_pass);
     send_released();
-    send_safe_values_if_asked();
+    send_requested_safe_values();
     more = receive_up_to(last_pass ? frames_at_end : frames_per_pass) || more;
     load_.advance(clock_->now_ns());
     publish_if_changed();
@@ -224,7 +224,7 @@ void CanDevice::run() {
   }
 }
 
-// True when it stopped because of the limit.
+// True when it stopped at the limit.
 bool CanDevice::receive_up_to(std::size_t max_frames) {
   Frame frame;
   for (std::size_t count = 0; count < max_frames; ++count) {
@@ -251,7 +251,7 @@ void CanDevice::handle(const Frame& frame) {
   if (frame.is_error()) counts_.errors.add();
   update_bus_off(frame);
   if (frame.is_error()) return;
-  if (frame.direction == Direction::tx) return send_order_.came_back(frame.raw.can_id);
+  if (frame.direction == Direction::tx) return send_order_.received_back(frame.raw.can_id);
   counts_.rx.add();
   const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
@@ -271,11 +271,11 @@ void CanDevice::handle(const Frame& frame) {
   if (frame.raw.len < length) received.shorter->add();
   const RunTimeNs time_ns = std::max(frame.time_ns, send_order_.earliest_ns());
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
-    take_in(received.first_input + signal, value, time_ns);
+    store_input(received.first_input + signal, value, time_ns);
   });
 }
 
-/// A controller that is bus-off neither sends nor receives until it is restarted.
+/// A bus-off controller neither sends nor receives until it is restarted.
 void CanDevice::update_bus_off(const Frame& frame) {
   if (frame.is_error() && (frame.raw.can_id & CAN_ERR_BUSOFF) != 0) {
     if (connected()) lose_inputs();
@@ -292,7 +292,7 @@ void CanDevice::update_bus_off(const Frame& frame) {
   set_health(true, {});
 }
 
-void CanDevice::take_in(std::size_t input, double value, RunTimeNs time_ns) {
+void CanDevice::store_input(std::size_t input, double value, RunTimeNs time_ns) {
   samples_[input] = {value, time_ns, true};
   samples_changed_ = true;
   TimedRowRing* const kept = arrivals_[input].get();
@@ -315,7 +315,7 @@ void CanDevice::send_due(std::span<const double> values, RunTimeNs tick_ns) {
     for (std::size_t output = 0; output < sent.output_signal.size(); ++output) {
       sent.values[sent.output_signal[output]] = values[sent.first_output + output];
     }
-    sent.retry = due;  // a frame that is not due is here for its second and last try
+    sent.retry = due;  // a frame that is not due is being retried, for the last time
     send_message(sent);
   }
 }
@@ -335,7 +335,7 @@ void CanDevice::send_message(Sent& sent) {
       const std::uint64_t counter = sent.encoder.confirm_sent();
       if (!sent.counter_input) return;
       const double value = sent.encoder.layout().codec(*sent.encoder.layout().counter()).to_physical(counter);
-      take_in(*sent.counter_input, value, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
+      store_input(*sent.counter_input, value, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
       return;
     }
     case SendResult::no_buffer:
@@ -370,8 +370,8 @@ void CanDevice::set_send_fault(const std::string& fault) {
   if (send_fault_.empty()) send_fault_ = fault;
 }
 
-void CanDevice::send_safe_values_if_asked() {
-  if (!safe_state_asked_.exchange(false, std::memory_order_acq_rel)) return;
+void CanDevice::send_requested_safe_values() {
+  if (!safe_state_requested_.exchange(false, std::memory_order_acq_rel)) return;
   load_.end();
   for (Sent& sent : sent_) {
     for (std::size_t output = 0; output < sent.output_signal.size(); ++output) {
@@ -395,7 +395,7 @@ void CanDevice::lose_inputs() {
     samples_[input].fresh = false;
   }
   for (Received& received : received_)
-    received.decoder.forget_counter();
+    received.decoder.reset_counter();
   samples_changed_ = true;
 }
 

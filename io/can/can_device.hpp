@@ -1,6 +1,6 @@
 #pragma once
-// A CAN bus as a device of the run: signals of messages in, signals of messages out (io/device.hpp is the
-// contract).
+// A CAN bus as a device of the run: signals of messages in, signals of messages out. The contract is that of
+// io/device.hpp.
 //
 // Inputs are, in this order: the counter of each sent message that has one ("EgoStatus.Counter", with the
 // send instant as its time, so that a response time can be measured from it), then every signal of every
@@ -10,7 +10,7 @@
 // Real time: one thread per device receives, stamps, decodes, encodes and sends. Lock-step: exchange() does
 // that work.
 //
-// Threads: as io/device.hpp says; counters(), health() and enter_safe_state() from any thread.
+// Threads: as in io/device.hpp; any thread may call counters(), health() and enter_safe_state().
 
 #include <atomic>
 #include <cstdint>
@@ -40,37 +40,39 @@ namespace hil::io::can {
 struct SentMessageConfig {
   std::string message;
   std::int64_t period_ns = 0;  ///< 0: whenever outputs are released
-  std::int64_t offset_ns = 0;  ///< run time of the first one
+  std::int64_t offset_ns = 0;  ///< run time of the first frame
   Protection protection;
-  std::map<std::string, double> safe_values;  ///< by signal; others: zero
+  std::map<std::string, double> safe_values;  ///< by signal; missing ones are zero
 };
 
 struct ReceivedMessageConfig {
   std::string message;
-  std::int64_t timeout_ns = 0;  ///< after which its inputs are not fresh and read safe values; 0: never
+  /// Without a frame for longer than this its inputs are not fresh and read their safe values; 0: never
+  std::int64_t timeout_ns = 0;
   Protection protection;
-  std::map<std::string, double> safe_values;  ///< by signal; others: zero
+  std::map<std::string, double> safe_values;  ///< by signal; missing ones are zero
 };
 
 struct CanDeviceConfig {
-  std::string name;  ///< of the bus in the scenario
+  std::string name;  ///< the name of the bus in the scenario
   Dbc database;
   /// Messages due in one tick are sent in this order.
   std::vector<SentMessageConfig> send;
   std::vector<ReceivedMessageConfig> receive;
   double bits_per_second = 500'000.0;  ///< for the bus load
-  bool may_be_lost = false;        ///< frames that can not be sent while the bus is lost are no send_fault()
+  /// Frames that can not be sent while the bus is lost do not cause a send_fault()
+  bool may_be_lost = false;
   std::filesystem::path log_file;  ///< candump -l format; empty: no log
   std::function<void()>
       on_thread_start;  ///< called first in the device's thread (name, priority); may be empty
 };
 
-/// Every mistake in the configuration, in words; empty: a CanDevice can be made of it.
+/// Every mistake in the configuration, one sentence each; empty: it is valid.
 std::vector<std::string> configuration_problems(const CanDeviceConfig& config);
 
 class CanDevice final : public Device {
  public:
-  /// Throws DeviceError with all configuration_problems when there are any.
+  /// Throws DeviceError with all configuration_problems() if there are any.
   CanDevice(CanDeviceConfig config, std::unique_ptr<Bus> bus);
   ~CanDevice() override;
 
@@ -78,12 +80,12 @@ class CanDevice final : public Device {
   std::span<const ChannelInfo> inputs() const noexcept override { return inputs_; }
   std::span<const ChannelInfo> outputs() const noexcept override { return outputs_; }
   std::span<const InputGroup> input_groups() const noexcept override { return groups_; }
-  /// The shortest time-out of its received messages; 1 s where none has one.
+  /// The shortest timeout of its received messages; 1 s if none has one.
   RunTimeNs loss_timeout_ns() const noexcept override { return loss_timeout_ns_; }
 
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
-  /// Keeps up to 4096 samples of each such input; of more, the newest are lost and counted.
+  /// Keeps up to 4096 samples per such input; drops and counts newer ones.
   bool keep_arrivals(std::size_t input) override;
   bool next_arrival(std::size_t input, Sample& sample) noexcept override;
   std::uint64_t lost_arrivals() const noexcept override { return counts_.lost_arrivals.get(); }
@@ -94,14 +96,14 @@ class CanDevice final : public Device {
   void stop() noexcept override;
   bool connected() const noexcept override { return connected_.load(std::memory_order_relaxed); }
   DeviceHealth health() const override;
-  /// A queue towards the bus that stays full for longer than loss_timeout_ns() is a send fault, too.
+  /// A send queue that stays full for longer than loss_timeout_ns() is also a send fault.
   std::string send_fault() const override;
 
   CanCounters counters() const noexcept;
-  /// One entry for each received message that had frames of another length, in the order of the
-  /// configuration. Empty: there was no such frame.
+  /// One entry per received message that had frames of another length, in the order of the configuration.
   std::vector<LengthCounts> other_lengths() const;
-  /// Why the log lacks frames though its queue had room (CandumpLogWriter::fault); whole after stop().
+  /// Why the log lacks frames for another reason than a full queue (CandumpLogWriter::fault); complete after
+  /// stop().
   std::string log_fault() const { return log_ ? log_->fault() : std::string(); }
   const Bus& bus() const noexcept { return *bus_; }
 
@@ -112,10 +114,10 @@ class CanDevice final : public Device {
     std::int64_t period_ns;
     std::int64_t next_due_ns;
     std::vector<double> values;              ///< of every signal of the message
-    std::vector<std::size_t> output_signal;  ///< signal index of each of its outputs
+    std::vector<std::size_t> output_signal;  ///< signal index of each of the message's outputs
     std::size_t first_output;
     std::optional<std::size_t> counter_input;
-    bool retry = false;  ///< its last frame found no buffer
+    bool retry = false;  ///< its last frame met a full queue
   };
   struct Received {
     MessageDecoder decoder;
@@ -137,14 +139,14 @@ class CanDevice final : public Device {
   void run();
   bool receive_up_to(std::size_t max_frames);
   void handle(const Frame& frame);
-  void take_in(std::size_t input, double value, RunTimeNs time_ns);
+  void store_input(std::size_t input, double value, RunTimeNs time_ns);
   void send_released();
   void send_due(std::span<const double> values, RunTimeNs tick_ns);
   void send_message(Sent& sent);
   void note_full_queue(RunTimeNs now_ns);
   void note_send_error(const Sent& sent);
   void set_send_fault(const std::string& fault);
-  void send_safe_values_if_asked();
+  void send_requested_safe_values();
   void publish_if_changed();
   void lose_inputs();
   void update_bus_off(const Frame& frame);
@@ -169,17 +171,17 @@ class CanDevice final : public Device {
   std::unique_ptr<CandumpLogWriter> log_;
   std::unique_ptr<TimedRowRing> releases_;
   std::vector<std::unique_ptr<TimedRowRing>> arrivals_;  ///< by input; empty: not kept
-  std::vector<Sample> samples_;                          ///< the device thread's own copy
+  std::vector<Sample> samples_;                          ///< the device thread's copy
   bool samples_changed_ = false;
   std::unique_ptr<LatestValue<std::vector<Sample>>> published_;
 
   std::thread thread_;
   int wake_fd_ = -1;
   std::atomic<bool> stopping_{false};
-  std::atomic<bool> safe_state_asked_{false};
+  std::atomic<bool> safe_state_requested_{false};
   std::atomic<bool> connected_{false};
   bool bus_off_ = false;                    ///< the controller reported it and has not restarted since
-  std::optional<RunTimeNs> full_since_ns_;  ///< since when the queue towards the bus is full
+  std::optional<RunTimeNs> full_since_ns_;  ///< since when the send queue has been full
   std::optional<RunTimeNs> last_tick_ns_;   ///< lock-step: of the last exchange
 
   SendOrder send_order_;

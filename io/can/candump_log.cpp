@@ -175,7 +175,7 @@ CandumpLog read_candump_log(const std::filesystem::path& file) {
 
 namespace {
 
-/// An empty file. Null with errno when it can not be created.
+/// Creates an empty file for appending. Null with errno when that fails.
 std::FILE* open_to_append(const std::string& file) {
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
   return descriptor < 0 ? nullptr : ::fdopen(descriptor, "a");
@@ -220,14 +220,15 @@ void CandumpLogWriter::push(const Frame& frame) {
   {
     std::unique_lock lock(mutex_);
     require(!closing_, "nothing is logged after close");
-    if (when_full_ == WhenFull::wait) has_room_.wait(lock, [this] { return waiting_.size() < capacity_; });
+    if (when_full_ == WhenFull::wait)
+      space_available_.wait(lock, [this] { return waiting_.size() < capacity_; });
     if (waiting_.size() >= capacity_) {
       ++dropped_;
       return;
     }
     waiting_.push_back(frame);
-    if (waiting_.size() != 1 && waiting_.size() != hurry_at())
-      return;  // the writer knows, or is not needed yet
+    if (waiting_.size() != 1 && waiting_.size() != batch_limit())
+      return;  // the writer is already awake or need not be
   }
   has_frames_.notify_one();
 }
@@ -251,12 +252,12 @@ void CandumpLogWriter::run() {
       std::unique_lock lock(mutex_);
       has_frames_.wait(lock, [this] { return closing_ || !waiting_.empty(); });
       if (waiting_.empty()) return;
-      // Frames come in crowds: one batch of them costs less than a wake-up for each.
+      // Frames arrive in bursts; writing a burst at once is cheaper than waking up for each frame.
       has_frames_.wait_for(lock, gathering_time,
-                           [this] { return closing_ || waiting_.size() >= hurry_at(); });
+                           [this] { return closing_ || waiting_.size() >= batch_limit(); });
       batch.swap(waiting_);
     }
-    has_room_.notify_all();
+    space_available_.notify_all();
     if (!write(batch, text)) {
       const std::lock_guard lock(mutex_);
       if (fault_.empty())

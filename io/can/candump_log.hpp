@@ -31,28 +31,28 @@ struct LoggedFrame {
   Frame frame;  ///< wall_ns is the logged time, time_ns the same; tx where the line ends in T (candump -x)
 };
 
-/// Empty when the line is not of this format. Text behind the frame other than "T" is ignored (candump -x
+/// Empty when the line does not have this format. Text after the frame other than "T" is ignored (candump -x
 /// writes "R" or "T").
 std::optional<LoggedFrame> parse_candump_line(std::string_view line);
 
 struct CandumpLog {
   std::vector<LoggedFrame> frames;
-  std::vector<std::size_t> bad_lines;  ///< from 1; empty lines are no mistake
+  std::vector<std::size_t> bad_lines;  ///< line numbers from 1; empty lines are allowed
   std::string fault;                   ///< why the file can not be read; empty: it was read
 };
 CandumpLog read_candump_log(const std::filesystem::path& file);
 
-/// Writes a log from an ordinary thread of its own.
+/// Writes a log in an ordinary thread of its own.
 ///
-/// Threads: push from one thread; the others from any. push takes a lock that is held only to move frames.
+/// Threads: one thread calls push; any thread calls the others. push holds a lock only to move frames.
 class CandumpLogWriter {
  public:
   enum class WhenFull : std::uint8_t {
-    drop,  ///< push never waits; a frame that finds no room is dropped and counted
-    wait,  ///< push waits for room: nothing is lost (virtual clock)
+    drop,  ///< push never waits; when the queue is full, the frame is dropped and counted
+    wait,  ///< push waits until the queue has space, so nothing is lost (virtual clock)
   };
 
-  /// Throws DeviceError when the file can not be created. `capacity`: frames that may wait to be written.
+  /// Throws DeviceError when the file can not be created. `capacity`: frames in the queue.
   CandumpLogWriter(const std::filesystem::path& file, std::string interface, WhenFull when_full,
                    std::size_t capacity = 65536);
   ~CandumpLogWriter() { close(); }
@@ -61,17 +61,17 @@ class CandumpLogWriter {
 
   /// Misuse (asserts): after close.
   void push(const Frame& frame);
-  /// Writes what is waiting, then closes the file. Idempotent. From the thread that pushes.
+  /// Writes the queued frames and closes the file. Idempotent. Called by the thread that pushes.
   void close() noexcept;
 
   std::uint64_t dropped() const;
-  /// The first failure to write (disk full), in words; frames after it are lost and counted as dropped. After
+  /// The first write error (disk full) as a sentence; frames after it are lost and counted as dropped. After
   /// close also: another program changed the file. Empty: none.
   std::string fault() const;
 
  private:
-  /// So many waiting frames end the writer's gathering.
-  std::size_t hurry_at() const noexcept { return (capacity_ + 1) / 2; }
+  /// From this many queued frames on, the writer stops collecting a batch.
+  std::size_t batch_limit() const noexcept { return (capacity_ + 1) / 2; }
   void run();
   bool write(const std::vector<Frame>& frames, std::string& text);
 
@@ -79,12 +79,12 @@ class CandumpLogWriter {
   const std::string interface_;
   const WhenFull when_full_;
   const std::size_t capacity_;
-  std::FILE* stream_;        ///< appends, so that a file that was cut is shorter than what was written
+  std::FILE* stream_;        ///< opened for appending, which reveals that another program truncated the file
   std::uint64_t bytes_ = 0;  ///< written
 
   mutable std::mutex mutex_;
   std::condition_variable has_frames_;
-  std::condition_variable has_room_;
+  std::condition_variable space_available_;
   std::vector<Frame> waiting_;
   bool closing_ = false;
   std::uint64_t dropped_ = 0;

@@ -46,7 +46,7 @@ inline std::uint8_t crc8_sae_j1850(std::span<const std::uint8_t> bytes) noexcept
   return crc.value();
 }
 
-/// As defined at the top. `checksum` is the signal of 8 bits that carries it; payloads have at most 64 bytes.
+/// As defined at the top. `checksum` is the 8-bit signal that contains it; payloads have at most 64 bytes.
 inline std::uint8_t message_checksum(std::uint32_t identifier, std::span<const std::uint8_t> payload,
                                      const SignalCodec& checksum) noexcept {
   std::array<std::uint8_t, 64> cleared{};

@@ -1,5 +1,5 @@
 #pragma once
-// Vector DBC files: which messages a bus carries and how signals lie in them.
+// Vector DBC files: the messages of a bus and the layout of their signals.
 //
 // Read: VERSION, NS_, BS_, BU_, BO_, SG_ (Intel and Motorola, signed, factor, offset, range, unit,
 // multiplexing), SG_MUL_VAL_ (extended multiplexing), VAL_, VAL_TABLE_, SIG_VALTYPE_ (float, double), CM_,
@@ -69,17 +69,17 @@ struct DbcMessage {
   bool is_extended = false;
   std::uint16_t length_bytes = 0;  ///< of a usable message 0..64; above 8 only CAN FD
   bool is_fd = false;              ///< sent as an FD frame: VFrameFormat says so, or it has more than 8 bytes
-  /// True where VFrameFormat or the length decides between FD and classic. Received frames of the other
-  /// format are then refused.
+  /// True if VFrameFormat or the length determines FD or classic format. Received frames of the other format
+  /// are then rejected.
   bool format_is_stated = false;
   bool bit_rate_switch = false;  ///< CANFD_BRS, of an FD message
   std::string sender;
   std::int64_t cycle_time_ms = 0;  ///< GenMsgCycleTime, or its default; 0: not given
   std::vector<DbcSignal> signals;  ///< in the order of the file
-  /// Why no frame can carry this message, one clause each; empty: it is usable.
+  /// Why no frame can carry this message, one clause per reason; empty: it is usable.
   std::vector<std::string> unusable;
 
-  /// By name, then by short name. Null when there is none.
+  /// By name, then by short name; null when there is none.
   const DbcSignal* find_signal(std::string_view signal_name) const noexcept;
 };
 
@@ -88,16 +88,17 @@ struct Dbc {
   std::vector<std::string> nodes;
   std::map<std::string, std::map<std::int64_t, std::string>> value_tables;
 
-  /// By name, then by short name. Null when there is none.
+  /// By name, then by short name; null when there is none.
   const DbcMessage* find_message(std::string_view message_name) const noexcept;
 };
 
 struct DbcProblem {
   enum class Severity : std::uint8_t {
-    unusable,  ///< a message that can not be used, or not be sent: its use is refused with this reason
-    warning,   ///< a statement that was understood has no effect: names of unknown messages or signals
-    error,     ///< a statement was not understood and is left out; the rest of the file is usable
-    fatal,     ///< the file is not usable
+    /// A message that can not be used, or not be sent: a scenario that uses it is rejected with this reason
+    unusable,
+    warning,  ///< a statement without effect: it names an unknown message or signal
+    error,    ///< a statement that was not understood and is skipped; the rest of the file is usable
+    fatal,    ///< the file is not usable
   };
   Severity severity = Severity::error;
   std::size_t line = 0;    ///< from 1
@@ -110,9 +111,9 @@ struct DbcResult {
 
   Dbc database;                      ///< what was understood
   std::vector<DbcProblem> problems;  ///< the first 200, in the order they were found
-  std::size_t error_count = 0;       ///< all of them, fatal ones too
+  std::size_t error_count = 0;       ///< the total number, including fatal ones
   std::size_t fatal_count = 0;
-  std::size_t warning_count = 0;  ///< `unusable` ones, too
+  std::size_t warning_count = 0;  ///< including `unusable` ones
 
   bool ok() const noexcept { return error_count == 0; }
   bool is_usable() const noexcept { return fatal_count == 0; }
@@ -127,7 +128,7 @@ inline constexpr std::size_t max_dbc_bytes = std::size_t{64} << 20U;
 /// A file that can not be read gives one fatal problem at line 0 with the system's error text.
 DbcResult load_dbc(const std::filesystem::path& file);
 
-/// "file:line:column: error: text", one problem a line, and how many more there are.
+/// "file:line:column: error: text", one problem per line, and the number of further ones.
 std::string describe_problems(const DbcResult& result, std::string_view file_name);
 
 }  // namespace hil::io::can

@@ -1,4 +1,4 @@
-// The attributes of a DBC file that decide how messages go over the bus, and the long names.
+// The attributes of a DBC file that determine how messages are transmitted, and the long names.
 
 #include <linux/can.h>
 
@@ -27,12 +27,12 @@ void DbcParser::parse_attribute_definition() {
   const auto name = scanner_.quoted();
   if (!name) return static_cast<void>(fail("an attribute's name in double quotes"));
   AttributeDefinition& definition = attributes_[dbc_text(*name)];
-  if (scanner_.peek_identifier() != "ENUM") return pass_over();
+  if (scanner_.peek_identifier() != "ENUM") return skip_statement();
   scanner_.identifier();
   definition.words.clear();
   do {
     const auto word = scanner_.quoted();
-    if (!word) return pass_over();
+    if (!word) return skip_statement();
     definition.words.push_back(dbc_text(*word));
   } while (scanner_.accept(','));
   expect_semicolon();
@@ -84,7 +84,7 @@ std::optional<DbcParser::AttributeValue> DbcParser::parse_attribute_value() {
   return value;
 }
 
-/// The value as a number, also where it is written as a string. Empty: it is not a finite number.
+/// The value as a number, also if it is written as a string. Empty: it is not a finite number.
 std::optional<double> DbcParser::number_of(const AttributeValue& value) const {
   if (value.number && std::isfinite(*value.number)) return value.number;
   if (value.number || value.text.empty()) return std::nullopt;
@@ -95,7 +95,7 @@ std::optional<double> DbcParser::number_of(const AttributeValue& value) const {
   return number;
 }
 
-/// Empty: it is not a number of milliseconds below 1e9.
+/// Empty unless it is a number of milliseconds below 1e9.
 std::optional<std::int64_t> DbcParser::cycle_time_of(const AttributeValue& value) const {
   const auto cycle_time_ms = number_of(value);
   if (!cycle_time_ms || !(*cycle_time_ms >= 0.0 && *cycle_time_ms < 1e9)) return std::nullopt;
@@ -139,8 +139,8 @@ void DbcParser::take_signal_attribute(std::string_view name, std::uint32_t file_
   }
 }
 
-/// The format that a value of VFrameFormat names. A number that the definition gives no word for has the
-/// meaning that Vector gives it.
+/// The format that a value of VFrameFormat denotes. A number for which the definition has no word has
+/// Vector's meaning.
 DbcParser::FrameFormat DbcParser::format_of(const AttributeValue& value) {
   const std::vector<std::string>& words = attributes_["VFrameFormat"].words;
   std::string word = value.text;

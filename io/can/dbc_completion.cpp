@@ -1,5 +1,4 @@
-// What is known of messages only at the end of the file: which multiplexer selects which signal, and which
-// signals share bits.
+// Checks that need the whole file: which multiplexer selects which signal, and which signals share bits.
 
 #include <algorithm>
 
@@ -53,7 +52,7 @@ void DbcParser::link_multiplexers(DbcMessage& message, const MessageNote& note) 
   check_multiplexer_chains(message, note);
 }
 
-// A cycle of multiplexers would never be resolved.
+// A cycle of multiplexers could never be resolved.
 void DbcParser::check_multiplexer_chains(DbcMessage& message, const MessageNote& note) {
   for (std::size_t index = 0; index < message.signals.size(); ++index) {
     int at = message.signals[index].multiplexer;

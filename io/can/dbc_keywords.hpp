@@ -7,7 +7,7 @@
 
 namespace hil::io::can {
 
-/// True for every statement of the format, those that are passed over among them.
+/// True for every statement of the format, including those that the parser skips.
 inline bool is_dbc_keyword(std::string_view word) noexcept {
   static constexpr std::array words = std::to_array<std::string_view>({"VERSION",
                                                                        "NS_",

@@ -14,9 +14,10 @@ namespace {
 
 constexpr std::uint32_t extended_flag = 0x80000000U;
 constexpr std::uint32_t pseudo_message_id = 0xC0000000U;  // VECTOR__INDEPENDENT_SIG_MSG: signals of no frame
-constexpr std::size_t max_signals = 2048;  // of one message; more is a mistake, and would be slow to check
+// Per message; more signals are a mistake, and would be slow to check
+constexpr std::size_t max_signals = 2048;
 
-/// Why no frame can have the identifier of a BO_ statement; empty: one can.
+/// Why no frame can have the identifier of a BO_ statement; empty: it is valid.
 std::string identifier_defect(std::uint64_t file_id) {
   const std::string identifier = "identifier " + std::to_string(file_id);
   if (file_id > 0xFFFFFFFFU) return identifier + " needs more than 32 bits";
@@ -53,7 +54,7 @@ DbcResult DbcParser::parse() {
   if (!is_blank && result_.database.messages.empty())
     report(Severity::fatal, first_position,
            "the file gives no message: it has no BO_ statement that is understood");
-  find_places();
+  locate_problems();
   return std::move(result_);
 }
 
@@ -61,7 +62,7 @@ void DbcParser::parse_statement(std::string_view keyword) {
   if (keyword == "SG_") return parse_signal();
   unknown_position_.reset();
   signals_wanted_ = false;
-  signals_passed_over_ = false;
+  signals_skipped_ = false;
   if (keyword == "BO_") return parse_message();
   if (keyword == "VERSION") {
     if (!scanner_.quoted()) fail("the version in double quotes");
@@ -79,11 +80,11 @@ void DbcParser::parse_statement(std::string_view keyword) {
   if (keyword == "SG_MUL_VAL_") return parse_extended_multiplexing();
   if (keyword == "BA_DEF_") return parse_attribute_definition();
   if (keyword == "BA_DEF_DEF_") return parse_attribute_default();
-  pass_over();
+  skip_statement();
 }
 
-// NS_ lists keywords. The list ends before the word that begins the next statement, which is the one that
-// ':', a quote or a number follows: `BS_:`, `BU_:`, `BO_ 100`.
+// NS_ lists keywords. The list ends before the keyword of the next statement, which is recognized by a
+// following ':', quote or number: `BS_:`, `BU_:`, `BO_ 100`.
 void DbcParser::parse_new_symbols() {
   if (!scanner_.accept(':')) return static_cast<void>(fail("':' after NS_"));
   while (true) {
@@ -115,7 +116,7 @@ void DbcParser::parse_nodes() {
 }
 
 void DbcParser::parse_message() {
-  signals_passed_over_ = true;  // until the message turns out to be understood
+  signals_skipped_ = true;  // until the message has been parsed
   const auto file_id = scanner_.number<std::uint64_t>();
   if (!file_id) return static_cast<void>(fail("a message's identifier, 0 to 4294967295"));
   scanner_.skip_space();
@@ -149,7 +150,7 @@ void DbcParser::add_message(DbcMessage message, std::uint64_t file_id, std::uint
   result_.database.messages.push_back(std::move(message));
   DbcMessage& added = result_.database.messages.back();
   signals_wanted_ = true;
-  signals_passed_over_ = false;
+  signals_skipped_ = false;
 
   const std::string defect = identifier_defect(file_id);
   if (!defect.empty()) make_unusable(added, position, defect);
@@ -168,10 +169,10 @@ void DbcParser::add_message(DbcMessage message, std::uint64_t file_id, std::uint
 
 void DbcParser::parse_signal() {
   if (!signals_wanted_) {
-    if (!signals_passed_over_) report(Severity::error, statement_position_, "a signal outside of a message");
+    if (!signals_skipped_) report(Severity::error, statement_position_, "a signal outside of a message");
     return scanner_.skip_to_statement_line(statement_position_);
   }
-  if (unknown_position_) {  // it may have been the beginning of another message
+  if (unknown_position_) {  // it may have been meant as another message
     result_.database.messages.back().unusable.push_back(
         "line " + std::to_string(lines_.place_of(*unknown_position_).line) +
         " of the DBC file, before one of its signals, is not understood");
@@ -223,7 +224,7 @@ void DbcParser::skip_receivers() {
   scanner_.skip_to_statement_line(scanner_.position());
 }
 
-// Nothing, "M", "m3", "m3M", or "m" where SG_MUL_VAL_ gives the values.
+// Nothing, "M", "m3", "m3M", or "m" if SG_MUL_VAL_ gives the values.
 bool DbcParser::parse_multiplex_mark(DbcSignal& signal, SignalNote& note) {
   if (scanner_.peek() == ':') return scanner_.accept(':');
   const std::size_t position = scanner_.position();
@@ -303,8 +304,8 @@ void DbcParser::parse_comment() {
   expect_semicolon();
 }
 
-// Skips the statement up to its ';'. A line that begins with a keyword is the next statement.
-void DbcParser::pass_over() {
+// Skips the statement up to its ';', or up to a line that begins with a keyword.
+void DbcParser::skip_statement() {
   while (!scanner_.accept(';')) {
     if (scanner_.at_end() || scanner_.at_statement_line()) return static_cast<void>(fail_unfinished());
     if (scanner_.peek() == '"') {
@@ -357,7 +358,7 @@ DbcSignal* DbcParser::signal_of(std::uint32_t file_id, std::string_view name, st
   return &message->signals[found->second];
 }
 
-/// Reports that the text here is not what is expected, and moves to the next statement. Returns false.
+/// Reports that the text here is not the expected one, and moves to the next statement. Returns false.
 bool DbcParser::fail(std::string_view expected) {
   if (statement_has_semicolon_) {
     const std::size_t failed_at = scanner_.position();
@@ -408,7 +409,7 @@ void DbcParser::report(Severity severity, std::size_t position, std::string text
 }
 
 /// Sets the lines and columns of the problems, in one pass over the text.
-void DbcParser::find_places() {
+void DbcParser::locate_problems() {
   std::vector<std::size_t> order(problem_positions_.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),

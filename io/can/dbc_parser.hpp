@@ -1,5 +1,5 @@
 #pragma once
-// The parser behind parse_dbc: one member function per kind of statement. Used once.
+// The parser behind parse_dbc: one member function per kind of statement. An object parses one text.
 
 #include <cstdint>
 #include <map>
@@ -24,13 +24,13 @@ class DbcParser {
  private:
   using Severity = DbcProblem::Severity;
 
-  /// What a signal statement says beyond the signal itself.
+  /// What a signal statement contains beyond the signal itself.
   struct SignalNote {
     std::size_t position = 0;  ///< of its name, for problems found when its message is complete
     bool multiplexed = false;
     bool has_extended_ranges = false;
   };
-  /// The value of an attribute as written: a number, or a text.
+  /// The value of an attribute as written: a number or a text.
   struct AttributeValue {
     std::optional<double> number;
     std::string text;
@@ -45,7 +45,7 @@ class DbcParser {
     std::string long_name;
     std::vector<std::pair<std::size_t, std::string>> long_signal_names;
   };
-  /// What BA_DEF_ and BA_DEF_DEF_ say of an attribute.
+  /// The contents of BA_DEF_ and BA_DEF_DEF_ for one attribute.
   struct AttributeDefinition {
     std::vector<std::string> words;  ///< of an ENUM
     std::optional<AttributeValue> initial;
@@ -79,7 +79,7 @@ class DbcParser {
                              const AttributeValue& value);
   std::string_view word();
   std::string_view parse_object();
-  void pass_over();
+  void skip_statement();
   void expect_semicolon();
 
   void complete_messages();
@@ -104,7 +104,7 @@ class DbcParser {
   bool fail_unfinished();
   void make_unusable(DbcMessage& message, std::size_t position, const std::string& reason);
   void report(Severity severity, std::size_t position, std::string text);
-  void find_places();
+  void locate_problems();
 
   std::string_view text_;
   DbcScanner scanner_;
@@ -117,11 +117,12 @@ class DbcParser {
   std::map<std::string, AttributeDefinition, std::less<>> attributes_;
   std::map<std::string, std::string, std::less<>> long_node_names_;
   std::size_t statement_position_ = 0;    ///< of the keyword of the statement that is being parsed
-  bool statement_has_semicolon_ = false;  ///< it is of a kind that ends with one
-  bool object_may_be_statement_ = false;  ///< its BO_ or SG_ begins a line, as the next statement would
-  bool signals_wanted_ = false;           ///< SG_ statements belong to the last message of the result
-  bool signals_passed_over_ = false;      ///< SG_ statements belong to a message that is not kept
-  std::optional<std::size_t> unknown_position_;  ///< of a line in the last message that is no statement
+  bool statement_has_semicolon_ = false;  ///< statements of its kind end with one
+  /// Its BO_ or SG_ begins a line and may therefore be the next statement
+  bool object_may_be_statement_ = false;
+  bool signals_wanted_ = false;                  ///< SG_ statements belong to the last message of the result
+  bool signals_skipped_ = false;                 ///< SG_ statements belong to a message that is discarded
+  std::optional<std::size_t> unknown_position_;  ///< of a line in the last message that is not a statement
   std::uint64_t overlap_steps_ = 0;              ///< work of find_overlaps so far
 };
 

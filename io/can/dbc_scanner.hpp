@@ -1,6 +1,6 @@
 #pragma once
 // Reads a DBC text token by token. White space, line ends (LF, CR LF, CR) and `//` comments separate tokens
-// and have no other meaning; where a line begins matters only for finding the next statement after a mistake.
+// and have no other meaning; the begin of a line only matters for finding the next statement after a mistake.
 // Positions are byte offsets.
 
 #include <algorithm>
@@ -45,7 +45,7 @@ class DbcScanner {
     ++position_;
     return true;
   }
-  /// Moves behind one byte of a token that is not a word.
+  /// Skips one byte of a token that is not a word.
   void skip_byte() noexcept { ++position_; }
 
   /// A C identifier; empty when there is none here.
@@ -57,7 +57,7 @@ class DbcScanner {
       ++position_;
     return text_.substr(begin, position_ - begin);
   }
-  /// The next identifier, without moving behind it; empty when there is none here.
+  /// The next identifier without consuming it; empty when there is none here.
   std::string_view peek_identifier() noexcept {
     skip_space();
     const std::size_t begin = position_;
@@ -79,8 +79,8 @@ class DbcScanner {
     return value;
   }
 
-  /// A string in double quotes, which may span lines, as written: `\"` is a quote and `\\` a backslash in it.
-  /// Empty optional: there is none here, or it is never closed; the position is then unchanged.
+  /// A string in double quotes, which may span lines, as written: in it `\"` is a quote and `\\` a backslash.
+  /// Empty optional: there is none here, or it is not closed; the position is then unchanged.
   std::optional<std::string_view> quoted() noexcept {
     if (!accept('"')) return std::nullopt;
     const std::size_t begin = position_;
@@ -110,7 +110,7 @@ class DbcScanner {
   /// True when the next token is the first of its line and begins a statement.
   bool at_statement_line() noexcept { return is_first_in_line() && is_dbc_keyword(peek_identifier()); }
 
-  /// Moves to the next line behind `from` that begins with a keyword, or to the end.
+  /// Moves to the next line after `from` that begins with a keyword, or to the end.
   void skip_to_statement_line(std::size_t from) noexcept {
     position_ = from;
     do {
@@ -132,9 +132,9 @@ class DbcScanner {
       ++position_;
   }
 
-  /// The parser reads strings again where a statement that contains them fails. After this many bytes of
-  /// strings the text counts as damaged and further strings fail at once, so that no input takes more than
-  /// linear time.
+  /// When a statement that contains strings fails, the parser reads the strings again. After this many bytes
+  /// of strings the text counts as damaged and further strings fail at once, so that parsing takes linear
+  /// time.
   std::size_t string_limit() const noexcept { return 4 * text_.size(); }
 
   std::string_view text_;
@@ -142,7 +142,7 @@ class DbcScanner {
   std::size_t string_bytes_ = 0;
 };
 
-/// Offset -> line and column. Fast for offsets in rising order.
+/// Converts offsets to line and column. Fast for ascending offsets.
 class LineCounter {
  public:
   explicit LineCounter(std::string_view text) : text_(text) {}

@@ -6,8 +6,8 @@
 namespace hil::io::can {
 namespace {
 
-/// The length in bytes of the UTF-8 character that `text` begins with; 0: it begins with none (RFC 3629). Not
-/// for an empty text.
+/// The length in bytes of the UTF-8 character at the begin of `text`, which is not empty; 0: it is not valid
+/// UTF-8 (RFC 3629).
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t index) { return static_cast<unsigned char>(text[index]); };
   const unsigned char lead = byte(0);

@@ -1,6 +1,5 @@
 #pragma once
-// Which identifiers a station wants to receive, with the meaning that CAN_RAW_FILTER gives to struct
-// can_filter.
+// The identifiers that a station receives, with the semantics of CAN_RAW_FILTER for struct can_filter.
 
 #include <linux/can.h>
 

@@ -1,5 +1,5 @@
 #pragma once
-// One CAN frame as the kernel lays it out, with what happened to it: when, and in which direction.
+// One CAN frame in the kernel's layout, with its time and direction.
 //
 // Plain values; any thread.
 
@@ -16,7 +16,7 @@ namespace hil::io::can {
 
 enum class Direction : std::uint8_t {
   rx,  ///< from another station
-  tx,  ///< our own, seen on the bus
+  tx,  ///< sent by this station, seen on the bus
 };
 
 struct Frame {

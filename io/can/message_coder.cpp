@@ -22,7 +22,7 @@ std::size_t frame_length_for(std::size_t message_length) {
   return message_length;
 }
 
-/// One frame can not carry the values of both signals of an overlapping pair.
+/// One frame can not carry both signals of an overlapping pair.
 void add_overlaps(const DbcMessage& message, std::vector<std::string>& problems) {
   constexpr std::size_t max_named = 20;
   const auto pairs = overlapping_pairs(message, max_named + 1);
@@ -129,7 +129,7 @@ MessageDecoder::MessageDecoder(const DbcMessage& message, const Protection& prot
 
 MessageDecoder::Verdict MessageDecoder::check(const Frame& frame) noexcept {
   if (!layout_.is_of_right_kind(frame)) return Verdict::wrong_kind;
-  // The bytes behind the message are padding, which its checksum does not cover.
+  // Bytes beyond the message are padding, which the checksum does not cover.
   const auto payload = frame.payload().first(std::min<std::size_t>(frame.raw.len, layout_.frame_length()));
   if (layout_.checksum()) {
     const SignalCodec& codec = layout_.codec(*layout_.checksum());

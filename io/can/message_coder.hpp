@@ -1,5 +1,5 @@
 #pragma once
-// One message of the database between values and frames, with its rolling counter and checksum.
+// Converts one message of the DBC file between values and frames, with its rolling counter and checksum.
 //
 // Counter: an unsigned integer signal of the message that grows by one with every frame sent and wraps at the
 // end of its bits. Checksum: an 8-bit signal, see checksum.hpp. Both are written at the send instant.
@@ -26,13 +26,13 @@ struct Protection {
 
 enum class Use : std::uint8_t {
   send,
-  receive,  ///< overlapping signals can be read, though not written
+  receive,  ///< overlapping signals can be read but not written
 };
 
-/// Every reason why the message can not be coded with this protection, in words; empty: it can.
+/// Every reason why the message can not be coded with this protection, one clause each; empty: it can.
 std::vector<std::string> coding_problems(const DbcMessage& message, const Protection& protection, Use use);
 
-/// What one message is made of. Misuse (asserts): a message that has coding_problems.
+/// The signals and protection of one message. Misuse (asserts): a message with coding_problems().
 class MessageLayout {
  public:
   MessageLayout(const DbcMessage& message, const Protection& protection, Use use);
@@ -43,14 +43,14 @@ class MessageLayout {
     std::vector<MultiplexRange> ranges;
   };
 
-  canid_t can_id() const noexcept { return can_id_; }  ///< with CAN_EFF_FLAG where it belongs
+  canid_t can_id() const noexcept { return can_id_; }  ///< with CAN_EFF_FLAG for 29-bit identifiers
   bool is_fd() const noexcept { return is_fd_; }
   bool bit_rate_switch() const noexcept { return bit_rate_switch_; }
-  /// False for a remote request, and for a frame of another format (FD or classic) than the message states.
+  /// False for a remote request, and for a frame of the other format (FD or classic).
   bool is_of_right_kind(const Frame& frame) const noexcept {
     return !frame.is_remote() && (!format_is_stated_ || frame.is_fd == is_fd_);
   }
-  /// Of a frame: the message's length, or the next one that CAN FD has.
+  /// The length of a frame: the message's length, or the next one that CAN FD allows.
   std::size_t frame_length() const noexcept { return length_; }
   std::size_t signal_count() const noexcept { return parts_.size(); }
   const SignalCodec& codec(std::size_t signal) const noexcept { return parts_[signal].codec; }
@@ -99,10 +99,10 @@ class MessageEncoder {
     std::uint32_t refused = 0;    ///< NaN: the signal kept its previous value
   };
 
-  /// `values` has one physical value per signal of the message; those of counter and checksum are not looked
-  /// at. Uses the next counter value; it stays the next one until confirm_sent().
+  /// `values` has one physical value per signal of the message; those of counter and checksum are ignored.
+  /// Uses the next counter value, which does not advance before confirm_sent().
   Frame build(std::span<const double> values, Tally& tally) noexcept;
-  /// The frame built last has been sent. Returns the counter that it carried.
+  /// Confirms that the last built frame was sent. Returns its counter value.
   std::uint64_t confirm_sent() noexcept;
 
  private:
@@ -120,18 +120,18 @@ class MessageDecoder {
 
   enum class Verdict : std::uint8_t {
     accepted,
-    wrong_kind,    ///< a remote request, or a frame of another format than the message states
+    wrong_kind,    ///< a remote request, or a frame of the other format
     bad_checksum,  ///< or the frame is too short to carry the checksum
     bad_counter,   ///< or the frame is too short to carry the counter
   };
 
   /// Checks a frame with this message's identifier. It may be longer than the message (padding) or shorter.
-  /// The first counter is accepted with any value. After a wrong counter the next one is compared with it: a
-  /// lost frame makes one further frame refused, and not all that follow.
+  /// The first counter value is always accepted. A wrong counter value becomes the reference for the next
+  /// one, so a lost frame causes one rejected frame, not all that follow.
   Verdict check(const Frame& frame) noexcept;
 
-  /// Calls `take(signal index, physical value)` for each signal that is present and wholly in the frame. Only
-  /// for accepted frames.
+  /// Calls `take(signal index, physical value)` for each signal that is present and completely contained.
+  /// Only for accepted frames.
   template <typename Take>
   void decode(const Frame& frame, const Take& take) const noexcept {
     const auto payload = frame.payload();
@@ -147,8 +147,8 @@ class MessageDecoder {
     }
   }
 
-  /// The sender is lost: the next counter is taken as it comes.
-  void forget_counter() noexcept { last_counter_.reset(); }
+  /// Accepts any next counter value, after the sender was lost.
+  void reset_counter() noexcept { last_counter_.reset(); }
 
  private:
   MessageLayout layout_;

@@ -1,12 +1,12 @@
 #pragma once
-// When a frame arrived, computed from the kernel's timestamp, which is on CLOCK_REALTIME: a clock that may be
-// set while the frame waits in its socket.
+// Computes the arrival time of a frame from the kernel's timestamp. The timestamp uses CLOCK_REALTIME, which
+// may be set while the frame waits in the socket.
 //
-// A frame arrived after the socket was last empty (or after the frame before it) and before now. age_ns()
-// computes its age twice: with the present offset between the wall clock and the monotonic clock, and with
-// the offset at the time when the socket was last empty. The age inside this window, or nearer to it, is
-// used. Where both lie inside (the clock was set by less than the length of the window), the greater age is
-// used, so that a frame never looks fresher than it is.
+// A frame arrived after the socket was last empty (or after the previous frame) and before now. age_ns()
+// computes its age twice: with the current offset between wall clock and monotonic clock, and with the offset
+// at the time when the socket was last empty. It uses the age that lies inside this window, or nearest to it.
+// If both lie inside (the clock was set by less than the length of the window), it uses the greater age, so
+// that a frame never appears fresher than it is.
 //
 // Threads: one at a time.
 
@@ -23,13 +23,13 @@ class ReceiveTime {
     std::int64_t wall_ns = 0;
   };
 
-  /// The socket is empty now, or has just been opened.
+  /// Notes that the socket is empty or has just been opened.
   void socket_empty(Clocks now) noexcept {
     earliest_ns_ = now.monotonic_ns;
     offset_ns_ = now.wall_ns - now.monotonic_ns;
   }
 
-  /// How long ago the frame with this timestamp arrived, never below zero. Frames come in the order of the
+  /// The age of the frame with this timestamp, at least zero. Frames must be passed in the order of the
   /// socket.
   std::int64_t age_ns(std::int64_t stamp_ns, Clocks now) noexcept {
     const std::int64_t window_ns = std::max<std::int64_t>(now.monotonic_ns - earliest_ns_, 0);
@@ -52,7 +52,7 @@ class ReceiveTime {
   }
 
  private:
-  std::int64_t earliest_ns_ = 0;  ///< on the monotonic clock: the next frame did not arrive before it
+  std::int64_t earliest_ns_ = 0;  ///< monotonic clock; the next frame did not arrive earlier
   std::int64_t offset_ns_ = 0;    ///< wall clock minus monotonic clock when the socket was last empty
 };
 

@@ -1,7 +1,7 @@
 #pragma once
-// The order of a bus tells that a frame which comes after an own frame was not on the bus before that was
-// sent. Receive times are computed from two clocks and can be early by the time between two readings; this
-// order holds all the same.
+// Bounds receive times by the order of the bus: a frame that follows a frame of this station was not on the
+// bus before that was sent. Receive times are computed from two clocks and can be early by the time between
+// two readings.
 //
 // Threads: one at a time.
 
@@ -17,8 +17,8 @@ namespace hil::io::can {
 
 class SendOrder {
  public:
-  /// A frame with this identifier was handed to the bus. Of more than 256 that have not come back the oldest
-  /// are forgotten.
+  /// Notes that a frame with this identifier was sent. Keeps the newest 256 frames that have not been
+  /// received back.
   void sent(canid_t id, RunTimeNs send_ns) noexcept {
     waiting_[(first_ + count_) % waiting_.size()] = {id, send_ns};
     if (count_ < waiting_.size()) {
@@ -27,8 +27,8 @@ class SendOrder {
       first_ = (first_ + 1) % waiting_.size();
     }
   }
-  /// An own frame with this identifier came back from the bus.
-  void came_back(canid_t id) noexcept {
+  /// Notes that a frame of this station with this identifier was received back.
+  void received_back(canid_t id) noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
       const Sent& sent = waiting_[(first_ + i) % waiting_.size()];
       if (sent.id != id) continue;
@@ -38,7 +38,7 @@ class SendOrder {
       return;
     }
   }
-  /// The next frame of another station was not on the bus before this time.
+  /// A lower bound on the bus time of the next frame of another station.
   RunTimeNs earliest_ns() const noexcept { return earliest_ns_; }
 
  private:

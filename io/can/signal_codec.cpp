@@ -83,7 +83,7 @@ SignalCodec::SignalCodec(const DbcSignal& signal)
 
 void SignalCodec::set_integer_limits(const DbcSignal& signal) {
   const bool is_signed = type_ == ValueType::signed_integer;
-  // The largest double that is not above the largest raw value; the raw value itself is kept apart.
+  // The largest double that does not exceed the largest raw value; the raw value itself is stored separately.
   const unsigned value_bits = length_bits_ - (is_signed ? 1U : 0U);
   const double limit = std::ldexp(1.0, static_cast<int>(value_bits));
   highest_ = value_bits > 53 ? std::nextafter(limit, 0.0) : limit - 1.0;
@@ -95,11 +95,12 @@ void SignalCodec::set_integer_limits(const DbcSignal& signal) {
   double low = (signal.minimum - offset_) / factor_;
   double high = (signal.maximum - offset_) / factor_;
   if (low > high) std::swap(low, high);
-  // Decimal fractions are not exact in binary: a limit that misses a raw value by rounding alone still means
-  // it.
+  // Decimal fractions are not exact in binary: a limit that misses a raw value only by rounding denotes that
+  // value.
   low = std::ceil(low - 1e-9 * std::max(1.0, std::abs(low)));
   high = std::floor(high + 1e-9 * std::max(1.0, std::abs(high)));
-  if (low > high || low > highest_ || high < lowest_) return;  // a range outside of the bits says nothing
+  // Ignores a range outside of the representable values
+  if (low > high || low > highest_ || high < lowest_) return;
   if (low > lowest_) {
     lowest_ = low;
     lowest_raw_ = integer_raw(low);

@@ -1,5 +1,5 @@
 #pragma once
-// One signal between its physical value and its bits in a payload.
+// Converts one signal between its physical value and its bits in a payload.
 //
 // Threads: values, const after construction; any thread. No function allocates.
 
@@ -16,12 +16,12 @@ namespace hil::io::can {
 /// Bit 8 * byte + bit, where bit 0 is a byte's least significant.
 using PayloadBits = std::bitset<512>;
 
-/// The bits a signal occupies. False when one lies beyond the 64 bytes of the longest frame (`bits` is then
-/// partial).
+/// The bits of a signal. False when one lies beyond the 64 bytes of the longest frame; `bits` is then
+/// partial.
 bool bits_of(const DbcSignal& signal, PayloadBits& bits);
 
-/// The number that a raw value of the file (GenSigStartValue, VAL_) stands for. A negative number may be
-/// written as the unsigned number with the same bits. Empty: the signal can not hold it.
+/// The number that a raw value of the file (GenSigStartValue, VAL_) denotes. A negative number may be written
+/// as the unsigned number with the same bits. Empty: the signal can not represent it.
 std::optional<double> raw_number(const DbcSignal& signal, double raw) noexcept;
 
 /// The physical value of a raw number.
@@ -64,13 +64,13 @@ class SignalCodec {
   double physical_maximum() const noexcept;
 
   std::uint16_t length_bits() const noexcept { return length_bits_; }
-  /// Whether every bit of the signal lies in a payload of so many bytes.
+  /// Whether a payload of this length contains every bit of the signal.
   bool is_whole_in(std::size_t payload_bytes) const noexcept { return payload_bytes >= needed_bytes_; }
-  /// All bits of the signal set.
+  /// A mask with all bits of the signal.
   std::uint64_t mask() const noexcept { return mask_; }
 
  private:
-  /// The byte that holds the signal's bits from 8 * index - shift_ on.
+  /// The byte that contains the signal's bits from 8 * index - shift_ on.
   std::size_t byte_at(int index) const noexcept {
     const int byte = low_byte_ + step_ * index;
     return static_cast<std::size_t>(byte);
@@ -86,7 +86,8 @@ class SignalCodec {
   double offset_;
   std::uint64_t mask_;
 
-  // The byte of the least significant bit, its shift there, and which way the more significant bytes lie.
+  // The byte of the least significant bit, the bit's position in it, and the direction of more significant
+  // bytes.
   int low_byte_;
   int step_;
   unsigned shift_;
@@ -98,8 +99,7 @@ class SignalCodec {
   double highest_;
   std::uint64_t lowest_raw_ = 0;
   std::uint64_t highest_raw_ = 0;
-  std::vector<double>
-      named_numbers_;  ///< raw numbers outside the limits that may be sent nevertheless; ascending
+  std::vector<double> named_numbers_;  ///< raw numbers outside the limits that may still be sent; ascending
 };
 
 }  // namespace hil::io::can

@@ -30,8 +30,8 @@ struct Instant {
   RunTimeNs run_ns = 0;
 };
 
-/// The same instant on all clocks. A thread may lose its CPU between two readings: the closest of three
-/// attempts counts.
+/// Reads all clocks at nearly the same instant. The thread may lose its CPU between two readings, so the
+/// closest of three attempts is used.
 Instant read_clocks(const RunClock& run_clock) noexcept {
   constexpr std::int64_t close_enough_ns = 5'000;
   Instant best;
@@ -138,9 +138,9 @@ std::string SocketCanBus::set_options() {
   if (!set_option(socket_, SOL_SOCKET, SO_TIMESTAMPNS, on)) return refused("SO_TIMESTAMPNS");
   if (!set_option(socket_, SOL_SOCKET, SO_RXQ_OVFL, on)) return refused("SO_RXQ_OVFL");
   if (!set_option(socket_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on) && errno != ENOPROTOOPT) {
-    return refused("CAN_RAW_FD_FRAMES");  // ENOPROTOOPT: a kernel from before CAN FD
+    return refused("CAN_RAW_FD_FRAMES");  // ENOPROTOOPT: the kernel does not support CAN FD
   }
-  // The forced ones go beyond the system's limits and need CAP_NET_ADMIN.
+  // The forced variants exceed the system's limits and need CAP_NET_ADMIN.
   const auto set_buffer = [&](int bytes, int forced, int ordinary) {
     return bytes <= 0 || set_option(socket_, SOL_SOCKET, forced, bytes) ||
            set_option(socket_, SOL_SOCKET, ordinary, bytes);
@@ -211,7 +211,7 @@ ReceiveResult SocketCanBus::receive(Frame& frame) noexcept {
         receive_time_.socket_empty(read_clocks(*clock_).clocks);
         return ReceiveResult::empty;
       }
-      close();  // everything that came before the loss has been delivered
+      close();  // everything that arrived before the loss has been delivered
       lost_ = true;
       break;
     }
@@ -221,7 +221,7 @@ ReceiveResult SocketCanBus::receive(Frame& frame) noexcept {
       lost_ = true;
       break;
     }
-    lose(errno);  // the error comes before the frames that still wait: read on
+    lose(errno);  // the error is reported before the frames that are still queued: continue reading
   }
   return look_for_interface();
 }

@@ -1,15 +1,15 @@
 #pragma once
 // A CAN interface of the kernel (can0, vcan0) through a raw socket.
 //
-// Own frames are received too, so receive() gives the order of the bus. Error frames are received. Times are
-// the kernel's receive timestamps; setting the wall clock does not move them (receive_time.hpp). FD frames
-// pass where the interface can carry them. A frame that our socket had no room for is counted as dropped, by
-// the kernel's own count.
+// The socket also receives the frames of this station, so receive() returns the order of the bus. It receives
+// error frames. Times are the kernel's receive timestamps and do not jump when the wall clock is set
+// (receive_time.hpp). FD frames are supported if the interface supports them. Frames that the full socket
+// dropped are counted by the kernel.
 //
-// An interface that goes down or is deleted makes receive() say lost; frames that arrived before are still
-// delivered. When an interface of that name is up again it is opened anew.
+// When an interface goes down or is deleted, receive() returns lost; it still returns the frames that arrived
+// before. When an interface of that name is up again, it is reopened.
 //
-// Threads: as bus.hpp says.
+// Threads: as in bus.hpp.
 
 #include <sys/socket.h>
 
@@ -25,10 +25,10 @@ namespace hil::io::can {
 
 struct SocketCanConfig {
   std::string interface;  ///< "vcan0"
-  /// Asked of the kernel, which may grant less to an ordinary user. The default holds about half a second of
-  /// a saturated 1 Mbit/s bus; 0: the kernel's own.
+  /// Requested size, which the kernel may limit for ordinary users. The default holds about half a second of
+  /// a saturated 1 Mbit/s bus; 0: the kernel's default.
   int receive_buffer_bytes = 4 << 20;
-  int send_buffer_bytes = 0;  ///< the same; 0: the kernel's own
+  int send_buffer_bytes = 0;  ///< likewise; 0: the kernel's default
 };
 
 class SocketCanBus final : public Bus {
@@ -54,7 +54,7 @@ class SocketCanBus final : public Bus {
   std::string fault() const override;
 
  private:
-  /// Opens and binds the socket. Empty: done; else why not, as a sentence.
+  /// Opens and binds the socket. Returns an empty text, or the reason for the failure as a sentence.
   std::string try_open();
   std::string bind_to_interface();
   std::string set_options();
@@ -71,8 +71,8 @@ class SocketCanBus final : public Bus {
   ReceiveTime receive_time_;
   int socket_ = -1;
   int send_error_ = 0;
-  bool lost_ = false;                ///< no more frames than those the socket still holds
-  std::int64_t next_look_ns_ = 0;    ///< monotonic: when to try the interface again
+  bool lost_ = false;                ///< no frames beyond those that the socket still holds
+  std::int64_t next_look_ns_ = 0;    ///< monotonic time of the next attempt to reopen the interface
   std::uint32_t last_overflow_ = 0;  ///< the kernel's count for this socket
 
   std::atomic<std::uint64_t> dropped_{0};

@@ -1,6 +1,6 @@
 #pragma once
-// Rows of values, each with a time, on their way between the tick thread and a device's thread, oldest first:
-// the outputs of a tick in one direction, samples that are kept one by one in the other.
+// A bounded FIFO of rows of values, each with a time, between the tick thread and a device's thread: the
+// outputs of ticks in one direction, samples that are kept individually in the other.
 
 #include <algorithm>
 #include <atomic>
@@ -12,7 +12,7 @@
 
 namespace hil::io {
 
-/// Threads: one pushes, one takes; both are wait-free and allocate nothing.
+/// Threads: one producer, one consumer; both are wait-free and allocate nothing.
 class TimedRowRing {
  public:
   TimedRowRing(std::size_t capacity, std::size_t values_per_row)

@@ -41,7 +41,7 @@ std::pair<double, double> heartbeat_range(const RegisterEntry& entry) {
   return {first, decode(entry, registers).value};
 }
 
-/// The executive's signals belong to the main thread.
+/// The main thread handles the executive's signals.
 void block_all_signals() {
   sigset_t all;
   sigfillset(&all);
@@ -53,7 +53,7 @@ void block_all_signals() {
 ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
     : settings_(std::move(settings)),
       map_(std::move(map)),
-      who_("Modbus unit " + settings_.name + " (" + settings_.endpoint.to_text() + ")"),
+      description_("Modbus unit " + settings_.name + " (" + settings_.endpoint.to_text() + ")"),
       label_("unit " + settings_.name),
       run_time_entry_(own_entry(map_, settings_.run_time_ms_entry)),
       heartbeat_entry_(own_entry(map_, settings_.heartbeat_entry)),
@@ -113,7 +113,7 @@ void ClientDevice::build_requests() {
     WriteRequest request;
     request.image.resize(plan.count);
     request.plan = std::move(plan);
-    // A value that is refused leaves its registers as they are, so they have to be sound from the first.
+    // A refused value leaves its registers unchanged, so they must be valid from the start.
     for (const std::size_t entry : request.plan.entries)
       encode_into(request, entry, map_.entries[entry].safe_value);
     write_requests_.push_back(std::move(request));
@@ -125,7 +125,7 @@ void ClientDevice::start(const RunClock& clock, Pacing pacing) {
   require(!started_, "ClientDevice::start: started already");
   clock_ = &clock;
   pacing_ = pacing;
-  // The prototypes get their sizes here, so that the tick never allocates.
+  // The prototypes get their sizes here, so that the tick does not allocate.
   releases_.reset(Release{wanted_, 0});
   readings_.reset(newest_readings_);
   due_ = false;
@@ -135,7 +135,7 @@ void ClientDevice::start(const RunClock& clock, Pacing pacing) {
   const WallTime until = WallClock::now() + settings_.start_limit;
   while (!connect_until(until)) {
     if (WallClock::now() + settings_.reconnect_pause_min >= until) {
-      throw DeviceError(who_ + " can not be reached: " + connect_fault_ + "; tried for " +
+      throw DeviceError(description_ + " can not be reached: " + connect_fault_ + "; tried for " +
                         std::to_string(settings_.start_limit.count()) +
                         " ms. Check that the unit is on and that the address and port are right");
     }
@@ -161,7 +161,7 @@ void ClientDevice::stop() noexcept {
   connected_.store(false, relaxed);
 }
 
-// ---- the tick's side
+// ---- called by the tick thread
 
 void ClientDevice::latch_inputs(std::span<Sample> samples) noexcept {
   require(samples.size() == inputs_.size(),
@@ -202,7 +202,7 @@ void ClientDevice::release_outputs(std::span<const double> values, RunTimeNs tic
 
 bool ClientDevice::exchange(RunTimeNs tick_ns) {
   require(started_ && pacing_ == Pacing::lockstep, "ClientDevice::exchange: only after start in lockstep");
-  (void)tick_ns;  // the cycle carries the time of its release
+  (void)tick_ns;  // the cycle uses the time of its release
   const std::scoped_lock lock(lockstep_mutex_);
   take_work();
   return !due_ || cycle(WallClock::now() + settings_.lockstep_limit);
@@ -217,7 +217,7 @@ void ClientDevice::enter_safe_state() noexcept {
   if (due_ && started_) cycle(WallClock::now() + settings_.lockstep_limit);
 }
 
-// ---- the cycle's side
+// ---- called by the device's thread, or by exchange()
 
 void ClientDevice::run() noexcept {
   block_all_signals();
@@ -233,14 +233,14 @@ void ClientDevice::run() noexcept {
 }
 
 void ClientDevice::wait_for_work() {
-  // After a failed cycle: until the pause is over, whether or not new outputs come.
+  // After a failed cycle: wait for the end of the pause, whether or not new outputs are released.
   if (due_ && !session_.connected()) return wake_signal_.wait_for(next_connect_ - WallClock::now());
   wake_signal_.wait();
 }
 
 void ClientDevice::take_work() noexcept {
-  // The request for safe values is looked at first and obeyed last: it also overrides what was released
-  // before it.
+  // Safe values are requested before the newest release is taken and applied after it, so that they override
+  // it.
   const bool safe = safe_requested_.exchange(false);
   if (releases_.take_newest()) {
     std::copy(releases_.current().values.begin(), releases_.current().values.end(), wanted_.begin());
@@ -251,7 +251,7 @@ void ClientDevice::take_work() noexcept {
     for (std::size_t i = 0; i < outputs_.size(); ++i)
       wanted_[i] = outputs_[i].safe_value;
     for (WriteRequest& request : write_requests_)
-      request.written.clear();  // sent even when nothing changed
+      request.written.clear();  // send it even if nothing changed
     due_ = true;
   }
 }
@@ -265,8 +265,8 @@ bool ClientDevice::cycle(WallTime until) {
 bool ClientDevice::run_cycle(WallTime until) {
   cycle_fault_.clear();
   if (session_.connected() && !session_.usable()) {
-    // Closed, or bytes that nobody asked for, while nothing was under way: no request is lost, so connect
-    // again at once.
+    // Closed, or unsolicited bytes, while no request was pending: reconnect at once, since no request is
+    // lost.
     counters_.errors.fetch_add(1, relaxed);
     set_fault(session_.fault());
   }
@@ -338,16 +338,17 @@ bool ClientDevice::write_all(WallTime until) {
   return true;
 }
 
-/// A busy unit refuses a write for a moment. A unit that refuses it for longer than max_age does not get its
-/// outputs.
+/// A busy unit may refuse a write for a moment. A unit that refuses it for longer than max_age does not get
+/// its outputs.
 void ClientDevice::note_refusal(WriteRequest& request) {
   if (!request.refused_since_ns) request.refused_since_ns = now_ns();
   if (now_ns() - *request.refused_since_ns <= loss_timeout_ns()) return;
   const std::scoped_lock lock(health_mutex_);
   if (!send_fault_.empty()) return;
-  send_fault_ = who_ + " has refused outputs for more than " + std::to_string(settings_.max_age.count()) +
-                " ms: writing " + place_of(request.plan.table, request.plan.address, request.plan.count) +
-                ": " + session_.fault();
+  send_fault_ = description_ + " has refused outputs for more than " +
+                std::to_string(settings_.max_age.count()) + " ms: writing " +
+                place_of(request.plan.table, request.plan.address, request.plan.count) + ": " +
+                session_.fault();
 }
 
 bool ClientDevice::read_all(WallTime until) {
@@ -397,7 +398,7 @@ void ClientDevice::split_at_gaps(std::size_t read_request) {
   read_requests_.insert(at, std::make_move_iterator(parts.begin()), std::make_move_iterator(parts.end()));
 }
 
-/// True when the cycle can go on with the next request.
+/// True when the cycle can continue with the next request.
 bool ClientDevice::settle(Reply reply, const char* verb, const PlannedRequest& plan) {
   counters_.requests.fetch_add(1, relaxed);
   if (reply == Reply::good || reply == Reply::exception) {
@@ -452,7 +453,7 @@ void ClientDevice::lose_connection(const std::string& fault) {
 
 void ClientDevice::set_fault(const std::string& fault) {
   const std::scoped_lock lock(health_mutex_);
-  fault_ = fault.empty() ? "" : who_ + ": " + fault;
+  fault_ = fault.empty() ? "" : description_ + ": " + fault;
 }
 
 RunTimeNs ClientDevice::loss_timeout_ns() const noexcept {
@@ -467,8 +468,8 @@ std::string ClientDevice::send_fault() const {
 DeviceHealth ClientDevice::health() const {
   const std::scoped_lock lock(health_mutex_);
   if (!fault_.empty() || !is_stalled()) return {connected(), fault_};
-  return {false,
-          who_ + ": no cycle has ended for more than " + std::to_string(settings_.max_age.count()) + " ms"};
+  return {false, description_ + ": no cycle has ended for more than " +
+                     std::to_string(settings_.max_age.count()) + " ms"};
 }
 
 std::vector<DeviceEvent> ClientDevice::events_since(std::size_t first) const {

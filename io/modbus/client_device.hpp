@@ -1,25 +1,25 @@
 #pragma once
-// A Modbus TCP unit that hil is the client of: a PLC, a drive, a remote I/O.
+// A Modbus TCP client: hil reads and writes the registers of a unit (a PLC, a drive, a remote I/O).
 //
 // outputs() are the writable entries of its register map and inputs() the others, each in the order of the
 // map. A released set of outputs is one cycle: the values are written, then all inputs are read. Releases are
 // states, not messages: when a second set is released before the first was sent, only the newest is sent
 // (counted: superseded_releases).
 //
-// Real time: the cycle runs in a thread of the device's own. A unit that is silent, dead or slow costs that
-// thread alone, never the tick and never another device. Lockstep: no thread; exchange() runs the cycle of
-// what was released since the last exchange, and returns true at once when nothing was.
+// Real time: the cycle runs in a thread of the device. A silent, dead or slow unit delays that thread only,
+// never the tick or another device. Lockstep: there is no thread; exchange() runs the cycle for what was
+// released since the last exchange, and returns true at once if nothing was.
 //
-// An input keeps its last value, with the time it arrived, until it is older than `max_age`; from then on it
-// is not fresh and reads its safe value. A request that gets no whole reply in time costs the connection, so
-// that a late reply can never be taken for another's (client_session.hpp); the connection is made again with
-// a pause that doubles from `reconnect_pause_min` to `reconnect_pause_max` while cycles fail.
+// An input keeps its last value with its arrival time until it is older than `max_age`; then it is not fresh
+// and reads its safe value. A request without a complete reply in time closes the connection, so that a late
+// reply can never be taken for that of another request (client_session.hpp). While cycles fail, the device
+// reconnects with a pause that doubles from `reconnect_pause_min` to `reconnect_pause_max`.
 //
-// The unit counts as connected from the start on, and as not connected after a failed cycle or while a
-// release waits for longer than `max_age` and no cycle ends. A unit without inputs gets its outputs again
-// after half of `max_age` without a reply, so that its loss is noticed.
+// The unit counts as connected from the start, and as not connected after a failed cycle or when a release
+// has waited for longer than `max_age` without any cycle ending. A unit without inputs receives its outputs
+// again after half of `max_age` without a reply, so that its loss is detected.
 //
-// Threads: as in io/device.hpp; counters() and health() from any ordinary thread.
+// Threads: as in io/device.hpp; any ordinary thread may call counters() and health().
 
 #include <atomic>
 #include <chrono>
@@ -47,51 +47,52 @@
 namespace hil::io::modbus {
 
 struct ClientSettings {
-  std::string name{};  ///< of the device, as in the configuration
+  std::string name{};  ///< name of the device in the configuration
   Endpoint endpoint{};
   std::uint8_t unit = 1;  ///< unit identifier in every request
   std::chrono::microseconds response_timeout{
-      500'000};                                  ///< per request, until its reply is whole; also per connect
+      500'000};  ///< per request until its reply is complete; also per connect
   std::chrono::milliseconds start_limit{2'000};  ///< how long start() tries to reach the unit
   std::chrono::milliseconds reconnect_pause_min{50};
   std::chrono::milliseconds reconnect_pause_max{2'000};
-  std::chrono::milliseconds max_age{1'000};         ///< of an input that counts as fresh
+  std::chrono::milliseconds max_age{1'000};         ///< age up to which an input is fresh
   std::chrono::milliseconds lockstep_limit{2'000};  ///< wall-clock time of one exchange()
-  std::chrono::milliseconds stop_limit{500};        ///< wall-clock time stop() gives the last cycle
-  /// The largest number of addresses between two entries, of no entry themselves, that are read along so that
-  /// one request carries both entries. A unit that does not have such addresses refuses the request with
-  /// exception 2; the request is then split at its gaps for the rest of the device's life.
+  std::chrono::milliseconds stop_limit{500};        ///< wall-clock time that stop() gives the last cycle
+  /// The largest number of unmapped addresses between two entries that are read in one request with both. If
+  /// a unit refuses such a request with exception 2, the request is split at its gaps for the rest of the
+  /// device's life.
   std::uint16_t max_gap = 0;
   bool write_unchanged = false;  ///< true: every cycle writes every output; false: requests whose registers
                                  ///< changed, and all after each connect
-  /// A writable entry that the device fills itself with the run time of the release, in milliseconds. Written
-  /// after all others and in a request of its own, so that a unit with stepped time sees the outputs first.
-  /// Empty: none. It is not among outputs().
+  /// A writable entry that the device sets to the run time of the release in milliseconds. It is written last
+  /// and in a request of its own, so that a unit with stepped time has the outputs before. Empty: none. It is
+  /// not among outputs().
   std::string run_time_ms_entry{};
-  /// A writable integer entry that the device counts up by one in every cycle, from its minimum (or 0) to its
-  /// maximum and over again, so that the unit's watchdog sees hil alive. Empty: none. Not among outputs().
+  /// A writable integer entry that the device increments in every cycle, from its minimum (or 0) to its
+  /// maximum and then from the minimum again, for the unit's watchdog. Empty: none. It is not among
+  /// outputs().
   std::string heartbeat_entry{};
 };
 
-/// All since construction. reconnects: connections after the first.
+/// Counted since construction. reconnects: connections after the first.
 struct ClientCounters {
   std::uint64_t requests = 0;
-  std::uint64_t replies = 0;   ///< good ones and exceptions
-  std::uint64_t timeouts = 0;  ///< requests without a whole reply in time
-  std::uint64_t errors = 0;    ///< exceptions, broken connections and replies that are none
+  std::uint64_t replies = 0;   ///< replies, including exceptions
+  std::uint64_t timeouts = 0;  ///< requests without a complete reply in time
+  std::uint64_t errors = 0;    ///< exceptions, closed connections and invalid replies
   std::uint64_t exceptions = 0;
   ExceptionCounts by_code{};  ///< the exceptions, by code
   std::uint64_t reconnects = 0;
-  ValueCounters values{};  ///< one that is not a number leaves the register as it was: with the value written
-                           ///< before, or with the safe value
+  /// A value that is not a number leaves the register at the value written before, or at the safe value.
+  ValueCounters values{};
   std::uint64_t superseded_releases = 0;
   std::uint64_t stale_inputs = 0;  ///< how often an input grew older than max_age
 };
 
 class ClientDevice final : public Device {
  public:
-  /// Does not touch the network. Misuse (asserts): a map in which mistakes_in(map, Role::client) finds
-  /// something; times that are not positive; an entry named in `settings` that is not writable or not there.
+  /// Does not use the network. Misuse (asserts): a map with mistakes_in(map, Role::client); times that are
+  /// not positive; an entry named in `settings` that is missing or not writable.
   ClientDevice(ClientSettings settings, RegisterMap map);
   ~ClientDevice() override;
   ClientDevice(const ClientDevice&) = delete;
@@ -104,13 +105,13 @@ class ClientDevice final : public Device {
   /// `max_age`.
   RunTimeNs loss_timeout_ns() const noexcept override;
 
-  /// Connects, trying again for `start_limit`; DeviceError when the unit can not be reached by then.
+  /// Connects, retrying for `start_limit`. Throws DeviceError when the unit can not be reached in that time.
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
   bool exchange(RunTimeNs tick_ns) override;
-  /// In lockstep the values are sent before this returns (bounded by `lockstep_limit`, twice when an exchange
-  /// is under way).
+  /// In lockstep the values are sent before this returns, within `lockstep_limit`, or twice that while an
+  /// exchange is running.
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
   bool connected() const noexcept override;
@@ -137,9 +138,9 @@ class ClientDevice final : public Device {
   };
   struct WriteRequest {
     PlannedRequest plan;
-    std::vector<std::uint16_t> image;    ///< what the unit should hold
-    std::vector<std::uint16_t> written;  ///< what was last written to it; empty: nothing since the connect
-    std::optional<RunTimeNs> refused_since_ns;  ///< since when the unit answers it with exceptions
+    std::vector<std::uint16_t> image;           ///< the desired register values of the unit
+    std::vector<std::uint16_t> written;         ///< the values written last; empty: none since the connect
+    std::optional<RunTimeNs> refused_since_ns;  ///< since when the unit has refused it with exceptions
   };
   struct AtomicCounters {
     std::atomic<std::uint64_t> requests{0}, replies{0}, timeouts{0}, errors{0}, connects{0}, superseded{0};
@@ -170,8 +171,8 @@ class ClientDevice final : public Device {
 
   const ClientSettings settings_;
   const RegisterMap map_;
-  const std::string who_;    ///< "Modbus unit plc (127.0.0.1:1502)"
-  const std::string label_;  ///< "unit plc"
+  const std::string description_;  ///< "Modbus unit plc (127.0.0.1:1502)"
+  const std::string label_;        ///< "unit plc"
   mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
   std::vector<InputGroup> groups_;
@@ -179,7 +180,7 @@ class ClientDevice final : public Device {
   std::vector<std::size_t> channel_of_input_;                ///< index into the map -> input channel
   std::optional<std::size_t> run_time_entry_, heartbeat_entry_;
 
-  // The tick's side.
+  // Used by the tick thread.
   LatestValue<Release> releases_;
   LatestValue<std::vector<Reading>> readings_;
   FreshnessWatch freshness_;
@@ -191,7 +192,7 @@ class ClientDevice final : public Device {
   Pacing pacing_ = Pacing::realtime;
   bool started_ = false;
 
-  // The cycle's side: the device's thread, or in lockstep whoever holds lockstep_mutex_.
+  // Used by the device's thread; in lockstep by the holder of lockstep_mutex_.
   std::mutex lockstep_mutex_;
   ClientSession session_;
   SocketAddress address_;
@@ -199,13 +200,13 @@ class ClientDevice final : public Device {
   std::vector<PlannedRequest> read_requests_;
   std::vector<Reading> newest_readings_;
   ValueWatch values_;
-  std::vector<double> wanted_;  ///< outputs the unit should hold
+  std::vector<double> wanted_;  ///< the desired outputs
   RunTimeNs wanted_tick_ns_ = 0;
   double heartbeat_ = 0.0;
-  bool due_ = false;  ///< a cycle has yet to succeed
+  bool due_ = false;  ///< a cycle has to run until it succeeds
   WallTime next_connect_{};
   std::chrono::milliseconds reconnect_pause_;
-  std::string cycle_fault_;    ///< the first exception of the cycle under way
+  std::string cycle_fault_;    ///< the first exception of the current cycle
   std::string connect_fault_;  ///< why the last attempt to connect failed
   std::thread thread_;
 
@@ -213,7 +214,7 @@ class ClientDevice final : public Device {
   std::atomic<bool> connected_{false};  ///< the last cycle succeeded, or there was none since the start
   std::atomic<bool> answered_{false};   ///< the unit has answered a request
   RunTimeNs last_reply_ns_ = 0;
-  mutable std::mutex health_mutex_;  ///< never taken by the tick
+  mutable std::mutex health_mutex_;  ///< never locked by the tick
   std::string fault_, send_fault_;
 };
 

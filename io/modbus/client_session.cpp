@@ -39,7 +39,7 @@ std::string words_of(int error) {
   return std::generic_category().message(error);
 }
 
-// A frame: transaction, protocol (0), length of what follows, unit; then function and data. All big-endian.
+// A frame: transaction, protocol (0), length of the rest, unit; then function and data. All big-endian.
 constexpr std::size_t transaction_at = 0, protocol_at = 2, length_at = 4, unit_at = 6, function_at = 7;
 constexpr std::size_t exception_bytes = 2;  // from the function code on
 constexpr std::uint8_t exception_flag = 0x80;
@@ -74,7 +74,7 @@ bool wait_for(int socket, short what, std::chrono::steady_clock::time_point unti
   if (left.count() <= 0) return false;
   const timespec time{left.count() / 1'000'000'000, left.count() % 1'000'000'000};
   pollfd watched{socket, what, 0};
-  return ::ppoll(&watched, 1, &time, nullptr) != 0;  // a signal is no end of the wait: the caller comes again
+  return ::ppoll(&watched, 1, &time, nullptr) != 0;  // after a signal the caller waits again
 }
 
 }  // namespace
@@ -138,13 +138,13 @@ Reply ClientSession::receive_up_to(std::size_t size, std::chrono::steady_clock::
     } else if (rc == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
       return close_with(Reply::broken, words_of(rc == 0 ? ECONNRESET : errno));
     } else if (!wait_for(socket_.get(), POLLIN, until)) {
-      return close_with(Reply::timeout, "no whole reply within " + in_milliseconds(limit_));
+      return close_with(Reply::timeout, "no complete reply within " + in_milliseconds(limit_));
     }
   }
   return Reply::good;
 }
 
-/// Everything that the protocol lets the other side repeat has to be what was asked.
+/// Everything that the protocol makes the unit repeat must equal the request.
 Reply ClientSession::check_head(std::size_t reply_bytes) {
   const std::uint8_t function = request_[function_at];
   const auto differs = [&](const char* what, int is, int wanted) {
@@ -215,7 +215,7 @@ Reply ClientSession::write(Table table, std::uint16_t address, std::span<const s
           "ClientSession::write: this table can not be written");
   require(!registers.empty() && registers.size() <= (bits ? max_bits_written : max_registers_written),
           "ClientSession::write: a number of addresses that no request can carry");
-  constexpr std::size_t echoed = 5;  // function, address, and the value or how many: the reply repeats them
+  constexpr std::size_t echoed = 5;  // the reply repeats function, address, and value or count
   std::size_t request_bytes = echoed;
   put_word(request_, function_at + 1, address);
   if (registers.size() == 1) {

@@ -1,5 +1,5 @@
 #pragma once
-// Detects that cycles make no progress: a release waits, and no cycle has ended since it was made.
+// Detects that cycles make no progress: a release is waiting and no cycle has ended since.
 //
 // Threads: release from the tick's thread, end_cycle from the cycle's, waits_since from any thread.
 
@@ -21,9 +21,9 @@ class CycleWatch {
     seen_.store(ended, relaxed);
     has_release_.store(true, relaxed);
   }
-  /// A cycle ended, well or not.
+  /// Notes that a cycle ended, with or without success.
   void end_cycle() noexcept { ended_.fetch_add(1, relaxed); }
-  /// The first release after the end of the last cycle; empty: none waits.
+  /// The time of the first release after the last cycle ended; empty: none is waiting.
   std::optional<RunTimeNs> waits_since() const noexcept {
     if (!has_release_.load(relaxed) || seen_.load(relaxed) != ended_.load(relaxed)) return std::nullopt;
     return since_ns_.load(relaxed);
@@ -33,7 +33,7 @@ class CycleWatch {
   static constexpr auto relaxed = std::memory_order_relaxed;
 
   std::atomic<std::uint64_t> ended_{0};
-  std::atomic<std::uint64_t> seen_{0};  ///< ended_ at the release that waits
+  std::atomic<std::uint64_t> seen_{0};  ///< ended_ at the waiting release
   std::atomic<RunTimeNs> since_ns_{0};
   std::atomic<bool> has_release_{false};
 };

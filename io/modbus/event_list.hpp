@@ -1,5 +1,5 @@
 #pragma once
-// The events of a device, for its events_since. Bounded: the last entry of a full list says that further
+// A bounded list of a device's events, for its events_since. The last entry of a full list says that further
 // events are not listed.
 
 #include <mutex>
@@ -10,7 +10,7 @@
 
 namespace hil::io::modbus {
 
-/// Threads: any but the tick's in real time, since a call allocates and locks.
+/// Threads: any, except the tick's in real time, since calls allocate and lock.
 class EventList {
  public:
   static constexpr std::size_t capacity = 1000;

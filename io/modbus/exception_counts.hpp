@@ -8,7 +8,7 @@
 
 namespace hil::io::modbus {
 
-/// By code; the protocol has 1 to 11.
+/// Indexed by code; the protocol defines 1 to 11.
 using ExceptionCounts = std::array<std::uint64_t, 12>;
 
 /// Threads: any.

@@ -1,7 +1,7 @@
 #pragma once
 // Detects in the tick that inputs grow older than their max_age, and adds the events outside the tick. An
-// episode of an input ends when the input has been fresh for longer than max_age, that is, when two
-// successive values came in time. A unit that is always too slow thus gives one event, not one per cycle.
+// episode of an input ends when the input has been fresh for longer than max_age, which means that two
+// successive values came in time. So a unit that is permanently too slow causes one event, not one per cycle.
 
 #include <algorithm>
 #include <atomic>
@@ -23,8 +23,7 @@ class FreshnessWatch {
   FreshnessWatch(std::size_t inputs, std::int64_t max_age_ns)
       : max_age_ns_(max_age_ns), states_(inputs), episodes_(capacity) {}
 
-  /// To be called by the tick's thread after each latch. Neither allocates nor locks. `samples`: one per
-  /// input.
+  /// Called by the tick's thread after each latch. Neither allocates nor locks. `samples`: one per input.
   void observe(std::span<const Sample> samples, RunTimeNs now_ns) noexcept {
     if (max_age_ns_ <= 0) return;
     Episode begun{now_ns, 0, 0};
@@ -52,8 +51,8 @@ class FreshnessWatch {
   /// How often an input went from fresh to stale. Any thread.
   std::uint64_t stale() const noexcept { return stale_.load(std::memory_order_relaxed); }
 
-  /// Adds an event for each episode since the last call. Any ordinary thread. `device` begins the sentence,
-  /// "unit plc"; `missed` is what did not happen to the input, "was not read".
+  /// Adds an event for each episode since the last call. Any ordinary thread. `device` begins the sentence
+  /// ("unit plc"); `missed` says what was not done to the input ("was not read").
   void report(std::span<const ChannelInfo> inputs, const std::string& device, const std::string& missed,
               EventList& events) const {
     const std::scoped_lock lock(mutex_);
@@ -69,7 +68,7 @@ class FreshnessWatch {
 
  private:
   static constexpr std::size_t capacity = EventList::capacity;
-  /// The inputs whose episodes began in one tick.
+  /// The inputs whose episodes began in the same tick.
   struct Episode {
     RunTimeNs time_ns = 0;
     std::size_t first_input = 0;
@@ -86,7 +85,7 @@ class FreshnessWatch {
   std::vector<Episode> episodes_;
   std::atomic<std::size_t> begun_{0};
   std::atomic<std::uint64_t> stale_{0};
-  mutable std::mutex mutex_;  ///< never taken by the tick
+  mutable std::mutex mutex_;  ///< never locked by the tick
   mutable std::size_t reported_ = 0;
 };
 

@@ -1,9 +1,9 @@
 #pragma once
-// The registers of a Modbus server: the four tables, as far as a register map reaches, and which of their
-// addresses clients may write.
+// The registers of a Modbus server: four tables with the extent of a register map, and the addresses that
+// clients may write.
 //
-// A table starts at its lowest mapped address and ends after its highest. Addresses between that no entry
-// uses read as 0 (a client may read across them) and can not be written.
+// A table extends from its lowest to its highest mapped address. Unmapped addresses in between read as 0, so
+// that clients may read across them, and can not be written.
 //
 // Threads: one at a time.
 
@@ -21,29 +21,28 @@ namespace hil::io::modbus {
 
 class RegisterBank {
  public:
-  /// Every entry starts at its safe value. `client_writes[i]`: clients may write entry i; only coils and
-  /// holding registers can be. Misuse (asserts): another size than the map's, or such a table.
+  /// Every entry starts at its safe value. `client_writes[i]`: clients may write entry i, which is then a
+  /// coil or a holding register. Misuse (asserts): a size that differs from the map's; another table.
   RegisterBank(const RegisterMap& map, const std::vector<bool>& client_writes);
 
-  /// Does the whole range lie inside the table?
+  /// Whether the table contains the whole range.
   bool readable(Table table, std::uint32_t address, std::uint32_t count) const noexcept;
-  /// Does the whole range lie in entries that clients may write?
+  /// Whether clients may write the whole range.
   bool writable(Table table, std::uint32_t address, std::uint32_t count) const noexcept;
 
-  /// An entry whose registers hold a value outside its range, or no finite number.
+  /// An entry whose registers hold a value outside its range or no finite number.
   struct OutOfRange {
     std::size_t entry = 0;  ///< index into the map
     double value = 0.0;
   };
-  /// The first such entry among those that clients may write and that touch these addresses. Empty: there is
-  /// none.
+  /// The first such entry among those that clients may write and that overlap these addresses; empty: none.
   std::optional<OutOfRange> out_of_range(Table table, std::uint32_t address,
                                          std::uint32_t count) const noexcept;
 
   Conversion store(const RegisterEntry& entry, double value) noexcept;
   Decoded load(const RegisterEntry& entry) const noexcept;
 
-  /// One address; bits as 0 or 1. Misuse (asserts): an address outside the table.
+  /// Sets one address; bits are 0 or 1. Misuse (asserts): an address outside the table.
   void set(Table table, std::uint16_t address, std::uint16_t value) noexcept;
   std::uint16_t get(Table table, std::uint16_t address) const noexcept;
 
@@ -62,7 +61,7 @@ class RegisterBank {
   const Extent& extent(Table table) const noexcept { return extents_[static_cast<std::size_t>(table)]; }
 
   Extent extents_[4];
-  std::vector<bool> writable_[4];  ///< per address of the extent
+  std::vector<bool> writable_[4];  ///< per address of the table
   struct ClientEntry {
     std::size_t index = 0;
     RegisterEntry entry;

@@ -128,7 +128,7 @@ std::uint16_t swapped(std::uint16_t word) noexcept {
   return static_cast<std::uint16_t>(static_cast<unsigned>(word) << 8U | static_cast<unsigned>(word) >> 8U);
 }
 
-/// Register `index` of `width`, as a shift of the value's bits.
+/// The shift that places register `index` of `width` in the value's bits.
 unsigned shift_of(ByteOrder order, std::size_t index, std::size_t width) noexcept {
   const std::size_t from_low_end = words_reversed(order) ? index : width - 1 - index;
   return static_cast<unsigned>(16 * from_low_end);

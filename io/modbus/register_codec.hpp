@@ -1,8 +1,9 @@
 #pragma once
-// Values to registers and back, for one entry of a register map.
+// Converts values to registers and back, for one entry of a register map.
 //
 // Values are doubles, in the entry's unit. 64-bit integers beyond 2^53 are therefore rounded to the nearest
-// double. A bit (coil, discrete input) is held as a register of 0 or 1 here, so that all tables read alike.
+// double. A bit (coil, discrete input) is represented as a register of 0 or 1, so that all tables are handled
+// alike.
 //
 // Threads: free functions, callable from any thread. No allocation.
 
@@ -18,8 +19,8 @@ namespace hil::io::modbus {
 inline constexpr std::size_t widest_value = 4;
 
 enum class Conversion : std::uint8_t {
-  exact,      ///< the value fitted (rounding to the nearest raw value included)
-  saturated,  ///< it was outside minimum..maximum or the type, and the nearest end was taken
+  exact,      ///< the value was representable, after rounding to the nearest raw value
+  saturated,  ///< the value was outside minimum..maximum or the type; the nearest limit was used
   refused,    ///< NaN (encode), or registers that hold NaN or an infinity (decode): nothing was changed
 };
 
@@ -33,14 +34,14 @@ struct Decoded {
   double held = 0.0;   ///< the value in the registers, before it is clamped; may be NaN or infinite
 };
 
-/// The values that an entry takes without saturation, by its range and its type.
+/// The range of values that an entry takes without saturation, from its limits and its type.
 struct ValueRange {
   double lowest = 0.0;
   double highest = 0.0;
 };
 ValueRange range_of(const RegisterEntry& entry) noexcept;
 
-/// The value that registers[0 .. width_of(entry.type)) hold. Misuse (asserts): too few registers.
+/// The value of registers[0 .. width_of(entry.type)). Misuse (asserts): too few registers.
 Decoded decode(const RegisterEntry& entry, std::span<const std::uint16_t> registers) noexcept;
 
 }  // namespace hil::io::modbus

@@ -76,13 +76,13 @@ void store_bits(const WrittenRange& range, Pdu data, RegisterBank& bank) noexcep
 }  // namespace
 
 FramingResult find_frame(std::span<const std::uint8_t> bytes) noexcept {
-  // The parts of the header are judged as soon as they are there: garbage is not waited on.
-  if (bytes.size() >= 3 && bytes[2] != 0) return {Framing::hopeless, 0};
-  if (bytes.size() >= 4 && bytes[3] != 0) return {Framing::hopeless, 0};
+  // Checks each part of the header as soon as it has arrived, so that garbage is detected at once.
+  if (bytes.size() >= 3 && bytes[2] != 0) return {Framing::invalid, 0};
+  if (bytes.size() >= 4 && bytes[3] != 0) return {Framing::invalid, 0};
   if (bytes.size() < 6) return {Framing::incomplete, 0};
   const std::size_t length = word_at(bytes, 4);
   const std::size_t size = 6 + length;
-  if (length < 2 || size > longest_frame) return {Framing::hopeless, 0};
+  if (length < 2 || size > longest_frame) return {Framing::invalid, 0};
   if (bytes.size() < size) return {Framing::incomplete, 0};
   return {Framing::complete, size};
 }
@@ -113,7 +113,8 @@ std::uint8_t check_request(std::span<const std::uint8_t> frame, const RegisterBa
     case MODBUS_FC_WRITE_AND_READ_REGISTERS:
       return check_write_and_read(pdu, bank);
     default:
-      // Function 7 (read exception status) too: it is for serial lines, and libmodbus has no answer to it.
+      // Also function 7 (read exception status), which is for serial lines and which libmodbus does not
+      // answer.
       return illegal_function;
   }
 }

@@ -27,8 +27,7 @@ std::vector<PlannedRequest> plan_requests(const RegisterMap& map, std::span<cons
   });
   const std::uint32_t gap_limit = access == Access::read ? max_gap : 0;
 
-  // Filling each request from the left as far as it goes gives the fewest: entries are whole and do not
-  // overlap.
+  // A greedy fill from the left is optimal, since entries are indivisible and do not overlap.
   std::vector<PlannedRequest> requests;
   for (const std::size_t index : sorted) {
     const RegisterEntry& entry = map.entries[index];

@@ -1,6 +1,6 @@
 #pragma once
-// Misuse of this room's interfaces ends the program, in release builds too: going on would put wrong values
-// on a bus.
+// Misuse of this library ends the program, in release builds too, since continuing would put wrong values on
+// a bus.
 
 #include <cstdio>
 #include <cstdlib>

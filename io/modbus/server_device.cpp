@@ -75,7 +75,7 @@ void ServerDevice::start(const RunClock& clock, Pacing pacing) {
   std::vector<double> safe_values;
   for (const ChannelInfo& output : outputs_)
     safe_values.push_back(output.safe_value);
-  // The slots get their sizes here, so that the tick never allocates.
+  // The slots get their sizes here, so that the tick does not allocate.
   releases_.reset(safe_values);
   readings_.reset(newest_readings_);
   stopping_.store(false);
@@ -104,7 +104,7 @@ void ServerDevice::stop() noexcept {
   started_ = false;
 }
 
-// ---- the tick's side
+// ---- called by the tick thread
 
 void ServerDevice::latch_inputs(std::span<Sample> samples) noexcept {
   require(samples.size() == inputs_.size(),
@@ -140,7 +140,7 @@ void ServerDevice::release_outputs(std::span<const double> values, RunTimeNs tic
   (void)tick_ns;  // registers carry no time
   if (clock_ == nullptr) return;
   std::copy(values.begin(), values.end(), releases_.draft().begin());
-  releases_.publish();  // the thread looks when a client asks: no wake-up
+  releases_.publish();  // no wake-up: the thread takes it when a client sends a request
 }
 
 bool ServerDevice::exchange(RunTimeNs tick_ns) {
@@ -165,7 +165,7 @@ void ServerDevice::enter_safe_state() noexcept {
 
 void ServerDevice::wake() noexcept {
   const std::uint64_t one = 1;
-  // It can only fail when the event is signalled already.
+  // The write fails only if the event is already signalled.
   [[maybe_unused]] const ssize_t written = ::write(wake_event_.get(), &one, sizeof(one));
 }
 
@@ -173,12 +173,12 @@ RunTimeNs ServerDevice::loss_timeout_ns() const noexcept {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
 }
 
-// ---- the server's side
+// ---- called by the device's thread, or by exchange()
 
 void ServerDevice::run() noexcept {
   sigset_t all;
   sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, nullptr);  // the executive's signals belong to the main thread
+  pthread_sigmask(SIG_SETMASK, &all, nullptr);  // the main thread handles the executive's signals
   pthread_setname_np(pthread_self(), "hil-modbus-sv");
   while (!stopping_.load()) {
     server_.serve(std::chrono::milliseconds(-1), wake_event_.get());
@@ -188,8 +188,8 @@ void ServerDevice::run() noexcept {
 }
 
 void ServerDevice::bring_outputs_up_to_date() noexcept {
-  // The request for safe values is looked at first and obeyed last: it also overrides what was released
-  // before it.
+  // Safe values are requested before the newest release is taken and applied after it, so that they override
+  // it.
   const bool safe = safe_requested_.exchange(false);
   const bool newer = releases_.take_newest();
   if (!safe && !newer) return;

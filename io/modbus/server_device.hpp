@@ -1,19 +1,19 @@
 #pragma once
-// A Modbus TCP server that outside clients (a PLC as master, an HMI, mbpoll) talk to.
+// A Modbus TCP server for external clients: a PLC as master, an HMI, mbpoll.
 //
-// inputs() are the registers that clients write: the entries of the map that are not `writable`, which have
-// to be coils or holding registers. outputs() are those that clients read: the `writable` ones, of any table;
-// a client that writes one is refused. Both in the order of the map. A value of several registers is always
-// answered whole, from one release. A client's write that leaves a register outside its range is answered
-// with exception 3 and changes nothing.
+// inputs() are the registers that clients write: the entries of the map that are not `writable`, which must
+// be coils or holding registers. outputs() are those that clients read: the `writable` entries of any table,
+// which clients may not write. Both have the order of the map. A value of several registers is always read
+// completely from one release. A write that leaves a register outside its range is answered with exception 3
+// and changes nothing.
 //
-// Real time: a thread of the device's own serves the clients; tick and thread exchange states without ever
-// waiting for each other. A bad client costs a connection (tcp_server.hpp), never the tick. Lockstep: no
-// thread; exchange() serves what has arrived by then, so clients wait between two exchanges.
+// Real time: a thread of the device serves the clients; tick and thread exchange states without blocking each
+// other. A bad client can only lose its connection (tcp_server.hpp); it never delays the tick. Lockstep:
+// there is no thread; exchange() serves what has arrived, so clients wait between two exchanges.
 //
-// An input is fresh from its first write on, for ever or until it is older than `max_age`.
+// An input is fresh from its first write on, without end or until it is older than `max_age`.
 //
-// Threads: as in io/device.hpp; port(), counters() and health() from any ordinary thread.
+// Threads: as in io/device.hpp; any ordinary thread may call port(), counters() and health().
 
 #include <atomic>
 #include <chrono>
@@ -37,17 +37,17 @@
 namespace hil::io::modbus {
 
 struct ServerSettings {
-  std::string name{};                 ///< of the device, as in the configuration
-  Endpoint endpoint{"127.0.0.1", 0};  ///< port 0: a free one, see ServerDevice::port
+  std::string name{};                 ///< name of the device in the configuration
+  Endpoint endpoint{"127.0.0.1", 0};  ///< port 0: the system chooses one, see ServerDevice::port
   ServerLimits limits{};
-  std::chrono::milliseconds max_age{0};             ///< of an input that counts as fresh; 0: no limit
+  std::chrono::milliseconds max_age{0};             ///< age up to which an input is fresh; 0: no limit
   std::chrono::milliseconds lockstep_limit{1'000};  ///< wall-clock time of one exchange()
 };
 
 class ServerDevice final : public Device {
  public:
-  /// Does not touch the network. Misuse (asserts): a map in which mistakes_in(map, Role::server) finds
-  /// something; limits that are not positive.
+  /// Does not use the network. Misuse (asserts): a map with mistakes_in(map, Role::server); limits that are
+  /// not positive.
   ServerDevice(ServerSettings settings, RegisterMap map);
   ~ServerDevice() override;
   ServerDevice(const ServerDevice&) = delete;
@@ -60,11 +60,11 @@ class ServerDevice final : public Device {
   /// `max_age`.
   RunTimeNs loss_timeout_ns() const noexcept override;
 
-  /// Listens; DeviceError when the port can not be had.
+  /// Listens. Throws DeviceError when the port is not available.
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
-  /// False: clients kept sending for the whole `lockstep_limit`.
+  /// False: clients sent requests for the whole `lockstep_limit`.
   bool exchange(RunTimeNs tick_ns) override;
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
@@ -93,7 +93,7 @@ class ServerDevice final : public Device {
   void bring_outputs_up_to_date() noexcept;
   void take_inputs(const WrittenRange& written) noexcept;
   void note_refused_write(const RegisterBank::OutOfRange& refused) noexcept;
-  /// The run time that events and values of the server's side get.
+  /// The run time for events and values.
   RunTimeNs stamp_ns() const noexcept;
 
   const ServerSettings settings_;
@@ -104,7 +104,7 @@ class ServerDevice final : public Device {
   std::vector<InputGroup> groups_;
   std::vector<std::size_t> input_entries_, output_entries_;  ///< channel -> index into the map
 
-  // The tick's side.
+  // Used by the tick thread.
   LatestValue<std::vector<double>> releases_;
   LatestValue<std::vector<Reading>> readings_;
   FreshnessWatch freshness_;
@@ -114,7 +114,7 @@ class ServerDevice final : public Device {
   Pacing pacing_ = Pacing::realtime;
   bool started_ = false;
 
-  // The server's side: the device's thread, or in lockstep whoever holds lockstep_mutex_.
+  // Used by the device's thread; in lockstep by the holder of lockstep_mutex_.
   std::mutex lockstep_mutex_;
   RegisterBank bank_;
   TcpServer server_;

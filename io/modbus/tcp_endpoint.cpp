@@ -40,7 +40,8 @@ std::int64_t milliseconds_left(std::chrono::steady_clock::time_point until) {
   return left.count() > 0 ? left.count() : 0;
 }
 
-/// 0 when the pending connect succeeded, an errno else; ETIMEDOUT when it is still pending at `until`.
+/// Returns 0 when the pending connect succeeded, otherwise an errno; ETIMEDOUT when it is still pending at
+/// `until`.
 int finish_connect(int fd, std::chrono::steady_clock::time_point until) {
   while (true) {
     pollfd wanted{fd, POLLOUT, 0};
@@ -132,12 +133,13 @@ Connection connect_within(const SocketAddress& address, std::chrono::microsecond
   return {std::move(socket), ""};
 }
 
-Descriptor listen_on(const Endpoint& endpoint, const std::string& who) {
+Descriptor listen_on(const Endpoint& endpoint, const std::string& subject) {
   const SocketAddress address = resolve(endpoint);
   Descriptor socket(::socket(address.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   int error = socket.open() ? 0 : errno;
   const int on = 1;
-  // A port that a finished run left in TIME_WAIT is free; a port somebody listens on stays refused.
+  // Allows a port that is in TIME_WAIT after an earlier run; a port that another socket listens on is still
+  // refused.
   if (error == 0 && ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on)) != 0) error = errno;
   if (error == 0 &&
       ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address.storage), address.size) != 0) {
@@ -145,7 +147,7 @@ Descriptor listen_on(const Endpoint& endpoint, const std::string& who) {
   }
   if (error == 0 && ::listen(socket.get(), SOMAXCONN) != 0) error = errno;
   if (error != 0) {
-    throw DeviceError(who + " can not listen on " + endpoint.to_text() + ": " + words_of(error) +
+    throw DeviceError(subject + " can not listen on " + endpoint.to_text() + ": " + words_of(error) +
                       advice_for(error, endpoint));
   }
   return socket;

@@ -32,9 +32,9 @@ class Descriptor {
   int fd_ = -1;
 };
 
-/// "HOST:PORT" in its two parts, an IPv6 address in brackets, as Endpoint::to_text writes them: "[::1]:502" is
-/// ::1 and 502. Empty when one is missing, or when bare colons leave open where the port begins. Neither part is
-/// looked at further.
+/// Splits "HOST:PORT", with an IPv6 address in brackets, as Endpoint::to_text writes it: "[::1]:502" is ::1
+/// and 502. Empty when a part is missing, or when an IPv6 address without brackets makes the port ambiguous.
+/// Does not check the parts.
 struct HostAndPort {
   std::string host;
   std::string port;
@@ -54,24 +54,25 @@ struct SocketAddress {
   socklen_t size = 0;
 };
 
-/// The first address the system knows for the endpoint. May block in the resolver. Throws io::DeviceError.
+/// The first address that the system resolves for the endpoint. May block in the resolver. Throws
+/// io::DeviceError.
 SocketAddress resolve(const Endpoint& endpoint);
 
-/// What came of an attempt to connect; `fault` is empty exactly when `socket` is open.
+/// The result of an attempt to connect; `fault` is empty exactly when `socket` is open.
 struct Connection {
   Descriptor socket;
-  std::string fault;  ///< the system's words: "Connection refused", "no answer within 200 ms"
+  std::string fault;  ///< the system's error text, or "no answer within 200 ms"
 };
 
 /// "200 ms", "0.5 ms"
 std::string in_milliseconds(std::chrono::microseconds limit);
 
-/// A non-blocking connection without delay (TCP_NODELAY). Blocks for `limit` at most.
+/// Connects without Nagle's delay (TCP_NODELAY) and non-blocking. Blocks for at most `limit`.
 Connection connect_within(const SocketAddress& address, std::chrono::microseconds limit);
 
-/// A listening, non-blocking socket. Port 0: a free one, see port_of. Throws io::DeviceError, naming `who`,
-/// the endpoint, the system's answer and what to do.
-Descriptor listen_on(const Endpoint& endpoint, const std::string& who);
+/// A listening, non-blocking socket. Port 0: the system chooses one, see port_of. Throws io::DeviceError with
+/// `subject`, the endpoint, the system's error and what to do.
+Descriptor listen_on(const Endpoint& endpoint, const std::string& subject);
 
 /// The local port of a bound socket.
 std::uint16_t port_of(const Descriptor& socket);

@@ -36,8 +36,8 @@ TcpServer::TcpServer(RegisterBank& bank, ServerLimits limits, Hooks hooks)
           "TcpServer: a limit is not positive");
 }
 
-void TcpServer::listen(const Endpoint& endpoint, const std::string& who) {
-  listener_ = listen_on(endpoint, who);
+void TcpServer::listen(const Endpoint& endpoint, const std::string& subject) {
+  listener_ = listen_on(endpoint, subject);
   port_ = port_of(listener_);
 }
 
@@ -86,9 +86,8 @@ int TcpServer::poll_timeout(std::chrono::milliseconds limit, Time now) const {
 }
 
 void TcpServer::accept_all(Time now) {
-  // While there are places, no more are taken out of the kernel's queue than there are: those already closed
-  // by their clients give their places back in the next round. Without a place, a new connection takes the
-  // place of an idle one, or is refused.
+  // Accepts at most as many connections as there are places; places of connections that clients have closed
+  // are freed in the next round. If no place is free, a new connection replaces an idle one or is refused.
   const std::size_t places = limits_.max_connections - connections_.size();
   const std::size_t most = places > 0 ? places : SOMAXCONN;
   for (std::size_t i = 0; i < most; ++i) {
@@ -125,8 +124,8 @@ bool TcpServer::replace_idle(Time now) {
 }
 
 void TcpServer::receive(Connection& connection, Time now) {
-  // Several buffers' worth, so that a client that sent something and left is noticed in this round; not
-  // without end, so that one busy client does not hold up the others.
+  // Reads several buffers, so that a client that sent data and closed is detected in this round; but not
+  // without limit, so that one busy client does not delay the others.
   for (int i = 0; i < buffers_per_round && !connection.closed; ++i) {
     const ssize_t got = ::recv(connection.socket.get(), connection.buffer.data() + connection.filled,
                                connection.buffer.size() - connection.filled, 0);
@@ -146,7 +145,7 @@ void TcpServer::answer_whole_frames(Connection& connection, Time now) {
   while (!connection.closed && !rest.empty()) {
     const FramingResult found = find_frame(rest);
     if (found.framing == Framing::incomplete) break;
-    if (found.framing == Framing::hopeless) {
+    if (found.framing == Framing::invalid) {
       counters_.malformed.fetch_add(1, relaxed);
       connection.closed = true;
       break;
@@ -172,18 +171,18 @@ void TcpServer::answer(Connection& connection, std::span<const std::uint8_t> fra
     counters_.exceptions.add(exception);
     sent = send_exception(connection, frame, exception);
   } else {
-    // libmodbus may look at the longest header of a request before it knows the function.
+    // libmodbus may read the longest header of a request before it knows the function.
     std::array<std::uint8_t, longest_frame> request{};
     std::copy(frame.begin(), frame.end(), request.begin());
     modbus_set_socket(context_.get(), connection.socket.get());
-    // Carries out the same writes once more, to the same effect, and sends the reply.
+    // Repeats the same writes, with the same effect, and sends the reply.
     sent = modbus_reply(context_.get(), request.data(), static_cast<int>(frame.size()), bank_.mapping()) >= 0;
     modbus_set_socket(context_.get(), -1);
   }
   if (sent) {
     counters_.replies.fetch_add(1, relaxed);
   } else {
-    counters_.dropped_deaf.fetch_add(1, relaxed);
+    counters_.dropped_not_reading.fetch_add(1, relaxed);
     connection.closed = true;
   }
 }
@@ -205,8 +204,8 @@ std::uint8_t TcpServer::write(std::span<const std::uint8_t> frame) {
   return 0;
 }
 
-/// libmodbus 3.1.6 does not do this: it adds 0x80 to the function, so that its refusal of function 0x83 would
-/// be a good reply to function 3, and it sleeps before some exceptions.
+/// Replaces the exceptions of libmodbus 3.1.6: it adds 0x80 to the function, so that its refusal of function
+/// 0x83 would be a valid reply to function 3, and it sleeps before some exceptions.
 bool TcpServer::send_exception(const Connection& connection, std::span<const std::uint8_t> frame,
                                std::uint8_t code) {
   const auto function = static_cast<std::uint8_t>(frame[header_size] | 0x80U);
@@ -235,7 +234,7 @@ ServerCounters TcpServer::counters() const noexcept {
   counters.refused = counters_.refused.load(relaxed);
   counters.replaced = counters_.replaced.load(relaxed);
   counters.dropped_silent = counters_.dropped_silent.load(relaxed);
-  counters.dropped_deaf = counters_.dropped_deaf.load(relaxed);
+  counters.dropped_not_reading = counters_.dropped_not_reading.load(relaxed);
   return counters;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// Counts the values that do not fit their register, and adds an event for the first one of each episode. An
-// episode of a register lasts from such a value to the next one that fits.
+// Counts values outside the range of their register, and adds an event for the first one of each episode. An
+// episode of a register lasts from such a value to the next one in range.
 
 #include <atomic>
 #include <cstdint>
@@ -13,22 +13,22 @@
 
 namespace hil::io::modbus {
 
-/// All since construction. Outputs are the registers that hil writes, inputs those that it reads.
+/// Counted since construction. Outputs are the registers that hil writes, inputs those that it reads.
 struct ValueCounters {
-  std::uint64_t saturated_outputs = 0;     ///< beyond range or type: the nearest limit was written
-  std::uint64_t saturated_inputs = 0;      ///< beyond the range: the limit was read
+  std::uint64_t saturated_outputs = 0;     ///< outside range or type: the nearest limit was written
+  std::uint64_t saturated_inputs = 0;      ///< outside the range: the limit was read
   std::uint64_t not_a_number_outputs = 0;  ///< NaN: the register keeps its value
   std::uint64_t not_a_number_inputs = 0;   ///< NaN or infinite: the input keeps its last value
 };
 
 class ValueWatch {
  public:
-  /// `map` and `events` outlive it. `device`: begins each event, "unit plc".
+  /// `map` and `events` outlive it. `device` begins each event ("unit plc").
   ValueWatch(const RegisterMap& map, std::string device, EventList& events);
 
-  /// One thread at a time. `value`: what was to be written, or what the registers held.
+  /// One thread at a time. `value`: the value to write, or that of the registers.
   void note(std::size_t entry, Conversion conversion, double value, RunTimeNs time_ns);
-  /// A client's write to this register was refused, because `value` is outside its range (a server only).
+  /// Notes that a client's write was refused because `value` is outside the register's range (server only).
   void note_refused_write(std::size_t entry, double value, RunTimeNs time_ns);
 
   /// Any thread.
@@ -47,7 +47,7 @@ class ValueWatch {
       not_a_number_inputs_{0};
 };
 
-/// "0 to 65535": the values that the register takes, by its range and its type.
+/// "0 to 65535": the range of values that the register takes.
 std::string range_text(const RegisterEntry& entry);
 
 }  // namespace hil::io::modbus

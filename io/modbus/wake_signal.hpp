@@ -22,7 +22,7 @@ class WakeSignal {
   WakeSignal& operator=(const WakeSignal&) = delete;
 
   void wake() noexcept {
-    // One post at a time is enough, and the semaphore can not overflow while nobody waits.
+    // One post at a time is sufficient, and prevents the semaphore from overflowing while no thread waits.
     if (!is_pending_.exchange(true)) sem_post(&semaphore_);
   }
   void wait() noexcept {
@@ -42,7 +42,7 @@ class WakeSignal {
   }
 
  private:
-  /// An exchange, not a store: the thread has to see what was handed over before the wake-up it takes.
+  /// An exchange, not a store, which synchronizes with the wake-up that it consumes.
   void take() noexcept { is_pending_.exchange(false); }
 
   sem_t semaphore_{};

@@ -105,8 +105,8 @@ can::ReceiveResult Client::receive(can::Frame& frame) noexcept {
   return lost_ ? can::ReceiveResult::lost : can::ReceiveResult::empty;
 }
 
-// The socket keeps the order of packets: whoever reads the barrier has read, and returned to the application,
-// every frame before it; and the application is back here, so it has sent its answers.
+// The socket keeps the order of packets. When the barrier has been read, every frame before it has been
+// returned to the application; and since the application has called receive() again, it has sent its replies.
 void Client::take_time(const TimePacket& packet) noexcept {
   lockstep_ = true;
   lockstep_now_ns_ = packet.run_time_ns;

@@ -1,11 +1,11 @@
 #pragma once
-// A station on a virtual bus in another process (hub.hpp): what a device under test is made with.
+// A station on a virtual bus in another process (hub.hpp), for programs that simulate a device under test.
 //
-// Whether the bus is in lock-step the hub decides, not the `pacing` given to open(). In lock-step, frames
-// carry the run time that the hub says, and the hub waits until this station has come back to receive() and
-// found nothing: everything it sends before that belongs to the same instant.
+// The hub, not the `pacing` given to open(), decides whether the bus is in lock-step. In lock-step, frames
+// carry the hub's run time. The hub waits until this station has called receive() again and got nothing;
+// everything it sends before that belongs to the same instant.
 //
-// Threads: as io/can/bus.hpp says.
+// Threads: as in io/can/bus.hpp.
 
 #include <atomic>
 #include <cerrno>
@@ -20,7 +20,7 @@ namespace hil::io::virtual_bus {
 
 struct ClientConfig {
   std::string address;  ///< "unix:/path"
-  std::string name;     ///< of this station, at most 55 bytes; decides its place in lock-step
+  std::string name;     ///< of this station, at most 55 bytes; determines its position in lock-step
   std::int64_t connect_limit_ns = 5'000'000'000;  ///< the hub may start later than the client
 };
 
@@ -37,20 +37,20 @@ class Client final : public can::Bus {
   void open(const RunClock& clock, Pacing pacing) override;
   void close() noexcept override;
   int fd() const noexcept override { return socket_; }
-  /// In lock-step this waits for the hub to take the frame.
+  /// In lock-step this waits until the hub has taken the frame.
   can::SendResult send(const can::Frame& frame) noexcept override;
   int send_error() const noexcept override { return socket_ < 0 || lost_ ? ENETDOWN : EINVAL; }
-  /// Own frames are not received. A hub that closed is lost for good.
+  /// Does not return frames of this station. A closed hub is lost permanently.
   can::ReceiveResult receive(can::Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
-  /// Misuse (asserts): only a hub settles.
+  /// Misuse (asserts): only a hub settles the bus.
   can::SettleResult settle(RunTimeNs now_ns) override;
   can::BusCounters counters() const noexcept override;
   std::string fault() const override;
 
-  /// The hub has spoken of time.
+  /// True once the hub has sent a time.
   bool is_lockstep() const noexcept { return lockstep_; }
-  /// Lock-step: the run time now; else the clock's.
+  /// Lock-step: the current run time; otherwise the clock's.
   RunTimeNs now_ns() const noexcept { return lockstep_ ? lockstep_now_ns_ : clock_->now_ns(); }
 
  private:

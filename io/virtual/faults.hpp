@@ -1,5 +1,5 @@
 #pragma once
-// Faults that a virtual bus puts on its frames, drawn from a seed: the same seed and frames give the same
+// Injects faults into the frames of a virtual bus, drawn from a seed: the same seed and frames give the same
 // faults.
 
 #include <cstdint>
@@ -12,30 +12,32 @@
 namespace hil::io::virtual_bus {
 
 struct FaultConfig {
-  double drop_probability = 0.0;     ///< the frame never was on the bus: no station sees it, no log holds it
+  /// The bus never carries the frame: no station receives it, no log contains it
+  double drop_probability = 0.0;
   double corrupt_probability = 0.0;  ///< one bit of the payload is inverted
-  double delay_probability = 0.0;    ///< the frame comes delay_ns later
+  double delay_probability = 0.0;    ///< the frame is delivered delay_ns later
   std::int64_t delay_ns = 0;         ///< at least 0
   std::uint64_t seed = 0;
 };
 
-/// Threads: one decides, any thread reads the counts.
+/// Threads: one thread decides, any thread reads the counts.
 class FaultInjector {
  public:
   explicit FaultInjector(const FaultConfig& config) : config_(config), random_(config.seed) {}
 
-  enum class Fate : std::uint8_t { deliver, drop, delay };
+  enum class FaultOutcome : std::uint8_t { deliver, drop, delay };
 
-  /// Decides over one frame, `own` or of another station, and may corrupt it. Draws four numbers for every frame, whatever the
-  /// probabilities, so that changing one of them leaves the other faults where they were.
-  Fate decide(can::Frame& frame, bool own) noexcept {
+  /// Decides what happens to one frame, of this station (`own`) or of another one, and may corrupt it. Draws
+  /// four numbers per frame whatever the probabilities, so that a changed probability leaves the other faults
+  /// unchanged.
+  FaultOutcome decide(can::Frame& frame, bool own) noexcept {
     const bool drop = draw() < config_.drop_probability;
     const bool corrupt = draw() < config_.corrupt_probability;
     const bool delay = draw() < config_.delay_probability;
     const std::uint64_t bit = random_();
     if (drop) {
       count_lost(own);
-      return Fate::drop;
+      return FaultOutcome::drop;
     }
     if (corrupt && frame.raw.len > 0 && !frame.is_remote()) {
       corrupted_.add();
@@ -44,20 +46,21 @@ class FaultInjector {
     }
     if (delay && config_.delay_ns > 0) {
       delayed_.add();
-      return Fate::delay;
+      return FaultOutcome::delay;
     }
-    return Fate::deliver;
+    return FaultOutcome::deliver;
   }
 
   std::int64_t delay_ns() const noexcept { return config_.delay_ns; }
-  /// A frame that was held back and then never delivered has been dropped.
+  /// Counts a delayed frame that was never delivered as dropped.
   void count_lost(bool own) noexcept { (own ? dropped_tx_ : dropped_rx_).add(); }
   can::InjectedFaults counters() const noexcept {
     return {dropped_tx_.get(), dropped_rx_.get(), corrupted_.get(), delayed_.get()};
   }
 
  private:
-  /// In [0, 1), from the upper 53 bits: the same on every machine, unlike std::uniform_real_distribution.
+  /// Uniform in [0, 1), from the upper 53 bits. The same on every machine, unlike
+  /// std::uniform_real_distribution.
   double draw() noexcept { return static_cast<double>(random_() >> 11U) * 0x1.0p-53; }
 
   FaultConfig config_;

@@ -17,11 +17,12 @@ namespace hil::io::virtual_bus {
 
 namespace {
 
-constexpr std::size_t packets_per_client = 64;  // read before the next client gets its turn
-constexpr int max_passes = 16;  // over all clients in one receive(), should they send only rubbish
-constexpr std::size_t max_arrived = 65536;  // frames that may wait for receive() in real time
+constexpr std::size_t packets_per_client = 64;  // read before the next client is served
+// Over all clients in one receive(), a bound for clients that send invalid packets
+constexpr int max_passes = 16;
+constexpr std::size_t max_arrived = 65536;  // frames that receive() has not returned yet, in real time
 constexpr std::ptrdiff_t max_closed_known = 64;
-constexpr int client_buffer_bytes = 1 << 20;  // asked for; the kernel gives what net.core.wmem_max allows
+constexpr int client_buffer_bytes = 1 << 20;  // requested; the kernel grants up to net.core.wmem_max
 
 std::int64_t wall_clock_ns() noexcept {
   timespec now{};
@@ -181,7 +182,7 @@ void Hub::read_client(Client& client, std::size_t max_packets) {
   }
 }
 
-// False: nothing there now, or the client is gone.
+// False: no packet is available, or the client has closed.
 bool Hub::read_packet(Client& client) {
   PacketBuffer packet{};
   const ssize_t size = ::recv(client.socket, packet.data(), packet.size(), MSG_DONTWAIT);
@@ -232,7 +233,7 @@ void Hub::close_client(Client& client) noexcept {
   forget_oldest_closed();
 }
 
-// A client that connects again and again must not fill the memory. Under the lock of the counters.
+// Bounds memory when a client connects again and again. Requires the lock of the counters.
 void Hub::forget_oldest_closed() noexcept {
   const auto is_closed = [](const auto& counters) { return !counters->connected; };
   if (std::count_if(known_counters_.begin(), known_counters_.end(), is_closed) <= max_closed_known) return;
@@ -241,15 +242,15 @@ void Hub::forget_oldest_closed() noexcept {
 
 void Hub::route(can::Frame frame, Station sender) {
   switch (faults_.decide(frame, sender == own_station)) {
-    case FaultInjector::Fate::drop:
+    case FaultInjector::FaultOutcome::drop:
       return;
-    case FaultInjector::Fate::delay: {
+    case FaultInjector::FaultOutcome::delay: {
       const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? lockstep_now_ns_ : clock_->now_ns();
       delayed_.emplace(now_ns + faults_.delay_ns(), Delayed{frame, sender});
       if (pacing_ == Pacing::realtime) arm_timer();
       return;
     }
-    case FaultInjector::Fate::deliver:
+    case FaultInjector::FaultOutcome::deliver:
       return deliver(frame, sender);
   }
 }

@@ -1,4 +1,4 @@
-// The hub under the virtual clock: settle() and what it is made of.
+// The hub under the virtual clock: settle() and its steps.
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -14,7 +14,7 @@ namespace hil::io::virtual_bus {
 
 namespace {
 
-constexpr int max_rounds = 1000;  // of one step: stations that still answer each other then will never stop
+constexpr int max_rounds = 1000;  // per step: stations that still reply to each other then will not stop
 
 /// A wall-clock limit.
 class Limit {
@@ -28,7 +28,7 @@ class Limit {
     if (left.count() <= 0) return false;
     pollfd watched{fd, events, 0};
     const int ready = ::poll(&watched, 1, static_cast<int>(std::min<std::int64_t>(left.count(), 1'000'000)));
-    return ready != 0;  // interrupted: the caller looks again
+    return ready != 0;  // interrupted by a signal: the caller checks again
   }
 
  private:
@@ -37,8 +37,8 @@ class Limit {
 
 }  // namespace
 
-// In real time a full socket loses the packet. In lock-step it is waited for, and read from meanwhile: the
-// client may be waiting for room itself.
+// In real time a full socket loses the packet. In lock-step this waits and reads from the client meanwhile,
+// since the client may itself wait until the hub reads.
 bool Hub::write(Client& client, const void* data, std::size_t size) noexcept {
   const Limit limit(pacing_ == Pacing::lockstep ? config_.answer_limit_ns : 0);
   while (client.socket >= 0) {
@@ -70,9 +70,9 @@ std::size_t Hub::greeted_count() const noexcept {
   }));
 }
 
-void Hub::take_in_clients() {
+void Hub::accept_waiting_clients() {
   can::require(pacing_ == Pacing::lockstep && epoll_ >= 0,
-               "clients are taken in by an open bus in lock-step");
+               "accept_waiting_clients needs an open bus in lock-step");
   accept_clients();
   for (const auto& client : clients_) {
     while (!client->greeted && read_packet(*client)) {
@@ -84,7 +84,7 @@ void Hub::take_in_clients() {
 bool Hub::wait_for_clients() {
   const Limit limit(config_.connect_limit_ns);
   while (true) {
-    take_in_clients();
+    accept_waiting_clients();
     if (greeted_count() >= config_.expected_clients) return true;
     if (!limit.wait(epoll_, POLLIN)) return false;
   }
@@ -97,7 +97,7 @@ void Hub::open_step() {
   for (const auto& client : clients_) {
     if (!client->greeted) continue;
     send_time(*client, TimePacket::Kind::now, sequence_);
-    client->unsettled = true;  // also when that failed: its barrier says what is wrong
+    client->unsettled = true;  // also after a failure, which its barrier then reports
   }
   deliver_due(lockstep_now_ns_);
   std::vector<can::Frame> staged;
@@ -110,14 +110,14 @@ can::SettleResult Hub::settle(RunTimeNs now_ns) {
   can::require(pacing_ == Pacing::lockstep && epoll_ >= 0, "settle belongs to an open bus in lock-step");
   lockstep_now_ns_ = now_ns;
   if (!lost_.settled()) {
-    open_step();  // what was sent, safe values for instance, reaches those that are left
+    open_step();  // delivers what was sent, for instance safe values, to the remaining clients
     return lost_;
   }
   if (!complete_ && !wait_for_clients()) {
     return fail(can::SettleResult::Status::clients_missing,
                 std::to_string(greeted_count()) + " of " + std::to_string(config_.expected_clients));
   }
-  if (complete_) {  // late ones may join, none is waited for
+  if (complete_) {  // later clients may join but are not awaited
     accept_clients();
     for (const auto& client : clients_) {
       if (!client->greeted) read_packet(*client);
@@ -149,7 +149,7 @@ can::SettleResult Hub::settle_round(bool& quiet) {
     } else if (client->socket >= 0) {
       status = can::SettleResult::Status::client_hung;
     }
-    // One that only listens may leave; one that is expected may not.
+    // A client that only listens may leave; an expected one may not.
     const bool may_leave =
         status == can::SettleResult::Status::client_died && greeted_count() >= config_.expected_clients;
     if (status != can::SettleResult::Status::settled && !may_leave) return fail(status, client->name);

@@ -16,8 +16,9 @@ namespace hil::io::process {
 
 namespace {
 
-constexpr std::size_t bytes_at_once = 65536;              // a pipe's usual capacity
-constexpr std::size_t bytes_at_end = bytes_at_once * 16;  // what a process that was not ended still prints
+constexpr std::size_t bytes_at_once = 65536;  // a pipe's usual capacity
+// Output read at the end from processes that still run
+constexpr std::size_t bytes_at_end = bytes_at_once * 16;
 constexpr std::string_view rest_left_out =
     "\n[hil: this program printed more than 16 MiB; the rest was left out]\n";
 
@@ -30,7 +31,7 @@ OutputKeeper::OutputKeeper(const std::filesystem::path& file)
   std::array<int, 2> ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return;
   from_ = Descriptor(ends[0]);
-  // The child's end stays blocking: programs do not expect their output to be anything else.
+  // The child's end stays blocking, as programs expect.
   if (::fcntl(from_.get(), F_SETFL, O_NONBLOCK) != 0) return;
   wake_ = Descriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   if (wake_.get() < 0) {
@@ -99,7 +100,7 @@ void OutputKeeper::keep(const char* bytes, std::size_t count) noexcept {
     while (!text.empty()) {
       const ssize_t written = ::write(file_.get(), text.data(), text.size());
       if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) {  // on a full disk the rest is discarded, and the child goes on
+      if (written <= 0) {  // if the disk is full the rest is discarded and the child continues
         if (write_error_ == 0) write_error_ = written < 0 ? errno : EIO;
         return;
       }
@@ -107,8 +108,8 @@ void OutputKeeper::keep(const char* bytes, std::size_t count) noexcept {
       text.remove_prefix(static_cast<std::size_t>(written));
     }
   };
-  const std::size_t kept = std::min(count, room_);
-  room_ -= kept;
+  const std::size_t kept = std::min(count, remaining_bytes_);
+  remaining_bytes_ -= kept;
   write_all({bytes, kept});
   if (kept == count || left_out_) return;
   left_out_ = true;

@@ -1,7 +1,7 @@
 #pragma once
-// Keeps what a child process prints, up to a limit: the first part goes into a file, then a sentence says
-// that the rest was left out. The child never notices: an ordinary thread reads on and throws away, so that
-// no program fills a disk, ends for want of a reader, or waits for one.
+// Keeps the output of a child process up to a limit: the first part goes into a file, followed by a sentence
+// that the rest was omitted. An ordinary thread keeps reading and discards the rest, so that no program fills
+// a disk, ends for lack of a reader, or blocks on its output.
 //
 // Threads: one at a time.
 
@@ -20,27 +20,28 @@ class OutputKeeper {
  public:
   static constexpr std::size_t kept_bytes = std::size_t{16} << 20U;
 
-  /// Replaces the file. When it can not be written, or there is no pipe: open() is false, errno says why.
+  /// Replaces the file. open() is false, with the reason in errno, when the file or the pipe can not be
+  /// created.
   explicit OutputKeeper(const std::filesystem::path& file);
   ~OutputKeeper() { finish(); }
   OutputKeeper(const OutputKeeper&) = delete;
   OutputKeeper& operator=(const OutputKeeper&) = delete;
 
   bool open() const noexcept { return file_.get() >= 0 && into_.get() >= 0; }
-  /// Where the child writes; closed by begin().
+  /// The child's end of the pipe; closed by begin().
   int input_fd() const noexcept { return into_.get(); }
-  /// Once the child has its descriptors: reads from now on. False: there is no thread to be had; errno says
-  /// why.
+  /// Starts reading, once the child has its descriptors. False: the thread can not be created; errno holds
+  /// the reason.
   bool begin();
-  /// Takes in what has been printed so far, and ends. What is printed later has no reader.
+  /// Takes the output so far and stops. Later output has no reader.
   void finish() noexcept;
-  /// After finish(): why the file lacks some of what was printed, in a sentence: it could not be written, or
-  /// another program changed it. Empty: it lacks nothing, or only what is beyond the limit.
+  /// After finish(): why the file lacks a part of the output, as a sentence: it could not be written, or
+  /// another program changed it. Empty: it lacks nothing but what exceeds the limit.
   std::string fault() const;
 
  private:
   void serve() noexcept;
-  /// At most `max_bytes`, as long as there is something. False: nobody can print any more.
+  /// Reads at most `max_bytes` of what is available. False: all writers have closed the pipe.
   bool take(std::size_t max_bytes) noexcept;
   void keep(const char* bytes, std::size_t count) noexcept;
 
@@ -51,7 +52,7 @@ class OutputKeeper {
   Descriptor file_;
   Descriptor from_, into_;  ///< the ends of the pipe
   Descriptor wake_;
-  std::size_t room_ = kept_bytes;
+  std::size_t remaining_bytes_ = kept_bytes;
   bool left_out_ = false;
   std::atomic<bool> finishing_{false};
   std::thread thread_;

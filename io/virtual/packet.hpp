@@ -1,15 +1,14 @@
 #pragma once
-// What travels between the hub and the clients of a virtual CAN bus: one packet of a SOCK_SEQPACKET socket
-// each.
+// The packets between the hub and the clients of a virtual CAN bus, each a packet of a SOCK_SEQPACKET socket.
 //
 //   16 bytes  struct can_frame     a classic frame, as the kernel lays it out
 //   72 bytes  struct canfd_frame   an FD frame
 //   32 bytes  TimePacket           lock-step only
 //   64 bytes  HelloPacket          the first packet of a client
 //
-// Lock-step: the hub opens a step with `now` (the run time of everything that follows), sends frames, and
-// then `barrier`. The client answers the barrier with `ack` and the same sequence number once its application
-// has come back for more; what it sent before is then already in the socket.
+// Lock-step: the hub begins a step with `now` (the run time of everything that follows), sends frames, and
+// then `barrier`. The client answers the barrier with `ack` and the same sequence number when its application
+// calls receive() again; what the application sent before is then already in the socket.
 
 #include <linux/can.h>
 
@@ -48,10 +47,10 @@ struct HelloPacket {
 };
 static_assert(sizeof(HelloPacket) == 64);
 
-/// Large enough for every packet, and one byte more so that a longer one is noticed.
+/// Holds every packet, and one byte more to detect a longer one.
 using PacketBuffer = std::array<std::uint8_t, CANFD_MTU + 1>;
 
-/// Empty: not a frame (wrong size, or a length that CAN does not have).
+/// Empty: not a frame (another size, or an invalid length).
 inline std::optional<can::Frame> frame_of(const PacketBuffer& packet, std::size_t size) noexcept {
   if (size != CAN_MTU && size != CANFD_MTU) return std::nullopt;
   can::Frame frame;
@@ -70,7 +69,7 @@ inline std::optional<TimePacket> time_packet_of(const PacketBuffer& packet, std:
   return result;
 }
 
-/// The name in it; empty optional: not a hello of a version that is understood.
+/// The name in the packet; empty optional: not a hello packet of a known version.
 inline std::optional<std::string> hello_name_of(const PacketBuffer& packet, std::size_t size) {
   HelloPacket hello;
   if (size != sizeof hello) return std::nullopt;
@@ -85,7 +84,7 @@ inline HelloPacket hello_from(std::string_view name) noexcept {
   return hello;
 }
 
-/// The path in a bus address "unix:/path"; empty optional: another kind of address.
+/// The path of a bus address "unix:/path"; empty optional: another kind of address.
 inline std::optional<std::string> unix_path_of(std::string_view address) {
   constexpr std::string_view scheme = "unix:";
   if (!address.starts_with(scheme) || address.size() == scheme.size()) return std::nullopt;

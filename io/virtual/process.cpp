@@ -43,13 +43,13 @@ std::string find_program(const ChildConfig& config) {
   throw DeviceError(text + ", not in PATH; write its path, or install it");
 }
 
-/// What the child needs, made before fork: between fork and exec nothing may allocate.
+/// What the child needs, prepared before fork: between fork and exec nothing may allocate.
 struct Launch {
   const char* program;
   char* const* arguments;
-  const char* working_folder;  ///< null: stay
+  const char* working_folder;  ///< null: unchanged
   int output;
-  int report;  ///< errno of what failed is written here; closed by a successful exec
+  int report;  ///< receives errno of the failed step; closed by a successful exec
   pid_t parent;
 };
 
@@ -60,7 +60,7 @@ struct Launch {
     ::_exit(127);
   };
   if (::prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) fail();
-  if (::getppid() != launch.parent) ::_exit(127);  // it died before we asked to be told
+  if (::getppid() != launch.parent) ::_exit(127);  // the parent died before PR_SET_PDEATHSIG took effect
   static_cast<void>(::setpgid(0, 0));
   for (int signal = 1; signal < NSIG; ++signal)
     ::signal(signal, SIG_DFL);
@@ -78,13 +78,14 @@ struct Launch {
   ::_exit(127);
 }
 
-/// Waits in the group of a child, and kills that group when `watched` has no writer any more: when this
-/// process is gone. The child itself dies by PR_SET_PDEATHSIG then, but what it started does not. A shell,
-/// since a fork alone would share this process's memory, whose first write to each page would then be slow.
+/// Waits in the group of a child, and kills that group when `watched` has no writer left, which means that
+/// this process has ended. The child itself then dies by PR_SET_PDEATHSIG, but the processes that it started
+/// do not. This runs a shell, since a plain fork would share this process's memory and slow down its first
+/// write to each page.
 [[noreturn]] void become_guardian(int watched, pid_t group) noexcept {
-  if (::setpgid(0, group) != 0) ::_exit(0);  // the child leads no group any more
+  if (::setpgid(0, group) != 0) ::_exit(0);  // the child no longer leads the group
   for (int signal = 1; signal < NSIG; ++signal)
-    ::signal(signal, SIG_IGN);  // it gets those of the group
+    ::signal(signal, SIG_IGN);  // signals sent to the group also reach the guardian
   sigset_t none;
   sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -100,7 +101,7 @@ struct Launch {
   ::_exit(127);
 }
 
-/// Waits for the end of a child; its status.
+/// Waits for the end of a child and returns its status.
 int collect(pid_t pid) noexcept {
   int status = 0;
   while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
@@ -176,7 +177,7 @@ bool Child::start_guardian() {
   std::array<int, 2> ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return false;
   const Descriptor watched(ends[0]);
-  alive_ = Descriptor(ends[1]);
+  guardian_pipe_ = Descriptor(ends[1]);
   guardian_ = ::fork();
   if (guardian_ == 0) become_guardian(watched.get(), pid_);
   return guardian_ > 0;
@@ -189,8 +190,8 @@ bool Child::try_collect() {
       ended.si_pid != pid_) {
     return false;
   }
-  signal_group(SIGKILL);  // what it started itself and left behind; before its number can be given away again
-  ::kill(guardian_, SIGKILL);  // not in the group when the child itself had left it
+  signal_group(SIGKILL);       // remaining processes of the group, before the group's number can be reused
+  ::kill(guardian_, SIGKILL);  // not in the group if the child had left it
   const int status = collect(pid_);
   collect(guardian_);
   if (output_) output_->finish();

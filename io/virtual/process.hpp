@@ -1,13 +1,13 @@
 #pragma once
-// A child process of the run: a device under test or a simulated unit that is a program of its own.
+// A child process of the run: the program of a device under test or of a simulated unit.
 //
-// The child dies with this process, even when this process is killed, and with it what it has started, unless
-// that has left its process group. It has a group of its own, so that Ctrl-C in a terminal reaches it through
-// the run and not beside it; a guardian process in that group waits for the end of this process. It starts
-// with default signal handling and ordinary scheduling.
+// The child is killed when this process ends, even if this process is killed, and so are the processes that
+// the child started, unless they left its process group. The child has a process group of its own, so that
+// Ctrl-C in a terminal reaches it only through the run; a guardian process in that group waits for the end of
+// this process. The child starts with default signal handling and ordinary scheduling.
 //
-// Threads: one at a time. The kernel ties the child to the *thread* that started it: that thread must live as
-// long as the child is wanted (the main thread, as a rule).
+// Threads: one at a time. The kernel ties the child to the *thread* that started it, so that thread must
+// outlive the child (usually the main thread).
 
 #include <sys/types.h>
 
@@ -24,13 +24,13 @@
 namespace hil::io::process {
 
 struct ChildConfig {
-  std::string name;                  ///< in messages
+  std::string name;                  ///< name for messages
   std::vector<std::string> command;  ///< program and arguments
-  /// Where a program without '/' in its name is looked for before PATH.
+  /// Folders in which a program without '/' in its name is searched before PATH.
   std::vector<std::filesystem::path> search_folders;
-  std::filesystem::path working_folder;  ///< empty: this process's own
-  std::filesystem::path output_file;     ///< stdout and stderr, the first 16 MiB (output_keeper.hpp);
-                                         ///< replaced; empty: /dev/null
+  std::filesystem::path working_folder;  ///< empty: that of this process
+  /// Receives stdout and stderr, up to 16 MiB (output_keeper.hpp); replaced if it exists; empty: /dev/null.
+  std::filesystem::path output_file;
 };
 
 /// How a child ended.
@@ -41,7 +41,7 @@ struct Exit {
   };
   How how = How::exited;
   int code = 0;
-  bool had_to_be_killed = false;  ///< it did not end within the limit after SIGTERM
+  bool had_to_be_killed = false;  ///< it did not end in time after SIGTERM
 
   bool success() const noexcept { return how == How::exited && code == 0; }
   bool operator==(const Exit&) const = default;
@@ -52,9 +52,9 @@ std::string describe(const Exit& exit);
 
 class Child {
  public:
-  /// Starts it. Throws DeviceError when the command is not found or can not be run.
+  /// Starts the program. Throws DeviceError when it is not found or can not be run.
   explicit Child(const ChildConfig& config);
-  /// Stops it, with one second for SIGTERM.
+  /// Stops it, with one second after SIGTERM.
   ~Child();
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
@@ -66,19 +66,19 @@ class Child {
 
   /// Never blocks.
   bool running() { return !try_collect(); }
-  /// Waits for its end, at most so long. False: it still runs.
+  /// Waits for its end for at most `limit_ns`. False: it still runs.
   bool wait_for_exit(std::int64_t limit_ns);
-  /// SIGTERM, then after the limit SIGKILL. Returns at once for a child that has ended.
+  /// Sends SIGTERM, then after the limit SIGKILL. Returns at once if the child has ended.
   const Exit& stop(std::int64_t limit_ns);
-  /// Misuse (asserts): while it runs.
+  /// Misuse (asserts): the child runs.
   const Exit& exit() const;
-  /// After the end: why the output file lacks some of what the program printed (OutputKeeper::fault).
+  /// After the end: why the output file lacks a part of the output (OutputKeeper::fault).
   std::string output_fault() const { return output_ ? output_->fault() : std::string(); }
 
  private:
-  /// True when the child has ended, now or before.
+  /// True when the child has ended.
   bool try_collect();
-  /// False: errno says why.
+  /// False: errno holds the reason.
   bool start_guardian();
   void signal_group(int signal) const noexcept;
 
@@ -86,7 +86,7 @@ class Child {
   pid_t pid_ = -1;
   Descriptor pidfd_;
   pid_t guardian_ = -1;
-  Descriptor alive_;  ///< its other end is the guardian's; nobody writes
+  Descriptor guardian_pipe_;  ///< the guardian holds the other end; no process writes
   std::unique_ptr<OutputKeeper> output_;
   bool ended_ = false;
   Exit exit_;

@@ -27,19 +27,19 @@ fs::path base() {
   return chosen != nullptr && *chosen != '\0' ? chosen : "/tmp";
 }
 
-/// The lock of a folder; none when another process has it, or there is no such folder, or it is another's.
+/// The lock of a folder; none when another process holds it or the folder does not exist.
 process::Descriptor lock_of(const fs::path& folder) {
   process::Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
   struct stat locked {};
   struct stat named {};
   if (fd.get() < 0 || ::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) return {};
-  // Between opening and locking it may have been removed, and made again.
+  // Between opening and locking, the folder may have been removed and created again.
   if (::fstat(fd.get(), &locked) != 0 || ::lstat(folder.c_str(), &named) != 0) return {};
   if (locked.st_ino != named.st_ino || locked.st_uid != ::geteuid()) return {};
   return fd;
 }
 
-/// Sockets alone: whatever else lies there is not ours, and keeps the folder.
+/// Removes sockets only; a folder with anything else in it is kept.
 void remove_folder(const fs::path& folder) {
   std::error_code ignored;
   for (fs::directory_iterator entry(folder, ignored), end; entry != end; entry.increment(ignored)) {
@@ -61,7 +61,7 @@ void remove_abandoned() {
 
 SocketFolder SocketFolder::make() {
   remove_abandoned();
-  constexpr int max_attempts = 10;  // another run may take a folder for abandoned before it is locked
+  constexpr int max_attempts = 10;  // another run may consider the folder abandoned before it is locked
   SocketFolder folder;
   for (int attempt = 0; attempt < max_attempts; ++attempt) {
     folder.path_ = (base() / (std::string(name_begin) + "XXXXXX")).string();

@@ -1,6 +1,7 @@
 #pragma once
-// A folder of its own for a bus's socket: /tmp/hil-bus-XXXXXX, removed at the end. One whose owner was killed is
-// removed by the next that is made: the owner holds a lock on its folder, which the kernel drops with it.
+// A temporary folder for a bus's socket, /tmp/hil-bus-XXXXXX, removed at the end. The owner holds a lock on
+// its folder, which the kernel releases when the owner is killed; the next owner removes folders without a
+// lock.
 //
 // Threads: one.
 
@@ -12,9 +13,9 @@ namespace hil::io::virtual_bus {
 
 class SocketFolder {
  public:
-  /// None.
+  /// Owns no folder.
   SocketFolder() = default;
-  /// Under $TMPDIR, or /tmp. Throws DeviceError.
+  /// Creates one under $TMPDIR or /tmp. Throws DeviceError.
   static SocketFolder make();
   ~SocketFolder();
   SocketFolder(SocketFolder&& other) noexcept = default;
@@ -23,7 +24,7 @@ class SocketFolder {
   const std::string& path() const noexcept { return path_; }
 
  private:
-  std::string path_;  ///< without a lock: given away
+  std::string path_;  ///< without a lock: moved from
   process::Descriptor lock_;
 };
 

@@ -9,7 +9,7 @@
 namespace rtstdb::accel {
 namespace {
 
-/// Scratch for more triangles is given back after the build, unless geometry that deforms needs it.
+/// Scratch memory for more triangles is freed after the build, unless deforming geometry needs it.
 constexpr std::size_t kept_capacity = 1u << 17;
 constexpr std::size_t node_bytes = 16 * shared::node_texels;
 constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
@@ -36,7 +36,7 @@ Result<BlasBuilder> BlasBuilder::create(gpu::Device& device, Submit& submit) {
   auto sort = RadixSort::create(device);
   if (!sort) return sort.error();
   builder.sort_ = std::move(sort).value();
-  if (device.compiles_late()) return builder;
+  if (device.compiles_on_first_dispatch()) return builder;
   TriangleMesh some;
   some.positions_m = {{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}};
   some.triangles.assign(16, {0, 1, 2});
@@ -56,7 +56,7 @@ Result<BlasBuilder> BlasBuilder::create(gpu::Device& device, Submit& submit) {
 }
 
 Result<void> BlasBuilder::adopt(gpu::Device& device, BlasScratch scratch) {
-  // The old bindings name the old buffers.
+  // The bindings refer to the old buffers.
   for (Pass& pass : passes_)
     pass.bindings = {};
   sort_bound_ = {};
@@ -80,7 +80,7 @@ Result<void> BlasBuilder::adopt(gpu::Device& device, BlasScratch scratch) {
 }
 
 Result<void> BlasBuilder::reserve(gpu::Device& device, std::size_t triangles, std::size_t positions) {
-  if (has_room_for(triangles, positions)) return {};
+  if (has_capacity_for(triangles, positions)) return {};
   const auto roomy = [](std::size_t n) { return n <= kept_capacity ? std::bit_ceil(n) : n; };
   const std::size_t most = std::max<std::size_t>(triangles, scratch_.capacity());
   auto scratch = BlasScratch::create(device, static_cast<std::uint32_t>(roomy(most)),
@@ -141,9 +141,9 @@ void BlasBuilder::record_levels(Submit& submit) const {
   recorder.copy(scratch_.state(), 0, scratch_.state_readback(), 0, 4 * shared::blas_state_words);
 }
 
-/// Appends the levels that a submission was recorded for. Whether there are no more.
-bool BlasBuilder::note_levels(std::span<const std::uint32_t> state) {
-  // The record behind the last level of all says how many nodes there are.
+/// Appends the levels of the last submission. True: the tree is complete.
+bool BlasBuilder::append_levels(std::span<const std::uint32_t> state) {
+  // The record behind the last level holds the number of nodes.
   constexpr std::uint32_t last = shared::blas_levels_recorded;
   node_count_ = 0;
   for (std::uint32_t level = 0; level <= last; ++level) {
@@ -157,8 +157,8 @@ bool BlasBuilder::note_levels(std::span<const std::uint32_t> state) {
   return whole;
 }
 
-/// The record behind the last level that was recorded says where to go on.
-void BlasBuilder::record_where_to_go_on(gpu::Recorder& recorder) const {
+/// Copies the record behind the last recorded level, at which the next submission continues.
+void BlasBuilder::record_continuation(gpu::Recorder& recorder) const {
   constexpr std::uint32_t last = shared::blas_levels_recorded;
   recorder.fill(scratch_.state(), 4 * shared::blas_levels,
                 4 * (shared::blas_state_words - shared::blas_levels), 0);
@@ -186,10 +186,10 @@ Result<std::uint32_t> BlasBuilder::finish_build(Submit& submit) {
     if (!submit.finish()) return lost;
     const auto state = scratch_.state_readback().host_as<std::uint32_t>();
     const bool sorted = state[shared::blas_disorder] == 0;
-    if (sorted && note_levels(state)) return node_count_;
+    if (sorted && append_levels(state)) return node_count_;
     submit.begin();
     if (sorted)
-      record_where_to_go_on(submit.recorder());
+      record_continuation(submit.recorder());
     else
       record_tree(RadixSort::Words::both, submit);
     record_levels(submit);

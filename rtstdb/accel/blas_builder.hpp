@@ -1,9 +1,10 @@
 #pragma once
-// Builds the structure of one geometry: a binary tree over Morton codes, rotated where that makes boxes
-// smaller, then nodes of up to 8 children and leaves of up to 4 triangles as the surface area says.
-// shaders/build/tree_scratch.glsl tells what each buffer holds.
+// Builds the BLAS of one geometry on the device: a binary tree over Morton codes, improved by tree rotations,
+// then collapsed into nodes of up to 8 children and leaves of up to 4 triangles by the surface area
+// heuristic. shaders/build/tree_scratch.glsl describes the buffers.
 //
-// Threads: one. Setup, but for building again what it was told to keep room for. The same bits from run to run on one device.
+// Threads: one. All calls are setup calls, except a build within the capacity that keep_capacity() reserved.
+// The result is bit for bit the same from run to run on one device.
 
 #include <algorithm>
 #include <array>
@@ -19,10 +20,10 @@
 
 namespace rtstdb::accel {
 
-/// The memory of one build.
+/// The device memory of one build.
 class BlasScratch {
  public:
-  /// For at most so many triangles and positions.
+  /// For meshes of at most this many triangles and positions. Errors: capacity, out_of_memory, device_lost.
   static Result<BlasScratch> create(gpu::Device& device, std::uint32_t triangles, std::size_t positions);
 
   std::uint32_t capacity() const noexcept { return capacity_; }
@@ -50,49 +51,53 @@ class BlasScratch {
 
 class BlasBuilder {
  public:
-  /// Levels that any tree can have (of a binary one: the bits of a code and those of a place), and the end behind them.
+  /// Upper bound on the entries of levels(): a binary tree is at most as deep as the bits of a Morton code
+  /// and of a place together; one entry more marks the end.
   static constexpr std::size_t max_levels = 63 + 32 + 1;
 
-  /// Drivers compile at the first dispatch: done in here.
+  /// Creates the pipelines and dispatches each once without work, since drivers compile at the first
+  /// dispatch. Errors: out_of_memory, device_lost.
   static Result<BlasBuilder> create(gpu::Device& device, Submit& submit);
 
-  /// Where a structure will stand in the pools.
+  /// Where a structure is written in the pools, in their elements.
   struct Place {
     std::uint32_t node_base = 0;
     std::uint32_t leaf_base = 0;
   };
-  /// Sets out to decide on the structure of a mesh that has passed validate but for triangles without area. The mesh is
-  /// read here alone. Allocates only where has_room_for says no. Errors: capacity, out_of_memory, device_lost.
+  /// Starts building the structure of a mesh that has passed validate() except for triangles without area.
+  /// Reads the mesh inside this call only. Allocates memory only where has_capacity_for() returns false.
+  /// Errors: capacity, out_of_memory, device_lost.
   Result<void> start_build(gpu::Device& device, const MeshView& mesh, Submit& submit);
-  /// After start_build, whose device works meanwhile: how many nodes the structure has. Error: device_lost.
+  /// Waits for the build that start_build() began, and returns the number of its nodes. Error: device_lost.
   Result<std::uint32_t> finish_build(Submit& submit);
-  /// Both.
+  /// start_build() and finish_build().
   Result<std::uint32_t> build(gpu::Device& device, const MeshView& mesh, Submit& submit);
-  /// Writes the structure that was built last into the pools, which have room for it and are addressed; again for another
-  /// place. False: the device is lost.
+  /// Writes the structure that was built last into the pools, which are large enough and `addressed`. May be
+  /// called again for another place. False: the device is lost.
   bool write(const Place& place, const gpu::Buffer& nodes, const gpu::Buffer& triangles, Submit& submit);
-  /// After write, to an addressed buffer: 16 bytes for each triangle in the order of the leaves, its corners and its own number.
+  /// After write(): writes 16 bytes per triangle in leaf order, its corners and its index, to an `addressed`
+  /// buffer.
   bool write_order(const gpu::Buffer& order, Submit& submit);
-  /// After write: the number of the triangle at each place in the order of the leaves, a word each.
+  /// After write(): the index of the triangle at each position of the leaf order, one word each.
   gpu::BufferPart leaf_order() const noexcept { return {&scratch_.low_words(), 0, 4 * std::size_t{count_}}; }
-  /// Of the structure that was built last: the first node of each level, then the number of nodes. Nodes of a level
-  /// follow those of the level above.
+  /// Of the structure that was built last: the first node of each level, then the number of nodes. The nodes
+  /// of a level follow those of the level above.
   std::span<const std::uint32_t> levels() const noexcept { return levels_; }
 
-  /// The memory of the last build, of so many, is kept from now on.
-  void keep_room_for(std::size_t triangles, std::size_t positions) noexcept {
+  /// From now on release() keeps memory for builds of this size; the last build had it.
+  void keep_capacity(std::size_t triangles, std::size_t positions) noexcept {
     kept_triangles_ = std::max(kept_triangles_, triangles);
     kept_positions_ = std::max(kept_positions_, positions);
   }
-  bool has_room_for(std::size_t triangles, std::size_t positions) const noexcept {
+  bool has_capacity_for(std::size_t triangles, std::size_t positions) const noexcept {
     return triangles <= scratch_.capacity() && positions <= scratch_.positions_capacity();
   }
-  /// Takes the memory that is to be kept, on a device where nothing has been built yet.
-  Result<void> take_kept_room(gpu::Device& device) {
+  /// Allocates the memory to be kept, on a device where nothing has been built yet.
+  Result<void> allocate_kept(gpu::Device& device) {
     return reserve(device, kept_triangles_, kept_positions_);
   }
-  /// Gives back what a large build took. What was to be kept may then be missing, where memory has run out:
-  /// has_room_for says so.
+  /// Frees memory that a large build took, down to the memory to be kept. If that can not be allocated,
+  /// has_capacity_for() returns false from then on.
   void release(gpu::Device& device);
 
  private:
@@ -119,8 +124,8 @@ class BlasBuilder {
   void dispatch(PassIndex pass, const shared::BlasArgs& args, std::uint32_t groups, Submit& submit) const;
   void record_tree(RadixSort::Words words, Submit& submit) const;
   void record_levels(Submit& submit) const;
-  bool note_levels(std::span<const std::uint32_t> state);
-  void record_where_to_go_on(gpu::Recorder& recorder) const;
+  bool append_levels(std::span<const std::uint32_t> state);
+  void record_continuation(gpu::Recorder& recorder) const;
 
   std::array<Pass, pass_count> passes_;
   RadixSort sort_;

@@ -12,8 +12,8 @@ constexpr std::uint32_t min_capacity = 1024;
 }  // namespace
 
 Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t triangles, std::size_t positions) {
-  // The largest of the buffers that passes bind as storage, the keys, hold so much for each; and the largest that they
-  // see as texels, the tree.
+  // Bytes per triangle of the largest storage binding (the keys) and texels per triangle of the largest texel
+  // buffer (the tree).
   constexpr std::size_t bytes_per_triangle = 16;
   constexpr std::size_t texels_per_triangle = 6;
   const gpu::DeviceLimits& limits = device.limits();
@@ -21,7 +21,7 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
                                     limits.max_texel_elements / texels_per_triangle);
   if (triangles > most) {
     return Error{ErrorCode::capacity,
-                 "a geometry of " + std::to_string(triangles) + " triangles passes the limit of " +
+                 "a geometry of " + std::to_string(triangles) + " triangles exceeds the limit of " +
                      std::to_string(most) + ", as " + device.info().name + " binds at most " +
                      std::to_string(limits.max_storage_range_bytes) + " bytes of storage and " +
                      std::to_string(limits.max_texel_elements) + " texels"};
@@ -33,7 +33,7 @@ Result<BlasScratch> BlasScratch::create(gpu::Device& device, std::uint32_t trian
   const std::size_t nodes = wide_node_bound(scratch.capacity_, shared::blas_always_leaf);
   const std::size_t state_bytes = 4 * shared::blas_state_words;
   const auto upload = gpu::Memory::upload;
-  const gpu::BufferWanted wanted[] = {
+  const gpu::BufferRequest wanted[] = {
       {&scratch.positions_,
        {.name = "geometry positions",
         .size_bytes = 16 * scratch.positions_capacity_,

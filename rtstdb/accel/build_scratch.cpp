@@ -13,7 +13,7 @@ std::uint32_t wide_node_bound(std::uint32_t primitives, std::uint32_t max_leaf) 
 Result<BuildScratch> BuildScratch::create(gpu::Device& device) {
   BuildScratch scratch;
   constexpr std::size_t n = shared::small_build_max;
-  const gpu::BufferWanted wanted[] = {
+  const gpu::BufferRequest wanted[] = {
       {&scratch.keys_, {.name = "small build keys", .size_bytes = 8 * n}},
       {&scratch.values_, {.name = "small build values", .size_bytes = 4 * n}},
       {&scratch.binary_, {.name = "small build binary", .size_bytes = 16 * n}},

@@ -1,6 +1,6 @@
 #pragma once
-// Scratch memory of one small tree, which one workgroup builds in one dispatch (shaders/build/tlas_small.comp).
-// shaders/build/scratch.glsl says what each buffer holds.
+// Scratch memory for a small tree, which one workgroup builds in one dispatch
+// (shaders/build/tlas_small.comp). shaders/build/scratch.glsl describes the buffers.
 //
 // Threads: one. Setup.
 
@@ -11,9 +11,9 @@
 
 namespace rtstdb::accel {
 
-/// The most wide nodes that a structure of `primitives` can have. A node with fewer than 8 children has
-/// leaves only, each below more than max_leaf primitives: from counting edges, W <= n/7 + n/(m+1) * (7-m)/7
-/// (+2 for rounding).
+/// Upper bound on the number of wide nodes of a structure. A node with fewer than 8 children has only leaves
+/// as children, each of which stands for more than max_leaf primitives at the node above. Counting edges
+/// gives W <= n/7 + n/(m+1) * (7-m)/7, plus 2 for rounding.
 std::uint32_t wide_node_bound(std::uint32_t primitives, std::uint32_t max_leaf) noexcept;
 
 class BuildScratch {
@@ -21,7 +21,7 @@ class BuildScratch {
   /// For builds of at most small_build_max primitives.
   static Result<BuildScratch> create(gpu::Device& device);
 
-  /// Elements in one half of the queue.
+  /// Number of elements in one half of the collapse queue.
   static constexpr std::uint32_t half_size = shared::small_build_max;
 
   /// Bindings 0 to 9 in the order of scratch.glsl.

@@ -11,12 +11,12 @@ namespace {
 
 constexpr std::size_t node_bytes = 16 * shared::node_texels;
 constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
-/// Low corner and cost, high corner and cost of the triangles alone.
+/// Per node: low corner and cost, high corner and least cost.
 constexpr std::size_t box_bytes = 32;
-/// What a ray through the root pays for nodes in a good tree over small triangles; with what the triangles by
-/// themselves cost, about what a shape costs at the least.
+/// The node visits of a ray through the root of a good tree over small triangles. Together with the cost of
+/// the triangles alone it estimates the least cost of a shape.
 constexpr float node_visits = 10.0f;
-/// A binding may begin there whatever the device asks of that, up to 256 bytes.
+/// Places satisfy any storage alignment of up to 256 bytes.
 static_assert(DeformingGeometry::alignment * node_bytes % 256 == 0);
 static_assert(DeformingGeometry::alignment * triangle_bytes % 256 == 0);
 
@@ -43,7 +43,7 @@ Result<RefitPasses> RefitPasses::create(gpu::Device& device) {
   return passes;
 }
 
-DeformingGeometry::Room DeformingGeometry::room_for(std::uint32_t triangles) noexcept {
+DeformingGeometry::Capacity DeformingGeometry::capacity_for(std::uint32_t triangles) noexcept {
   return {rounded_up(wide_node_bound(triangles, shared::blas_always_leaf)), rounded_up(triangles)};
 }
 
@@ -60,20 +60,20 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
   const std::size_t largest = device.limits().max_storage_range_bytes / triangle_bytes;
   if (count > largest) {
     return Error{ErrorCode::capacity, "a geometry that deforms of " + std::to_string(count) +
-                                          " triangles passes the limit of " + std::to_string(largest) +
+                                          " triangles exceeds the limit of " + std::to_string(largest) +
                                           " on " + device.info().name};
   }
-  const Room room = room_for(count);
+  const Capacity capacity = capacity_for(count);
   gpu::BufferOptions positions{.name = "deformed positions",
                                .size_bytes = 16 * geometry.position_count_,
                                .memory = gpu::Memory::upload};
   positions.texel_float4 = true;
-  gpu::BufferOptions boxes{.name = "deformed boxes", .size_bytes = box_bytes * room.nodes};
+  gpu::BufferOptions boxes{.name = "deformed boxes", .size_bytes = box_bytes * capacity.nodes};
   boxes.texel_float4 = true;
   gpu::BufferOptions order{.name = "deformed order", .size_bytes = 16 * std::size_t{count}};
   order.texel_uint4 = true;
   order.addressed = true;
-  const gpu::BufferWanted wanted[] = {
+  const gpu::BufferRequest wanted[] = {
       {&geometry.positions_, positions},
       {&geometry.boxes_, boxes},
       {&geometry.root_readback_,
@@ -91,14 +91,14 @@ Result<DeformingGeometry> DeformingGeometry::create(gpu::Device& device, Geometr
 
 Result<void> DeformingGeometry::bind(gpu::Device& device, const RefitPasses& passes, const gpu::Buffer& nodes,
                                      const gpu::Buffer& triangles) {
-  const Room room = room_for(static_cast<std::uint32_t>(triangles_.size()));
-  // All of them first: none may stay with buffers that are gone when one after it fails.
+  const Capacity capacity = capacity_for(static_cast<std::uint32_t>(triangles_.size()));
+  // Unbind all places first, so that no binding refers to a destroyed buffer when a later one fails.
   for (Held& held : places_) {
     held.triangles_pass = {};
     held.nodes_pass = {};
   }
   for (Held& held : places_) {
-    const gpu::BufferPart own_nodes{&nodes, held.at.node_base * node_bytes, room.nodes * node_bytes};
+    const gpu::BufferPart own_nodes{&nodes, held.at.node_base * node_bytes, capacity.nodes * node_bytes};
     const gpu::BufferPart own_triangles{&triangles, held.at.leaf_base * triangle_bytes,
                                         triangles_.size() * triangle_bytes};
     const gpu::BufferPart triangle_parts[] = {{&held.order}, {&positions_}, own_triangles};
@@ -119,9 +119,9 @@ void DeformingGeometry::adopt_tree(std::size_t place, std::span<const std::uint3
 }
 
 void DeformingGeometry::adopt_tree(std::size_t place, std::span<const std::uint32_t> levels,
-                                   float built_burden) noexcept {
+                                   float built_cost_ratio) noexcept {
   adopt_tree(place, levels);
-  places_[place].built_burden = built_burden;
+  places_[place].built_cost_ratio = built_cost_ratio;
   places_[place].tree_is_new = false;
 }
 
@@ -139,7 +139,7 @@ std::size_t DeformingGeometry::find(Version shape) noexcept {
   return shown_place_;
 }
 
-std::size_t DeformingGeometry::take_place() noexcept {
+std::size_t DeformingGeometry::evict_oldest() noexcept {
   const auto oldest = std::ranges::min_element(
       places_, {}, [](const Held& held) { return std::pair(held.pins > 0, held.last_shown); });
   RTSTDB_ASSERT(oldest->pins == 0);
@@ -188,23 +188,24 @@ void DeformingGeometry::record_refit(std::size_t place, const RefitPasses& passe
   recorder.copy(boxes_, 0, root_readback_, 0, box_bytes);
 }
 
-void DeformingGeometry::note_refit(std::size_t place, Version shape, std::uint64_t placing) {
+void DeformingGeometry::finish_refit(std::size_t place, Version shape, std::uint64_t refit_number) {
   Held& held = places_[place];
   const auto root = root_readback_.host_as<const glm::vec4>();
   const Bounds bounds{glm::vec3(root[0]), glm::vec3(root[1])};
-  // Nothing passes through a root without area.
+  // No ray passes through a root without area.
   const float area = half_area(bounds);
-  held.burden = area > 0.0f ? root[0].w / (root[1].w + node_visits * area) : 0.0f;
-  if (std::exchange(held.tree_is_new, false)) held.built_burden = held.burden;
+  held.cost_ratio = area > 0.0f ? root[0].w / (root[1].w + node_visits * area) : 0.0f;
+  if (std::exchange(held.tree_is_new, false)) held.built_cost_ratio = held.cost_ratio;
   held.holds_shape = true;
   held.shape = shape;
-  held.shown = {.root = held.at.node_base, .bounds = bounds, .closed = uploaded_closed_, .placing = placing};
+  held.shown = {
+      .root = held.at.node_base, .bounds = bounds, .closed = uploaded_closed_, .refit_number = refit_number};
   shown_place_ = place;
   held.last_shown = ++shows_;
 }
 
-bool DeformingGeometry::wants_build(std::size_t place) const noexcept {
-  return places_[place].burden > rebuild_growth_ * places_[place].built_burden;
+bool DeformingGeometry::needs_rebuild(std::size_t place) const noexcept {
+  return places_[place].cost_ratio > rebuild_growth_ * places_[place].built_cost_ratio;
 }
 
 DeformingGeometry::Shown DeformingGeometry::shown() const noexcept {

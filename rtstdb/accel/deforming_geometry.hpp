@@ -1,16 +1,18 @@
 #pragma once
-// A geometry whose corners move while its triangles stay. It has two places in the pools, each with room for
-// any tree of its triangles, and each holds one shape: a query that reads an older version finds that shape
-// while the newer one is there too, and a third takes the place that was shown longest ago.
+// A geometry with moving vertices and fixed triangles. It has two places in the pools, each large enough for
+// any tree over its triangles, and each holds one shape (the vertex positions of one version). So a query of
+// an older version finds its shape while a newer one is on the device. A third shape replaces the one that
+// was shown longest ago.
 //
-// A shape comes into a place by a refit: the tree that stands there stays, its triangles are written where
-// their corners are now, and its boxes are made anew level by level, the deepest first. What the tree costs a
-// ray by the surface area heuristic comes out of the same passes, and what its triangles by themselves would.
-// Where the first has grown too much beside the second since the tree was built, the caller builds another one
-// into the same room. By the cost alone, a tree that was built over large triangles strewn about would be kept
-// for whatever they come to be next.
+// A refit brings a shape into a place: the topology of the tree stays, the triangles are written with their
+// new corners, and the boxes are recomputed level by level from the deepest. The refit also computes the
+// tree's cost by the surface area heuristic and an estimate of the least cost that any tree over this shape
+// can have. Their ratio is the tree's cost_ratio. The caller rebuilds a tree whose cost_ratio has grown too
+// far since it was built. The cost alone would not do: a tree that was built over large, scattered triangles
+// has a high cost from the start and would then never be rebuilt.
 //
-// Threads: one. create and bind are setup; the rest is the tick's and does not allocate.
+// Threads: one. create() and bind() are setup; the other functions are called in the tick and do not
+// allocate.
 
 #include <array>
 #include <cstdint>
@@ -35,57 +37,59 @@ class DeformingGeometry {
  public:
   static constexpr std::size_t places = 2;
 
-  /// What one place needs in the pools, in their elements; places begin at multiples of `alignment`.
-  struct Room {
+  /// The pool elements that one place needs. Places begin at multiples of `alignment`.
+  struct Capacity {
     std::uint32_t nodes = 0, triangles = 0;
   };
   static constexpr std::uint32_t alignment = 16;
-  static Room room_for(std::uint32_t triangles) noexcept;
+  static Capacity capacity_for(std::uint32_t triangles) noexcept;
 
-  /// Errors: capacity (what a storage binding holds), out_of_memory, device_lost.
+  /// Errors: capacity (the size of a storage binding), out_of_memory, device_lost.
   static Result<DeformingGeometry> create(gpu::Device& device, GeometryId id, const TriangleMesh& mesh,
                                           const GeometryOptions& options,
                                           const std::array<BlasBuilder::Place, places>& at);
-  /// Connects to the pools; again whenever one is another buffer.
+  /// Binds the passes to the pools. Call again whenever a pool has become another buffer.
   Result<void> bind(gpu::Device& device, const RefitPasses& passes, const gpu::Buffer& nodes,
                     const gpu::Buffer& triangles);
 
-  /// False after a bind that failed.
+  /// False after a bind() that failed.
   bool is_bound() const noexcept { return static_cast<bool>(places_[places - 1].nodes_pass); }
 
   GeometryId id() const noexcept { return id_; }
   const std::vector<glm::uvec3>& triangles() const noexcept { return triangles_; }
   std::size_t position_count() const noexcept { return position_count_; }
 
-  // A tree has been built and stands in the pools: its order of triangles and its levels.
+  // Access to a place into which a tree has been built: its position, leaf order and levels.
   BlasBuilder::Place at(std::size_t place) const noexcept { return places_[place].at; }
   const gpu::Buffer& order(std::size_t place) const noexcept { return places_[place].order; }
   void adopt_tree(std::size_t place, std::span<const std::uint32_t> levels) noexcept;
-  /// The same of a tree that stood on another device, where it had built_burden.
-  void adopt_tree(std::size_t place, std::span<const std::uint32_t> levels, float built_burden) noexcept;
-  /// What the tree cost when it was built, over about the least that its shape did then.
-  float built_burden(std::size_t place) const noexcept { return places_[place].built_burden; }
+  /// Also takes over `built_cost_ratio` of a tree that was built on another device.
+  void adopt_tree(std::size_t place, std::span<const std::uint32_t> levels, float built_cost_ratio) noexcept;
+  /// The tree's cost_ratio when it was built.
+  float built_cost_ratio(std::size_t place) const noexcept { return places_[place].built_cost_ratio; }
 
-  /// The place of that shape, which is shown from now on; `places` when it has none.
+  /// Returns the place of this shape and marks it as shown; `places` when no place holds it.
   std::size_t find(Version shape) noexcept;
-  /// The place that was shown longest ago, of those that are not pinned. What it held is gone.
-  std::size_t take_place() noexcept;
-  /// Until unpin that shape, which has a place, stays there. Calls nest. False: it is not pinned, since no place would be left for others.
+  /// Returns the unpinned place that was shown longest ago, whose shape is lost.
+  std::size_t evict_oldest() noexcept;
+  /// Keeps this shape, which has a place, until unpin(). Calls nest. False: not pinned, since no place would
+  /// be left for other shapes.
   bool pin(Version shape) noexcept;
   void unpin(Version shape) noexcept;
-  /// Copies positions to where the device reads them, and looks whether the geometry is closed there.
+  /// Copies positions to the device and determines whether the mesh is closed in this shape.
   void upload(std::span<const glm::vec3> positions_m);
   void record_refit(std::size_t place, const RefitPasses& passes, gpu::Recorder& recorder) const;
-  /// Takes up what the refit left; it is done. The place holds that shape and is shown from now on.
-  void note_refit(std::size_t place, Version shape, std::uint64_t placing);
-  /// Whether the tree has become so dear that another one should be built.
-  bool wants_build(std::size_t place) const noexcept;
+  /// Takes the results of the refit, which has finished, and marks the place as holding and showing this
+  /// shape.
+  void finish_refit(std::size_t place, Version shape, std::uint64_t refit_number);
+  /// Whether the tree's cost_ratio calls for a rebuild.
+  bool needs_rebuild(std::size_t place) const noexcept;
 
   struct Shown {
     std::uint32_t root = 0;
     Bounds bounds;
     bool closed = false;
-    std::uint64_t placing = 0;  ///< number of the refit that brought it there
+    std::uint64_t refit_number = 0;  ///< number of the refit that brought the shape there
   };
   Shown shown() const noexcept;
 
@@ -94,10 +98,10 @@ class DeformingGeometry {
     BlasBuilder::Place at;
     gpu::Buffer order;
     gpu::Bindings triangles_pass, nodes_pass;
-    std::vector<std::uint32_t> levels;  // first node of each, then the number of nodes
+    std::vector<std::uint32_t> levels;  // first node of each level, then the number of nodes
     bool tree_is_new = true;
-    // What the tree costs a ray over about the least that its shape does, now and when it was built.
-    float burden = 0.0f, built_burden = 0.0f;
+    // See the top of this file.
+    float cost_ratio = 0.0f, built_cost_ratio = 0.0f;
     bool holds_shape = false;
     Version shape = 0;
     Shown shown;

@@ -1,10 +1,16 @@
 #include "rtstdb/accel/geometry_pool.hpp"
 
+#include <glm/common.hpp>
+
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/accel/transfer.hpp"
 #include "rtstdb/geometry/closed_mesh.hpp"
+#include "rtstdb/geometry/has_area.hpp"
 #include "shaders/shared/node.h"
 
 namespace rtstdb::accel {
@@ -12,6 +18,11 @@ namespace {
 
 constexpr std::size_t node_bytes = 16 * shared::node_texels;
 constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
+
+const Error lost_while_writing{ErrorCode::device_lost,
+                               "the GPU stopped answering while a geometry was written"};
+const Error lost_while_restoring{ErrorCode::device_lost,
+                                 "the GPU stopped answering while geometry was restored on it"};
 
 Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t size_bytes,
                               bool holds_nodes) {
@@ -23,14 +34,64 @@ Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t
   return device.create_buffer(options);
 }
 
+constexpr std::uint32_t aligned(std::uint32_t count) {
+  constexpr std::uint32_t step = DeformingGeometry::alignment;
+  return (count + step - 1) / step * step;
+}
+
+/// The finalizer of SplitMix64.
+constexpr std::uint64_t mixed(std::uint64_t number) {
+  number = (number ^ (number >> 30)) * 0xBF58476D1CE4E5B9u;
+  number = (number ^ (number >> 27)) * 0x94D049BB133111EBu;
+  return number ^ (number >> 31);
+}
+
+std::size_t kept_bytes(const KeptGeometries& kept) {
+  std::size_t bytes = 0;
+  for (const auto& geometry : kept) {
+    for (const KeptGeometry::Piece& piece : geometry->nodes)
+      bytes += piece.bytes.size();
+    if (geometry->deforming)
+      bytes += 2 * geometry->deforming->order.size();
+    else
+      bytes += triangle_bytes * geometry->mesh->triangles.size();
+  }
+  return bytes;
+}
+
+/// Writes triangles in the builder's format, in pieces. False: the device is lost.
+bool put_triangles(const TriangleMesh& mesh, std::span<const std::uint32_t> leaf_order,
+                   const gpu::Buffer& pool, std::size_t offset_bytes, Upload& upload) {
+  constexpr std::size_t max_at_once = 1024;
+  std::array<glm::uvec4, shared::triangle_texels * max_at_once> texels;
+  while (!leaf_order.empty()) {
+    const std::size_t count = std::min(leaf_order.size(), max_at_once);
+    auto texel = texels.begin();
+    for (const std::uint32_t number : leaf_order.first(count)) {
+      const glm::uvec3& corners = mesh.triangles[number];
+      const glm::vec3& a = mesh.positions_m[corners.x];
+      const glm::vec3& b = mesh.positions_m[corners.y];
+      const glm::vec3& c = mesh.positions_m[corners.z];
+      *texel++ = {glm::floatBitsToUint(a), number};
+      *texel++ = {glm::floatBitsToUint(b), has_area(a, b, c) ? 0u : shared::triangle_without_area};
+      *texel++ = {glm::floatBitsToUint(c), 0u};
+    }
+    const auto bytes = std::as_bytes(std::span(texels).first(shared::triangle_texels * count));
+    if (!upload.put(pool, offset_bytes, bytes)) return false;
+    offset_bytes += bytes.size();
+    leaf_order = leaf_order.subspan(count);
+  }
+  return true;
+}
+
 }  // namespace
 
 Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t max_geometries, Submit& submit) {
-  return create_with_room(device, max_geometries, {}, submit);
+  return create_with_capacity(device, max_geometries, {}, submit);
 }
 
-Result<GeometryPool> GeometryPool::create_with_room(gpu::Device& device, std::uint32_t max_geometries,
-                                                    const PoolPart& used, Submit& submit) {
+Result<GeometryPool> GeometryPool::create_with_capacity(gpu::Device& device, std::uint32_t max_geometries,
+                                                        const PoolPart& used, Submit& submit) {
   GeometryPool pool;
   auto builder = BlasBuilder::create(device, submit);
   if (!builder) return builder.error();
@@ -59,8 +120,8 @@ Result<GeometryPool> GeometryPool::create_with_room(gpu::Device& device, std::ui
 Result<void> GeometryPool::reserve(gpu::Device& device, const PoolPart& part, Submit& submit) {
   const std::uint32_t nodes = part.node_end;
   const std::uint32_t triangles = part.triangle_end;
-  // Both looked at before either grows: a pool that no query can bind would refuse every geometry after. The
-  // pools are read as texels, and written by address and by copies.
+  // Check both pools before either grows: a pool that exceeds the limits of a binding would make every later
+  // call fail. The pools are read as texels and written by address and by copies.
   const gpu::DeviceLimits& limits = device.limits();
   const std::size_t largest_bytes = std::min(limits.max_allocation_bytes, 16 * limits.max_texel_elements);
   const std::size_t max_nodes = largest_bytes / node_bytes;
@@ -76,7 +137,7 @@ Result<void> GeometryPool::reserve(gpu::Device& device, const PoolPart& part, Su
                         std::uint32_t& capacity, std::size_t most, std::size_t element_bytes,
                         bool holds_nodes) -> Result<void> {
     if (wanted <= capacity) return {};
-    // Twice as much keeps the number of copies low; where the device does not allow it, what is needed.
+    // Doubling keeps the number of copies low. Where the device does not allow it, the needed size will do.
     const std::size_t generous = std::max<std::size_t>(wanted, 2 * std::size_t{capacity});
     const auto target = static_cast<std::uint32_t>(std::min(generous, most));
     auto grown = make_pool(device, name, target * element_bytes, holds_nodes);
@@ -97,14 +158,14 @@ Result<void> GeometryPool::reserve(gpu::Device& device, const PoolPart& part, Su
               triangle_bytes, false);
 }
 
-Result<void> GeometryPool::check_room(std::uint32_t triangles) const {
+Result<void> GeometryPool::check_capacity(std::uint32_t triangles) const {
   if (count_ == max_geometries_) {
     return Error{ErrorCode::capacity,
                  "the database was opened for " + std::to_string(max_geometries_) + " geometries"};
   }
   if (std::size_t{triangle_count_} + triangles > max_triangles_total) {
     return Error{ErrorCode::capacity, "a geometry of " + std::to_string(triangles) + " triangles on top of " +
-                                          std::to_string(triangle_count_) + " passes the limit of " +
+                                          std::to_string(triangle_count_) + " exceeds the limit of " +
                                           std::to_string(max_triangles_total)};
   }
   return {};
@@ -126,7 +187,7 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<con
       added = taken.error();
   }
   builder_.release(device);
-  // Also after a refusal: a pool may have grown before it.
+  // Also after an error, since a pool may have grown before it.
   if (generation != generation_) {
     if (auto bound = bind_deforming(device); !bound) added = bound.error();
   }
@@ -144,7 +205,7 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<con
 
 Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit) {
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
-  if (auto room = check_room(count); !room) return room.error();
+  if (auto checked = check_capacity(count); !checked) return checked.error();
   if (auto started = builder_.start_build(device, mesh, submit); !started) return started.error();
   const Extents extents = extents_of(mesh);
   const bool closed = is_closed(mesh);
@@ -154,7 +215,7 @@ Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh
                       triangle_count_ + count};
   if (auto reserved = reserve(device, part, submit); !reserved) return reserved.error();
   if (!builder_.write({part.node_base, part.triangle_base}, nodes_, triangles_, submit))
-    return Error{ErrorCode::device_lost, "the GPU stopped answering while a geometry was written"};
+    return lost_while_writing;
   bounds_.push_back({});
   write_record(count_, extents, part.node_base, closed);
   return part;
@@ -174,6 +235,208 @@ void GeometryPool::write_record(std::uint32_t geometry, const Extents& extents, 
       .corners_plus_x_m = extents.corners[0],
       .corners_minus_x_m = extents.corners[1]};
   bounds_[geometry] = bounds;
+}
+
+// ---- deforming geometry
+
+Result<PoolPart> GeometryPool::add_deforming(gpu::Device& device, const TriangleMesh& mesh,
+                                             const GeometryOptions& options, Submit& submit) {
+  constexpr std::uint32_t places = DeformingGeometry::places;
+  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+  const std::uint32_t alignment_loss = DeformingGeometry::alignment;
+  if (auto checked = check_capacity((places * count) + (places + 1) * alignment_loss); !checked)
+    return checked.error();
+  deforming_.reserve(deforming_.size() + 1);
+  refits_.reserve(deforming_.size() + 1);
+  const DeformingGeometry::Capacity capacity = DeformingGeometry::capacity_for(count);
+  const BlasBuilder::Place first{aligned(node_count_), aligned(triangle_count_)};
+  const BlasBuilder::Place second{first.node_base + capacity.nodes, first.leaf_base + capacity.triangles};
+  const PoolPart part{first.node_base, second.node_base + capacity.nodes, first.leaf_base,
+                      second.leaf_base + capacity.triangles};
+  auto made = DeformingGeometry::create(device, GeometryId{count_}, mesh, options, {first, second});
+  if (!made) return made.error();
+  DeformingGeometry geometry = std::move(made).value();
+  const auto built = builder_.build(device, mesh, submit);
+  if (!built) return built.error();
+  if (auto reserved = reserve(device, part, submit); !reserved) return reserved.error();
+  if (auto bound = geometry.bind(device, refit_passes_, nodes_, triangles_); !bound) return bound.error();
+  geometry.upload(mesh.positions_m);
+  // A refit computes the tree's cost and box. It also makes the driver compile the passes.
+  for (std::size_t place = 0; place < places; ++place) {
+    if (!builder_.write(geometry.at(place), nodes_, triangles_, submit) ||
+        !builder_.write_order(geometry.order(place), submit))
+      return lost_while_writing;
+    geometry.adopt_tree(place, builder_.levels());
+    submit.begin();
+    geometry.record_refit(place, refit_passes_, submit.recorder());
+    if (!submit.run()) return lost_while_writing;
+    geometry.finish_refit(place, 0, ++refit_count_);
+  }
+  const DeformingGeometry::Shown shown = geometry.shown();
+  bounds_.push_back({});
+  write_record(count_, extents_of(shown.bounds), shown.root, shown.closed);
+  deforming_.push_back(std::move(geometry));
+  builder_.keep_capacity(mesh.triangles.size(), mesh.positions_m.size());
+  return part;
+}
+
+Result<void> GeometryPool::bind_deforming(gpu::Device& device) {
+  for (DeformingGeometry& geometry : deforming_) {
+    if (auto bound = geometry.bind(device, refit_passes_, nodes_, triangles_); !bound) return bound;
+  }
+  return {};
+}
+
+bool GeometryPool::show(gpu::Device& device, const query::RowSource& rows, Submit& submit) {
+  if (!is_whole()) return false;
+  refits_.clear();
+  for (std::size_t i = 0; i < deforming_.size(); ++i) {
+    DeformingGeometry& geometry = deforming_[i];
+    const query::Shape shape = rows.shape(geometry.id());
+    if (geometry.find(shape.version) != DeformingGeometry::places) continue;
+    if (refits_.empty()) submit.begin();
+    refits_.push_back({i, geometry.evict_oldest(), shape.version});
+    geometry.upload(shape.positions_m);
+    geometry.record_refit(refits_.back().place, refit_passes_, submit.recorder());
+  }
+  if (!refits_.empty() && !submit.run()) return false;
+  for (const Refit& refit : refits_) {
+    DeformingGeometry& geometry = deforming_[refit.geometry];
+    geometry.finish_refit(refit.place, refit.shape, ++refit_count_);
+    ++counts_.refits;
+    if (geometry.needs_rebuild(refit.place) && !build(device, geometry, refit, rows, submit)) return false;
+  }
+  // The sum of the mixed refit numbers identifies the set of shapes in their places.
+  shown_ = 0;
+  for (const DeformingGeometry& geometry : deforming_) {
+    const DeformingGeometry::Shown shown = geometry.shown();
+    write_record(geometry.id().index, extents_of(shown.bounds), shown.root, shown.closed);
+    shown_ += mixed(shown.refit_number);
+  }
+  return true;
+}
+
+bool GeometryPool::pin(const query::RowSource& rows) noexcept {
+  const auto refusing = std::ranges::find_if(deforming_, [&](DeformingGeometry& geometry) {
+    return !geometry.pin(rows.shape(geometry.id()).version);
+  });
+  for (auto pinned = deforming_.begin(); refusing != deforming_.end() && pinned != refusing; ++pinned)
+    pinned->unpin(rows.shape(pinned->id()).version);
+  return refusing == deforming_.end();
+}
+
+void GeometryPool::unpin(const query::RowSource& rows) noexcept {
+  for (DeformingGeometry& geometry : deforming_)
+    geometry.unpin(rows.shape(geometry.id()).version);
+}
+
+bool GeometryPool::build(gpu::Device& device, DeformingGeometry& geometry, const Refit& refit,
+                         const query::RowSource& rows, Submit& submit) {
+  const std::vector<glm::uvec3>& triangles = geometry.triangles();
+  // Without kept memory the tree stays: allocating here is not allowed in the tick.
+  if (!builder_.has_capacity_for(triangles.size(), geometry.position_count())) return true;
+  const std::span positions_m = rows.shape(geometry.id()).positions_m;
+  if (!builder_.build(device, {positions_m, triangles}, submit)) return false;
+  if (!builder_.write(geometry.at(refit.place), nodes_, triangles_, submit) ||
+      !builder_.write_order(geometry.order(refit.place), submit))
+    return false;
+  geometry.adopt_tree(refit.place, builder_.levels());
+  submit.begin();
+  geometry.record_refit(refit.place, refit_passes_, submit.recorder());
+  if (!submit.run()) return false;
+  geometry.finish_refit(refit.place, refit.shape, ++refit_count_);
+  ++counts_.builds;
+  return true;
+}
+
+// ---- copies on the host, and restoring from them
+
+Result<std::shared_ptr<const KeptGeometry>> GeometryPool::keep(gpu::Device& device,
+                                                               std::shared_ptr<const TriangleMesh> mesh,
+                                                               const GeometryOptions& options,
+                                                               const PoolPart& part, Submit& submit) {
+  auto kept = std::make_shared<KeptGeometry>();
+  kept->part = part;
+  kept->record = geometries_.host_as<const shared::GeometryRecord>()[count_];
+  kept->bounds = bounds_[count_];
+  const auto take_nodes = [&](std::uint32_t base, std::uint32_t count) {
+    KeptGeometry::Piece& piece = kept->nodes.emplace_back(base, std::vector<std::byte>(count * node_bytes));
+    return read_back(device, {&nodes_, base * node_bytes, piece.bytes.size()}, piece.bytes, submit);
+  };
+  if (!options.deforms) {
+    if (auto taken = take_nodes(part.node_base, part.node_end - part.node_base); !taken) return taken.error();
+    kept->leaf_order.resize(mesh->triangles.size());
+    const auto order = std::as_writable_bytes(std::span(kept->leaf_order));
+    if (auto read = read_back(device, builder_.leaf_order(), order, submit); !read) return read.error();
+  } else {
+    const DeformingGeometry& geometry = deforming_.back();
+    const std::span<const std::uint32_t> levels = builder_.levels();
+    KeptDeforming& deforming = kept->deforming.emplace();
+    deforming = {.options = options,
+                 .places = {geometry.at(0), geometry.at(1)},
+                 .order = {},
+                 .levels = {levels.begin(), levels.end()},
+                 .built_cost_ratio = geometry.built_cost_ratio(0)};
+    for (const BlasBuilder::Place& place : deforming.places) {
+      if (auto taken = take_nodes(place.node_base, levels.back()); !taken) return taken.error();
+    }
+    deforming.order.resize(16 * mesh->triangles.size());
+    const gpu::BufferPart order{&geometry.order(0), 0, deforming.order.size()};
+    if (auto read = read_back(device, order, deforming.order, submit); !read) return read.error();
+  }
+  kept->mesh = std::move(mesh);
+  return std::shared_ptr<const KeptGeometry>(std::move(kept));
+}
+
+Result<GeometryPool> GeometryPool::create_restored(gpu::Device& device, std::uint32_t max_geometries,
+                                                   const KeptGeometries& kept, Submit& submit) {
+  const PoolPart used = kept.empty() ? PoolPart{} : kept.back()->part;
+  auto made = create_with_capacity(device, max_geometries, used, submit);
+  if (!made) return made.error();
+  GeometryPool pool = std::move(made).value();
+  pool.kept_ = kept;
+  pool.count_ = static_cast<std::uint32_t>(kept.size());
+  pool.node_count_ = used.node_end;
+  pool.triangle_count_ = used.triangle_end;
+  pool.bounds_.resize(kept.size());
+  auto upload = Upload::create(device, kept_bytes(kept), submit);
+  if (!upload) return upload.error();
+  for (std::uint32_t index = 0; index < pool.count_; ++index) {
+    const KeptGeometry& geometry = *kept[index];
+    if (auto brought = pool.restore(device, index, geometry, upload.value()); !brought)
+      return brought.error();
+  }
+  if (!upload.value().finish()) return lost_while_restoring;
+  if (!pool.deforming_.empty()) {
+    if (auto kept_memory = pool.builder_.allocate_kept(device); !kept_memory) return kept_memory.error();
+  }
+  if (auto bound = pool.bind_deforming(device); !bound) return bound.error();
+  return pool;
+}
+
+Result<void> GeometryPool::restore(gpu::Device& device, std::uint32_t index, const KeptGeometry& kept,
+                                   Upload& upload) {
+  bool there = true;
+  for (const KeptGeometry::Piece& piece : kept.nodes)
+    there = there && upload.put(nodes_, piece.base * node_bytes, piece.bytes);
+  there = there && put_triangles(*kept.mesh, kept.leaf_order, triangles_,
+                                 kept.part.triangle_base * triangle_bytes, upload);
+  if (!there) return lost_while_restoring;
+  geometries_.host_as<shared::GeometryRecord>()[index] = kept.record;
+  bounds_[index] = kept.bounds;
+  if (!kept.deforming) return {};
+  const KeptDeforming& deforming = *kept.deforming;
+  auto made =
+      DeformingGeometry::create(device, GeometryId{index}, *kept.mesh, deforming.options, deforming.places);
+  if (!made) return made.error();
+  DeformingGeometry& geometry = deforming_.emplace_back(std::move(made).value());
+  for (std::size_t place = 0; place < DeformingGeometry::places; ++place) {
+    if (!upload.put(geometry.order(place), 0, deforming.order)) return lost_while_restoring;
+    geometry.adopt_tree(place, deforming.levels, deforming.built_cost_ratio);
+  }
+  refits_.reserve(deforming_.size());
+  builder_.keep_capacity(kept.mesh->triangles.size(), kept.mesh->positions_m.size());
+  return {};
 }
 
 }  // namespace rtstdb::accel

@@ -1,10 +1,12 @@
 #pragma once
-// All geometry on the device: one pool of wide nodes (one BLAS after the other), one of triangles in leaf order, one table of geometries. A pool that grows is made anew, and
-// whoever bound it binds again (generation).
+// All geometry on the device: a pool of wide nodes (the BLAS of each geometry, one after the other), a pool
+// of triangles in leaf order, and a table of geometries. When a pool grows, it becomes another buffer; users
+// that bound it compare generation() and bind again.
 //
-// The table says of geometry that deforms what it is in the version that was shown last.
+// For deforming geometry the table holds its state in the version that was shown last.
 //
-// Threads: one. show is the tick's and does not allocate; the rest is setup.
+// Threads: one. show(), pin() and unpin() are called in the tick and do not allocate; the other functions are
+// setup.
 
 #include <algorithm>
 #include <cstdint>
@@ -27,30 +29,31 @@ class Upload;
 class GeometryPool {
  public:
   static Result<GeometryPool> create(gpu::Device& device, std::uint32_t max_geometries, Submit& submit);
-  /// With all that another pool had, whose device may be gone. `submit` is not begun. Errors: as add.
-  static Result<GeometryPool> create_again(gpu::Device& device, std::uint32_t max_geometries,
-                                           const KeptGeometries& kept, Submit& submit);
-  /// What brings it all to another device.
+  /// Creates a pool with all geometries of another pool, whose device may be lost. `submit` has not begun.
+  /// Errors: as add().
+  static Result<GeometryPool> create_restored(gpu::Device& device, std::uint32_t max_geometries,
+                                              const KeptGeometries& kept, Submit& submit);
+  /// What create_restored() needs.
   const KeptGeometries& kept() const noexcept { return kept_; }
 
-  /// Builds the BLAS. The mesh has passed validate, and is kept. Errors: capacity, out_of_memory, device_lost; the pool is
-  /// unchanged.
+  /// Builds the BLAS of a mesh that has passed validate(), and keeps the mesh. Returns the geometry's index.
+  /// Errors: capacity, out_of_memory, device_lost; the pool is then unchanged.
   Result<std::uint32_t> add(gpu::Device& device, std::shared_ptr<const TriangleMesh> mesh, Submit& submit,
                             const GeometryOptions& options = {});
 
-  /// Brings geometry that deforms to its shapes in that version: those that are not on the device yet are refitted
-  /// there, and built where that has become too dear. `submit` is not begun. False: the device is lost.
+  /// Brings deforming geometry to its shapes in this version: refits shapes that are not on the device, and
+  /// rebuilds trees whose cost_ratio has grown too far. `submit` has not begun. False: the device is lost.
   bool show(gpu::Device& device, const query::RowSource& rows, Submit& submit);
-  /// Differs from what it was when another version was shown, or the same one, and any shape has come to another
-  /// place since; what was made of the table then is stale. Otherwise the same for the same version.
+  /// Identifies the shapes that the table describes. It changes when another version with other shapes is
+  /// shown, and when a shape moves to another place; data derived from the table is then stale.
   std::uint64_t shown() const noexcept { return shown_; }
-  /// Until unpin the shapes of that version, which is shown, stay where they are, and others come to other places. Calls nest. False: they are
-  /// not pinned, since all places of a geometry but one hold others that are.
+  /// Keeps the shapes of this version, which is shown, in their places until unpin(). Calls nest. False: not
+  /// pinned, since a geometry would be left without an unpinned place.
   bool pin(const query::RowSource& rows) noexcept;
   void unpin(const query::RowSource& rows) noexcept;
-  /// How shapes came to the device since the pool was made.
+  /// How often shapes were brought to the device since the pool was created.
   struct Counts {
-    std::uint64_t refits = 0, builds = 0;  ///< a build comes after a refit of the same shape
+    std::uint64_t refits = 0, builds = 0;  ///< a build follows a refit of the same shape
   };
   Counts counts() const noexcept { return counts_; }
 
@@ -59,32 +62,33 @@ class GeometryPool {
   const gpu::Buffer& geometries() const noexcept { return geometries_; }
   std::uint32_t count() const noexcept { return count_; }
   Bounds bounds(std::uint32_t geometry) const noexcept { return bounds_[geometry]; }
-  /// Grows by one whenever nodes() or triangles() is another buffer than before.
+  /// Incremented whenever nodes() or triangles() becomes another buffer.
   std::uint32_t generation() const noexcept { return generation_; }
-  /// False: there was no memory to connect what deforms to a pool that had grown, and nothing can be shown any more.
+  /// False: binding deforming geometry to a grown pool failed for lack of memory, and show() fails from then
+  /// on.
   bool is_whole() const noexcept { return std::ranges::all_of(deforming_, &DeformingGeometry::is_bound); }
 
  private:
-  /// Room for what ends there, and for some more.
-  static Result<GeometryPool> create_with_room(gpu::Device& device, std::uint32_t max_geometries,
-                                               const PoolPart& used, Submit& submit);
+  /// A pool with capacity for `used` and a reserve.
+  static Result<GeometryPool> create_with_capacity(gpu::Device& device, std::uint32_t max_geometries,
+                                                   const PoolPart& used, Submit& submit);
   Result<void> reserve(gpu::Device& device, const PoolPart& part, Submit& submit);
-  Result<void> check_room(std::uint32_t triangles) const;
+  Result<void> check_capacity(std::uint32_t triangles) const;
   Result<PoolPart> add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
   Result<PoolPart> add_deforming(gpu::Device& device, const TriangleMesh& mesh,
                                  const GeometryOptions& options, Submit& submit);
-  /// The geometry that was added last, which is not counted yet.
+  /// Reads back what KeptGeometry holds of the geometry that was added last, before it is counted.
   Result<std::shared_ptr<const KeptGeometry>> keep(gpu::Device& device,
                                                    std::shared_ptr<const TriangleMesh> mesh,
                                                    const GeometryOptions& options, const PoolPart& part,
                                                    Submit& submit);
-  Result<void> bring_back(gpu::Device& device, std::uint32_t index, const KeptGeometry& kept, Upload& upload);
+  Result<void> restore(gpu::Device& device, std::uint32_t index, const KeptGeometry& kept, Upload& upload);
   Result<void> bind_deforming(gpu::Device& device);
-  struct Placing {
+  struct Refit {
     std::size_t geometry = 0, place = 0;
     Version shape = 0;
   };
-  bool build(gpu::Device& device, DeformingGeometry& geometry, const Placing& placing,
+  bool build(gpu::Device& device, DeformingGeometry& geometry, const Refit& refit,
              const query::RowSource& rows, Submit& submit);
   void write_record(std::uint32_t geometry, const Extents& extents, std::uint32_t root, bool closed);
 
@@ -98,8 +102,8 @@ class GeometryPool {
   KeptGeometries kept_;
   RefitPasses refit_passes_;
   std::vector<DeformingGeometry> deforming_;
-  std::vector<Placing> placings_;  // of one call of show
-  std::uint64_t placing_count_ = 0, shown_ = 0;
+  std::vector<Refit> refits_;  // of the current call of show()
+  std::uint64_t refit_count_ = 0, shown_ = 0;
   Counts counts_;
 };
 

@@ -1,7 +1,7 @@
 #pragma once
-// What the host keeps of geometry, so that it comes back to a device that has nothing: its nodes byte for byte, since a copy is
-// sooner there than a build, and the same tree gives the same answers also where a search is cut short; and which triangle of the mesh
-// stands where.
+// What the host keeps of each geometry to restore it on another device: its nodes byte for byte and its leaf
+// order. A copy is faster than a build, and an identical tree gives identical results even for searches that
+// end early.
 
 #include <array>
 #include <cstddef>
@@ -17,20 +17,20 @@
 
 namespace rtstdb::accel {
 
-/// Where a geometry stands in the pools, in their elements.
+/// The range of a geometry in the pools, in their elements.
 struct PoolPart {
   std::uint32_t node_base = 0, node_end = 0;
   std::uint32_t triangle_base = 0, triangle_end = 0;
 };
 
-/// Of one that deforms, besides the nodes of both places, in the order of DeformingGeometry. Triangles and boxes come with the refit to
-/// the shape that is asked for.
+/// For deforming geometry: the data besides the nodes of both places, in the order of DeformingGeometry.
+/// Triangles and boxes come with the next refit.
 struct KeptDeforming {
   GeometryOptions options;
   std::array<BlasBuilder::Place, DeformingGeometry::places> places;
   std::vector<std::byte> order;
   std::vector<std::uint32_t> levels;
-  float built_burden = 0.0f;
+  float built_cost_ratio = 0.0f;
 };
 
 struct KeptGeometry {
@@ -42,14 +42,13 @@ struct KeptGeometry {
   PoolPart part;
   std::shared_ptr<const TriangleMesh> mesh;
   std::vector<Piece> nodes;
-  std::vector<std::uint32_t>
-      leaf_order;  ///< numbers of the triangles in the order of the leaves; none of one that deforms
+  std::vector<std::uint32_t> leaf_order;  ///< triangle indices in leaf order; empty for deforming geometry
   shared::GeometryRecord record{};
   Bounds bounds;
   std::optional<KeptDeforming> deforming;
 };
 
-/// By index.
+/// By geometry index.
 using KeptGeometries = std::vector<std::shared_ptr<const KeptGeometry>>;
 
 }  // namespace rtstdb::accel

@@ -19,10 +19,10 @@ constexpr std::uint32_t runs_per_group = 32;
 constexpr std::uint32_t shortest_run = 128;
 constexpr std::uint32_t longest_run = 1024;
 constexpr std::uint32_t max_groups_of_short_runs = 8;
-constexpr std::uint32_t keys_per_group = 1024;  // where a pass looks at each key alone
+constexpr std::uint32_t keys_per_group = 1024;  // for passes that process each key by itself
 
-/// Keys that one invocation takes, an even number: few enough for an even number of workgroups, which software devices share out evenly,
-/// and enough to pay for its counts.
+/// Number of keys per invocation, even. Small enough to give an even number of workgroups, which software
+/// devices distribute evenly, and large enough to amortize the counts.
 std::uint32_t run_length(std::uint32_t count) noexcept {
   const std::uint32_t groups =
       std::clamp(2 * (count / (2 * runs_per_group * shortest_run)), 2u, max_groups_of_short_runs);
@@ -56,7 +56,7 @@ gpu::BufferOptions RadixSort::sorted_buffer(std::string name, std::size_t capaci
 }
 
 gpu::BufferOptions RadixSort::counts_buffer(std::string name, std::size_t capacity) {
-  // Fewer keys than there is room for may make more runs.
+  // A sort of fewer keys than the capacity may have more runs.
   constexpr std::size_t max_short_runs = runs_per_group * max_groups_of_short_runs;
   const std::size_t rows = std::max(max_short_runs, capacity / longest_run + 1) + 1;
   return stored_by_address(std::move(name), std::max(rows * shared::radix_digits / 4, (capacity + 3) / 4));
@@ -106,7 +106,8 @@ void RadixSort::record_step(std::uint32_t step, std::uint32_t count, std::uint32
     args.run = keys_per_group;
     dispatch(pass, groups_of(count, keys_per_group));
   };
-  // Of both words, each begins with its keys; of the upper ones alone, ties come last.
+  // When sorting by both words, each word begins with loading its keys; by the upper word alone, ties come
+  // last.
   const std::uint32_t steps_before = words == Words::both ? 1 : 0;
   const std::uint32_t word = step / (steps_before + word_steps);
   const std::uint32_t of_word = step % (steps_before + word_steps);
@@ -115,7 +116,7 @@ void RadixSort::record_step(std::uint32_t step, std::uint32_t count, std::uint32
     return visit_each(keys_pass);
   }
   if (words == Words::upper && word == 1) return visit_each(ties_pass);
-  // Four digits of eight bits; an even number of passes ends where it began.
+  // Four digits of eight bits: an even number of passes leaves the result in the first half.
   const std::uint32_t digit = (of_word - steps_before) / digit_steps;
   args.shift = digit * shared::radix_bits;
   args.source = digit % 2;

@@ -1,5 +1,6 @@
 #pragma once
-// Sorts 63-bit codes with the numbers 0, 1, ... on the device, stable: shaders/build/sort.glsl tells how.
+// A stable radix sort on the device of 63-bit codes together with the numbers 0, 1, ...; see
+// shaders/build/sort.glsl.
 //
 // Threads: one. create and bind are setup; record allocates nothing.
 
@@ -17,25 +18,25 @@ class RadixSort {
   static constexpr std::size_t pass_count = 5;
   struct Bound {
     std::array<gpu::Bindings, pass_count> passes;
-    glm::uvec2 sorted{0, 0}, counts{0, 0};  ///< addresses
+    glm::uvec2 sorted{0, 0}, counts{0, 0};  ///< device addresses
   };
-  /// The buffers as sort.glsl says.
+  /// Binds the buffers that sort.glsl describes.
   Result<Bound> bind(gpu::Device& device, const gpu::Buffer& sorted, const gpu::Buffer& words,
                      const gpu::Buffer& counts) const;
-  /// Room for `capacity` keys with their values, twice; an even number of them.
+  /// Holds `capacity` (even) keys with their values, twice.
   static gpu::BufferOptions sorted_buffer(std::string name, std::size_t capacity);
-  /// For sorts of at most so many keys; holds as many words at the least.
+  /// For sorts of at most `capacity` keys; holds at least `capacity` words.
   static gpu::BufferOptions counts_buffer(std::string name, std::size_t capacity);
 
   void record_warm_up(const Bound& bound, gpu::Recorder& recorder) const;
   enum class Words {
-    upper,  ///< rows of more than a few codes with the same upper word stay as they are
-    both,   ///< twice the work
+    upper,  ///< runs of more than a few codes with equal upper words stay unsorted
+    both,   ///< sorts by all bits, at twice the work
   };
   /// Sorts the first half.
   void record(std::uint32_t count, std::uint32_t half_size, Words words, const Bound& bound,
               gpu::Recorder& recorder) const;
-  /// The same in steps, one after the other, a dispatch each.
+  /// The same in steps of one dispatch each, to be recorded in order.
   static constexpr std::uint32_t steps(Words words) noexcept {
     return words == Words::upper ? word_steps + 1 : 2 * (1 + word_steps);
   }

@@ -1,6 +1,6 @@
 #pragma once
-// One recorder and one timeline used in turn: record, start, finish. Several may be under way at a time; the device
-// takes them in the order of their starts.
+// One recorder and one timeline used in turn: record, start, finish. Several may be under way at a time; the
+// device takes them in the order of their starts.
 
 #include <glm/vec2.hpp>
 
@@ -36,22 +36,26 @@ class Submit {
   void while_waiting(query::ExecutorCallbacks* callbacks) noexcept { callbacks_ = callbacks; }
   /// Ends the recorder and submits it. False: the device is lost.
   bool start(const Halting& halting = {});
-  /// Waits for what was started; asked again, it says the same. False: the device is lost. Halted it is where somebody waits for it to
-  /// end (`awaited`, or ExecutorCallbacks::preemption_requested), and `behind` with it, which was started after it.
+  /// Waits for what was started; asked again, it says the same. False: the device is lost. Halted it is where
+  /// somebody waits for it to end (`awaited`, or ExecutorCallbacks::preemption_requested), and `behind` with
+  /// it, which was started after it.
   bool finish(bool awaited = false, Submit* behind = nullptr);
   bool run() { return start() && finish(); }
 
-  /// For dispatches that can be halted (shaders/common/halt.glsl); zero where none can be: the device does not share the host's memory.
+  /// For dispatches that can be halted (shaders/common/halt.glsl); zero where none can be: the device does
+  /// not share the host's memory.
   glm::uvec2 halt_address() const noexcept { return halt_ ? halt_.address() : glm::uvec2(0); }
-  /// Of what was finished last: the first of its elements that did not begin, since it was halted; or beyond all.
+  /// Of what was finished last: the first of its elements that did not begin, since it was halted; or beyond
+  /// all.
   std::uint32_t first_unstarted() const noexcept;
   /// What was finished last was halted sooner than when the device had been at it for long.
   bool halted_at_once() const noexcept { return halted_at_once_; }
-  /// Of a device that is timed by the host: what was finished last had been done before finish was called, and took less than was measured.
+  /// Of a device that is timed by the host: what was finished last had been done before finish was called,
+  /// and took less than was measured.
   bool completed_before_wait() const noexcept { return seen_late_; }
-  /// Time that the device spent on all runs since the last call. A device that is the processor itself is timed
-  /// by the host, from the submission until the wait is over: lavapipe draws a scene with all its threads for each
-  /// timestamp, which takes longer than a small dispatch.
+  /// Time that the device spent on all runs since the last call. A device that is the processor itself is
+  /// timed by the host, from the submission until the wait is over: lavapipe draws a scene with all its
+  /// threads for each timestamp, which takes longer than a small dispatch.
   std::int64_t take_gpu_ns() noexcept { return std::exchange(gpu_ns_, 0); }
 
  private:

@@ -13,7 +13,7 @@ glm::uvec2 words_of(WorldTime time) noexcept {
   return {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
 }
 
-/// What single precision leaves over.
+/// The part that single precision does not represent.
 glm::vec3 low_part(const glm::dvec3& v) noexcept {
   return glm::vec3(v - glm::dvec3(glm::vec3(v)));
 }
@@ -42,7 +42,7 @@ shared::EntityRecord record_of(const EntityState& state) noexcept {
           .unused = 0};
 }
 
-/// Never shorter than the window itself.
+/// Rounded up, so that it is never shorter than the window.
 float window_seconds(WorldTime begin, WorldTime end) noexcept {
   return static_cast<float>(seconds_between(begin, end) * (1.0 + 1e-6));
 }
@@ -73,8 +73,9 @@ bool Tlas::Slot::holds(const Wanted& wanted) const noexcept {
          wanted.times.last <= window_end;
 }
 
-bool Tlas::Slot::is_superseded(Version asked, const Wanted& wanted) const noexcept {
-  return next != nullptr && next->version <= asked && next->tree != Tree::none && next->holds(wanted);
+bool Tlas::Slot::is_superseded(Version reader_version, const Wanted& wanted) const noexcept {
+  return next != nullptr && next->version <= reader_version && next->tree != Tree::none &&
+         next->holds(wanted);
 }
 
 WorldTime Tlas::ahead_of(WorldTime begin) noexcept {
@@ -117,7 +118,7 @@ Tlas::Slot* Tlas::find(const query::RowSource& rows, const Wanted& wanted) noexc
 Tlas::Slot* Tlas::find_near(const query::RowSource& rows, const Wanted& wanted) noexcept {
   if (!patches_) return nullptr;
   while (true) {
-    // The nearest version before: those that read an older one leave each other's slots alone.
+    // Take the nearest earlier version, so that readers of different versions keep to their own slots.
     Slot* nearest = nullptr;
     for (Slot& slot : slots_) {
       const bool before =
@@ -165,7 +166,7 @@ bool Tlas::list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& 
     if (presence_of(state) != slot.presence[entity] || state == nullptr) return false;
     places[k] = slot.place[entity];
   }
-  // Where another tree is made ahead, one that is dear is of use as long as that takes.
+  // If a slot with another tree is prepared ahead, a degraded tree may be used until that is ready.
   const bool is_followed = makes_ahead_ && slot.visible_count >= min_made_ahead && is_small(slot, wanted);
   return is_patch(slot) || may_refit(slot, is_followed ? max_growth_ahead : rebuild_growth);
 }
@@ -219,12 +220,12 @@ void Tlas::list_changes(Slot& slot, const query::RowSource& rows) {
   std::fill(slot.presence.begin() + rows.index_limit(), slot.presence.end(), Presence::absent);
 }
 
-/// Of the entities that changed_ lists.
+/// Uploads the rows of the entities in changed_.
 void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
   const auto records = changed_rows_.host_as<shared::EntityRecord>().subspan(uploaded_);
   const auto identity_texels = slot.identity_texels.host_as<Identity>();
   std::uint32_t count = 0;
-  bool in_a_row = true;  // each stands behind the one before
+  bool in_a_row = true;  // the changed entities are consecutive
   bool list_changed = !slot.filled;
   for (const std::uint32_t entity : changed_) {
     const EntityState* state = entity < rows.index_limit() ? rows.row(entity) : nullptr;
@@ -244,7 +245,7 @@ void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorde
     slot.tree = Tree::none;
   }
   if (in_a_row && count != 0) {
-    // As where all have moved: a copy takes a quarter of what the pass does.
+    // All entities have typically changed then, and a copy is several times faster than the pass.
     constexpr std::size_t row_bytes = sizeof(shared::EntityRecord);
     recorder.copy(changed_rows_, uploaded_ * row_bytes, slot.rows, changed_.front() * row_bytes,
                   count * row_bytes);
@@ -272,7 +273,7 @@ void Tlas::record_instances(const Slot& slot, std::uint32_t first, std::uint32_t
   recorder.barrier();
 }
 
-/// What the device left of the slot's last tree, which is done by now.
+/// Reads the levels of the slot's last tree, whose build has finished.
 void Tlas::learn_levels(Slot& slot) {
   if (slot.tree != Tree::unknown) return;
   const auto levels = slot.levels_readback.host_as<const std::uint32_t>();
@@ -292,7 +293,7 @@ bool Tlas::may_refit(Slot& slot, float max_growth) {
   return growth_of(slot) <= max_growth;
 }
 
-/// Boxes from the deepest level up.
+/// From the deepest level up.
 void Tlas::refit(const Slot& slot, gpu::Recorder& recorder) const {
   for (std::size_t level = slot.levels.size() - 1; level-- > 0;)
     refit_nodes(slot, slot.levels[level], slot.levels[level + 1] - slot.levels[level], recorder);
@@ -326,7 +327,8 @@ bool Tlas::build(Slot& slot, Submit& submit) {
 }
 
 void Tlas::find_cost(const Slot& slot, gpu::Recorder& recorder) const {
-  // A tree of n leaves has n / 8 nodes at least; always the same number of them, so that costs compare.
+  // A tree of n leaves has at least n / 8 nodes. A fixed number of nodes makes the costs of one world
+  // comparable.
   const std::uint32_t nodes = 1 + slot.visible_count / shared::node_width;
   const shared::RefitArgs args{.first = 0,
                                .count = std::min(nodes, shared::max_cost_nodes),
@@ -345,7 +347,7 @@ bool Tlas::make_tree(Slot& slot, Submit& submit) {
     find_cost(slot, submit.recorder());
     ++counts_.refits;
     if (slot.visible_count <= shared::small_build_max) return true;
-    // A large world that was turned upside down is not searched through a tree that knows nothing of it.
+    // After a large change of the world the old topology is useless: check the cost before using it.
     if (!submit.run()) return false;
     submit.begin();
     if (may_refit(slot)) return true;
@@ -356,7 +358,7 @@ bool Tlas::make_tree(Slot& slot, Submit& submit) {
   return true;
 }
 
-/// Since the batch before, whatever slot that had.
+/// Compares with the version of the previous batch, whichever slot it used.
 bool Tlas::few_changed_lately(const query::RowSource& rows) noexcept {
   changed_.clear();
   return latest_version_ == 0 || latest_version_ >= rows.version() ||
@@ -366,7 +368,7 @@ bool Tlas::few_changed_lately(const query::RowSource& rows) noexcept {
 
 bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit) {
   if (ahead_.slot == &slot || ahead_.source == &slot) drop_ahead();
-  // Where many change from version to version, the next one will need a refit in any case.
+  // If many entities change with each version, the next one needs a refit in any case.
   const bool reaches_ahead = patches_ && few_changed_lately(rows);
   if (!slot.filled || slot.version != rows.version()) {
     list_changes(slot, rows);

@@ -1,19 +1,22 @@
 #pragma once
-// Top-level structures (paper, Section 4.1): a few slots, each with its own copy of the rows, the instances
-// made from them, and a wide BVH over what every instance covers at the begin and at the end of the slot's
-// window. A slot stands for one version and one window of time. A later version is reached
-//   by a patch   few rows changed, and the window holds the new times: only their boxes and those above are made
-//   by a renewal more changed than a patch is good for, and the window holds the new times: only the instances that
-//                changed are made, then all boxes above
-//   by a refit   the tree stays and all its boxes are made anew, for a new window
-//   by a build   entities came, went, got or lost their geometry, or the tree's cost by the surface area
-//                heuristic has grown by rebuild_growth since it was built
-// A batch that is small beside the world gets a window that reaches ahead, so that those that follow it in time
-// need a patch at the most; a large one gets a window as short as its times, in which it is answered sooner. Before a window
-// that reaches ahead ends, the slot for the next one is made, a part with each batch (tlas_ahead.cpp): no batch waits for
-// a refit of all, or a build.
+// Top-level acceleration structures (paper, Section 4.1). There are a few slots. A slot holds one version for
+// one window of time: a copy of the rows, the instances made from them, and a wide BVH whose nodes have two
+// sets of boxes, for the begin and the end of the window. A slot reaches a later version
+//   by a patch    few rows changed and the window contains the new times: only their boxes and those above
+//                 them are recomputed
+//   by a renewal  more rows changed and the window contains the new times: only the changed instances are
+//                 recomputed, then all node boxes
+//   by a refit    the window does not contain the new times: all instances and node boxes are recomputed,
+//                 the topology stays
+//   by a build    entities were created or deleted, got or lost their geometry, or the tree's cost by the
+//                 surface area heuristic has grown by the factor rebuild_growth since it was built
+// A batch that is small compared with the world gets a long window, so that the batches after it need at most
+// a patch. A large batch gets a window as short as its times, since tighter boxes make its searches faster.
+// Before a long window ends, the slot for the next window is prepared in parts, one with each batch
+// (tlas_ahead.cpp), so that no batch waits for a whole refit or build.
 //
-// Threads: one. prepare is the tick's and does not allocate; the rest is setup.
+// Threads: one. prepare(), pin() and unpin() are called in the tick and do not allocate; the other functions
+// are setup.
 
 #include <cstdint>
 #include <limits>
@@ -34,47 +37,50 @@ namespace rtstdb::accel {
 struct TlasOptions {
   std::uint32_t max_entities = 0;
   std::uint32_t slots = 4;
-  bool refits = true;   ///< false: every tree is built anew, to measure that
-  bool patches = true;  ///< false: windows reach no further than their times, to measure refits
+  bool refits = true;   ///< false: build every tree anew (to measure refits)
+  bool patches = true;  ///< false: no long windows and no patches (to measure patches)
 };
 
-/// Instants at which rows are written down in single precision lie this far apart; see shaders/shared/entity.h.
+/// Distance between epochs, the instants at which rows are stored in single precision; see
+/// shaders/shared/entity.h.
 inline constexpr Nanoseconds epoch_length{shared::epoch_length_ns};
 static_assert(epoch_length.count() >= max_query_window_ns, "a window meets at most two epochs");
 
-/// A tree that costs more than this times what it did when it was built is built anew.
+/// A tree is rebuilt when its cost exceeds the cost after its build by this factor.
 inline constexpr float rebuild_growth = 1.3f;
-/// The same where that is done ahead, a part with each batch, within so much time; and what is too much even for that.
+/// A slot prepared ahead rebuilds its tree from this growth on, within this time; a growth above
+/// max_growth_ahead makes the prepared slot useless.
 inline constexpr Nanoseconds rebuilt_ahead_within{125'000'000};
 inline constexpr float rebuild_growth_ahead = 1.1f;
 inline constexpr float max_growth_ahead = 4.0f;
-/// Smaller worlds are refitted, and built, when a window ends.
+/// Smaller worlds are refitted or built when a window ends, and nothing is prepared ahead.
 inline constexpr std::uint32_t min_made_ahead = 256;
-/// Where a tree that was kept went bad, so many are built before one is kept again.
+/// When a copied tree has degraded, this many prepared slots are built before a tree is copied again.
 inline constexpr std::uint32_t rebuilds_ahead = 4;
 
-/// How far the window of a small batch reaches ahead: beside what a refit of all takes, few of them; and boxes of bodies that
-/// turn are still of use.
+/// The length of a long window. Longer windows would save few refits, and the boxes of rotating bodies would
+/// become loose.
 inline constexpr Nanoseconds window_ahead{250'000'000};
 static_assert(window_ahead.count() <= max_query_window_ns);
-/// A batch is small when the world has so many entities for each of its elements.
+/// A batch is small when the world has at least this many entities for each of its elements.
 inline constexpr std::uint32_t entities_per_small_element = 4;
-/// A slot's nodes are all made anew when this share of its entities has been patched, for its tree knows nothing of where they went.
+/// All node boxes of a slot are recomputed after 1 / patched_share of its entities have been patched, since
+/// the tree's topology does not follow their motion.
 inline constexpr std::uint32_t patched_share = 8;
-/// As the share of a small world.
+/// The least number of patched entities that leads to this, for small worlds.
 inline constexpr std::uint32_t fewest_patched = 8;
-/// Where more than this share changes from version to version, all instances are made anew: a window that reaches ahead would
-/// spare little.
+/// When more than 1 / renewed_share of the entities change from version to version, all instances are
+/// recomputed and windows are short, since long windows would save little.
 inline constexpr std::uint32_t renewed_share = 4;
 
-/// An instant as the device is told of it.
+/// An instant in the form that shaders receive.
 struct Moment {
-  std::int32_t t_ns = 0;            ///< since its epoch
-  std::uint32_t instance_base = 0;  ///< where that epoch's instances begin
-  float share = 0.0f;               ///< of the window that has passed
+  std::int32_t t_ns = 0;            ///< since the epoch that the instant belongs to
+  std::uint32_t instance_base = 0;  ///< index of the first instance of that epoch
+  float share = 0.0f;               ///< fraction of the window that has passed
 };
 
-/// What answers say of an entity besides what the device found.
+/// Host data of an entity that results contain.
 struct Identity {
   EntityId id;
   std::uint32_t mask = 0;
@@ -85,80 +91,81 @@ struct Identity {
 struct TlasView {
   std::uint32_t slot = 0;
   const Identity* identities = nullptr;  ///< by entity index
-  std::uint32_t root = 0;                ///< reference; none when nothing is visible
-  std::uint32_t entities = 0;            ///< in the tree
+  std::uint32_t root = 0;                ///< reference of the root; ref_none when the tree is empty
+  std::uint32_t entities = 0;            ///< number of entities in the tree
   WorldTime epoch{};
   std::uint32_t late_base = 0;
   WorldTime window_begin{}, window_end{};
-  std::uint64_t contents = 0;  ///< another one than any before it, whenever something in a slot has changed
-  /// For instants in the slot's window.
+  std::uint64_t contents = 0;  ///< unique to this content of the slot
+  /// `t` must lie in the slot's window.
   Moment moment(WorldTime t) const noexcept;
 };
 
 class Tlas {
  public:
   static Result<Tlas> create(gpu::Device& device, const TlasOptions& options);
-  /// Connects to the pool; again whenever the pool's generation changed.
+  /// Binds the passes to the pool. Call again whenever the pool's generation has changed.
   Result<void> bind(gpu::Device& device, const GeometryPool& pool);
 
-  /// Dispatches of every pass that build nothing: drivers compile at the first dispatch.
+  /// Records an empty dispatch of every pass, since drivers compile at the first dispatch.
   void record_warm_up(gpu::Recorder& recorder);
 
   std::uint32_t slots() const noexcept { return static_cast<std::uint32_t>(slots_.size()); }
-  /// tlas_node_texels a node, the root first; references count in it.
+  /// tlas_node_texels texels per node, the root first; references count nodes of this buffer.
   const gpu::Buffer& nodes(std::uint32_t slot) const noexcept { return slots_[slot].nodes; }
   const gpu::Buffer& instances(std::uint32_t slot) const noexcept { return slots_[slot].instances; }
-  /// By entity index, a texel each: id, mask and material of a row.
+  /// One texel per entity index: id, mask and material of a row.
   const gpu::Buffer& identity_texels(std::uint32_t slot) const noexcept {
     return slots_[slot].identity_texels;
   }
-  // Where the slot's window is one instant, in the order of the instances: centres of the bounds with the mask, and the
-  // bounds (still_bounds_texels each).
+  // If the slot's window is one instant: per instance, the centre of its bounds with the mask, and the bounds
+  // (still_bounds_texels texels each).
   const gpu::Buffer& centers(std::uint32_t slot) const noexcept { return slots_[slot].centers; }
   const gpu::Buffer& still_bounds(std::uint32_t slot) const noexcept { return slots_[slot].still_bounds; }
-  /// By entity index: place_of.
+  /// place_of() by entity index.
   const gpu::Buffer& places(std::uint32_t slot) const noexcept { return slots_[slot].places; }
-  /// Where the entity's instance stands in its slot: those with a geometry by ascending index, which nearest
-  /// queries decide ties by. Misuse for an entity that is not alive in the slot's version.
+  /// The position of the entity's instance in the slot. Instances with a geometry come first, by ascending
+  /// entity index; nearest queries break ties by this order. Misuse: an entity that does not exist in the
+  /// slot's version.
   std::uint32_t place_of(std::uint32_t slot, std::uint32_t entity) const noexcept {
     return slots_[slot].place[entity];
   }
 
-  /// What a slot is wanted for.
+  /// What a batch needs from a slot.
   struct Wanted {
     query::TimeSpan times;
-    std::uint64_t elements = std::numeric_limits<std::uint64_t>::max();  ///< that will be asked
-    /// GeometryPool::shown of that version; another one than a slot was made with makes it stale.
+    std::uint64_t elements = std::numeric_limits<std::uint64_t>::max();  ///< number of queries in the batch
+    /// GeometryPool::shown() for this version. A slot that was made with another value is stale.
     std::uint64_t shapes = 0;
-    /// Looked at before all others: the one that was there the last time.
+    /// The slot of the previous batch, which is tried first.
     std::optional<std::uint32_t> slot = {};
   };
-  /// Records what brings a slot to `rows` over the times wanted into the begun recorder of `submit`; nothing when a
-  /// slot is there already. Scenes above small_build_max submit in between when their tree is
-  /// built. Empty: the device is lost.
+  /// Provides a slot that holds `rows` over the requested times. Records the commands into the recorder of
+  /// `submit`, which has begun; records nothing if a slot is ready. A build of a world above small_build_max
+  /// instances submits and begins again. Empty: the device is lost.
   std::optional<TlasView> prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit);
 
-  /// Until unpin a slot stays as it is, and others are brought to what is asked meanwhile. Calls nest. False: it is the last one that is
-  /// left for those, and it is not pinned.
+  /// Keeps a slot unchanged until unpin(). Calls nest. False: not pinned, since no unpinned slot would be
+  /// left.
   bool pin(std::uint32_t slot) noexcept;
   void unpin(std::uint32_t slot) noexcept;
 
-  /// How slots came to their versions so far.
+  /// How often slots were brought to a version, by method.
   struct Counts {
     std::uint64_t builds = 0, refits = 0, patches = 0;
-    std::uint64_t rows = 0;         ///< written to the device
-    std::uint64_t renewals = 0;     ///< of the refits
-    std::uint64_t ahead = 0;        ///< slots made before they were asked for
-    std::uint64_t ahead_built = 0;  ///< of them, those with a tree of their own
+    std::uint64_t rows = 0;         ///< rows uploaded to the device
+    std::uint64_t renewals = 0;     ///< included in `refits`
+    std::uint64_t ahead = 0;        ///< slots that were prepared ahead
+    std::uint64_t ahead_built = 0;  ///< included in `ahead`: slots with a tree of their own
   };
   Counts counts() const noexcept { return counts_; }
 
  private:
   enum class Presence : std::uint8_t { absent, hidden, visible };
-  /// What a slot's nodes are to its entities.
+  /// State of a slot's tree.
   enum class Tree : std::uint8_t {
     none,     ///< to be built
-    unknown,  ///< built by the device alone: its levels stand in levels_readback once that is done
+    unknown,  ///< the device has built it; levels_readback holds its levels when the submission has finished
     known,
   };
 
@@ -170,13 +177,14 @@ class Tlas {
     TlasPatch::Bound patch;
     std::vector<Presence> presence;    // by entity index
     std::vector<std::uint32_t> place;  // by entity index
-    std::vector<Identity> identities;  // by entity index: a row of an older version takes long to find
+    std::vector<Identity> identities;  // by entity index; looking up a row of an older version would be slow
     std::uint32_t live_count = 0, visible_count = 0;
-    std::uint32_t patched = 0;  ///< rows since all boxes were made
+    std::uint32_t patched = 0;  ///< rows patched since all node boxes were recomputed
     bool filled = false;
-    bool made = true;            ///< false: not to the end, by make_ahead
-    bool followed = false;       ///< what comes behind its window has been seen to, as far as it could be
-    const Slot* next = nullptr;  ///< made ahead to be used in its place
+    bool made = true;  ///< false: still being prepared ahead
+    /// Whether the slot for the next window has been prepared, or tried as far as possible
+    bool followed = false;
+    const Slot* next = nullptr;  ///< the slot that was prepared to replace this one
     Version version = 0;
     std::uint64_t shapes = 0;
     WorldTime window_begin{}, window_end{}, epoch{};
@@ -184,50 +192,52 @@ class Tlas {
     std::uint64_t contents = 0;  // see TlasView
     std::uint32_t pins = 0;
     Tree tree = Tree::none;
-    std::vector<std::uint32_t> levels;  // first node of each, then the number of nodes
+    std::vector<std::uint32_t> levels;  // first node of each level, then the number of nodes
     float built_cost = 0.0f;            // 0: not known yet
-    std::uint32_t rebuilds = 0;         ///< so many of the slots made behind it get a tree of their own
+    std::uint32_t rebuilds = 0;         ///< number of successors that have to be built instead of copied
     std::uint32_t root() const noexcept;
     void take_window(WorldTime begin, WorldTime end) noexcept;
-    /// There is another one now, made ahead, for what asks for this version.
-    bool is_superseded(Version asked, const Wanted& wanted) const noexcept;
-    /// Whatever its version.
+    /// A slot prepared ahead exists that serves this version and request.
+    bool is_superseded(Version reader_version, const Wanted& wanted) const noexcept;
+    /// Whether the slot serves the request, whatever its version.
     bool holds(const Wanted& wanted) const noexcept;
   };
 
-  /// How a slot that is made ahead comes to its tree.
+  /// Where the tree of a slot that is prepared ahead comes from.
   enum class TreeAhead : std::uint8_t { copied, built };
-  /// The slot that is made for the time behind another's window.
+  /// A slot that is being prepared for the time after the window of `source`.
   struct Ahead {
     enum class Step : std::uint8_t { build, tree, rows, instances, boxes, parents, cost, verdict };
-    Slot* slot = nullptr;    ///< none: nothing is being made
-    Slot* source = nullptr;  ///< the one whose window ends; filled for another, it is none any more
+    Slot* slot = nullptr;    ///< null: nothing is being prepared
+    Slot* source = nullptr;  ///< the slot whose window ends; null once it has been refilled
     WorldTime begun{}, due{};
     Step step = Step::tree;
     std::uint32_t row_count = 0;
     TreeAhead tree = TreeAhead::copied;
-    std::uint32_t next = 0;  ///< of what the step goes through
-    std::size_t level = 0;   ///< that boxes are made of
-    std::uint64_t done = 0;  ///< work
+    std::uint32_t next = 0;  ///< first element that the current step has not processed
+    std::size_t level = 0;   ///< level whose boxes are computed
+    std::uint64_t done = 0;  ///< work recorded so far
     std::uint64_t total = 0;
   };
 
-  /// The end of a window that begins at `begin` and reaches ahead.
+  /// The end of a long window that begins at `begin`.
   static WorldTime ahead_of(WorldTime begin) noexcept;
-  /// Of those that are not pinned; none where there is no other.
+  /// The unpinned slot that was used longest ago, other than `but`; null if there is none.
   Slot* min_used(const Slot* but) noexcept;
   Slot* find(const query::RowSource& rows, const Wanted& wanted) noexcept;
-  /// The slot that a patch or a renewal brings there, whose changes are listed then; or none.
+  /// The slot that a patch or renewal can bring to `rows`, with its changes listed in changed_; null if there
+  /// is none.
   Slot* find_near(const query::RowSource& rows, const Wanted& wanted) noexcept;
-  /// It is not to be reached any more: the slot whose place it took is used again. False: there is none.
+  /// Stops using a slot that was prepared ahead, in favour of the slot that it replaced. False: there is no
+  /// such slot.
   bool step_aside(const Slot& made_ahead) noexcept;
   static std::uint32_t max_patched(const Slot& slot) noexcept;
   static std::uint32_t max_renewed(const Slot& slot) noexcept;
-  /// Of what changed.
+  /// Whether the listed changes are few enough for a patch.
   bool is_patch(const Slot& slot) const noexcept;
-  /// False: too much changed, or the tree itself has to.
+  /// Lists the changes up to `rows`. False: they are too many, or they change the set of instances.
   bool list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& wanted) noexcept;
-  /// With what list_renewed has listed.
+  /// Applies the changes that list_renewed() listed.
   void renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
   bool few_changed_lately(const query::RowSource& rows) noexcept;
   bool fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit);
@@ -238,11 +248,12 @@ class Tlas {
   void make_instances(const Slot& slot, gpu::Recorder& recorder) const {
     record_instances(slot, 0, slot.live_count, false, recorder);
   }
-  /// From a place on, or of so many that are listed.
+  /// Records the instances pass for `count` instances from `first` on, or for those that renewed_places_
+  /// lists.
   void record_instances(const Slot& slot, std::uint32_t first, std::uint32_t count, bool listed,
                         gpu::Recorder& recorder) const;
   static void learn_levels(Slot& slot);
-  /// What the slot's tree costs beside what it did when it was built.
+  /// The tree's current cost divided by its cost after the build.
   static float growth_of(Slot& slot) noexcept;
   bool may_refit(Slot& slot, float max_growth = rebuild_growth);
   void refit(const Slot& slot, gpu::Recorder& recorder) const;
@@ -253,33 +264,34 @@ class Tlas {
   static bool is_small(const Slot& slot, const Wanted& wanted) noexcept {
     return wanted.elements < slot.visible_count / entities_per_small_element;
   }
-  /// A part of the slot that comes behind `used`, which answers a batch and was made for one before. Records; submits
-  /// nothing.
+  /// Records a part of the preparation of the slot that follows `used`, which serves a batch without having
+  /// been filled for it. Submits nothing.
   void make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
                   gpu::Recorder& recorder) noexcept;
-  /// Whether it is time to make the slot behind this one.
+  /// Whether to begin preparing the slot that follows this one, and with which tree.
   std::optional<TreeAhead> tree_ahead(Slot& used, const query::RowSource& rows,
                                       const Wanted& wanted) const noexcept;
-  /// What there is to do for the slot behind this one, in the weights of tlas_ahead.cpp.
+  /// Remaining work for the following slot once it has its tree, in the weights of tlas_ahead.cpp.
   static std::uint64_t work_with_tree(const Slot& slot, std::uint32_t row_count) noexcept;
   static std::uint64_t work_ahead(const Slot& used, std::uint32_t row_count, TreeAhead tree) noexcept;
   void begin_ahead(Slot& used, Slot& slot, const query::RowSource& rows, const Wanted& wanted,
                    TreeAhead tree) noexcept;
-  /// What was being made is of no use any more.
+  /// Abandons the preparation.
   void drop_ahead() noexcept;
-  /// The slot behind this one can not be brought to the versions that came meanwhile.
+  /// Notes that preparing the slot that follows this one failed, since too many rows changed meanwhile.
   void was_in_vain(Slot& source) noexcept;
   /// The work that a batch at `now` has to do.
   std::uint64_t due_ahead(WorldTime now) const noexcept;
-  /// Records so much, or what is left of a step; returns how much it was.
+  /// Records about `most` work, at most the rest of the current step. Returns the recorded work.
   std::uint64_t step_ahead(std::uint64_t most, const query::RowSource& rows,
                            gpu::Recorder& recorder) noexcept;
   void copy_rows_ahead(std::uint32_t first, std::uint32_t count, gpu::Recorder& recorder) noexcept;
-  /// Brings what has been copied to the version of `rows`. False: too much changed, it is dropped.
+  /// Brings the rows that have been copied to the version of `rows`. False: too many changed, and the
+  /// preparation was abandoned.
   bool catch_up_ahead(const query::RowSource& rows, gpu::Recorder& recorder) noexcept;
-  /// Once the device has built its tree.
+  /// Takes the levels of a tree that the device has built.
   void take_tree_ahead() noexcept;
-  /// Once the device has said what its tree costs: whether the slot is to be used.
+  /// Takes the cost of the finished tree and decides whether the slot will be used.
   void judge_ahead() noexcept;
   Result<void> create_slot(gpu::Device& device, Slot& slot, const std::string& name);
 
@@ -289,20 +301,20 @@ class Tlas {
   bool patches_ = true;
   bool makes_ahead_ = true;
   std::uint64_t uses_ = 0;
-  std::uint64_t contents_ = 0;  // the last that a slot got
-  double lead_share_ = 1.0;     // of the time before a window's end at which the slot behind it is begun
-  std::uint32_t rests_ = 0;     // windows behind which none is made, since that was in vain
-  Version latest_version_ = 0;  // of the batch before
+  std::uint64_t contents_ = 0;  // the last number given to TlasView::contents
+  double lead_share_ = 1.0;     // fraction of a window, before its end, at which preparation begins
+  std::uint32_t rests_ = 0;  // number of windows still to pass before the next preparation, after failed ones
+  Version latest_version_ = 0;  // of the previous batch
   std::vector<Slot> slots_;
   Ahead ahead_;
   std::vector<std::uint32_t> changed_;
-  std::uint32_t uploaded_ = 0;  // of changed_rows_, by the batch at hand
+  std::uint32_t uploaded_ = 0;  // number of changed_rows_ used by the current batch
   gpu::Buffer changed_rows_;
   gpu::Buffer renewed_places_;
   BuildScratch small_scratch_;
-  std::optional<TlasBuilder> large_build_;  // none where no world needs it
+  std::optional<TlasBuilder> large_build_;  // absent when every possible world is small
   TlasPatch patch_;
-  gpu::Buffer bounds_;  // of the tree being made
+  gpu::Buffer bounds_;  // of the tree being built
   gpu::Pipeline apply_rows_, instances_pass_, small_build_, refit_, cost_;
   Counts counts_;
 };

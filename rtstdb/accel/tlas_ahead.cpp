@@ -1,8 +1,9 @@
-// The slot for the time behind a window that reaches ahead, made while the window lasts: each batch of its last part does a
-// share, so that the slot is there in time and none waits for the whole. It begins as a copy of the slot in use, whose tree
-// it keeps, or, where that has become dear, with one that is built over where entities are at the end of the window in use; and
-// gets instances and boxes for a window of its own. Rows are copied over several batches; those that change meanwhile are
-// written again by each, so that what has been copied is of one version, which may be one that was discarded.
+// Prepares the slot for the window after a long one while that window lasts. Each batch of the last part of
+// the window records a share, so that the slot is ready in time and no batch waits for the whole. The new
+// slot copies the tree of the slot in use, or, if that tree has degraded, gets one that is built over the
+// instances at the end of the window in use. It then gets instances and boxes for its own window. Rows are
+// copied over several batches. Rows that change meanwhile are uploaded again by each batch, so that the
+// copied rows are always those of one version, which may be one that was discarded.
 
 #include <algorithm>
 #include <utility>
@@ -13,24 +14,26 @@
 namespace rtstdb::accel {
 namespace {
 
-// What a step takes for each of those that it goes through, beside the copy of a row.
+// Work of a step per element that it processes, relative to the copy of a row.
 constexpr std::uint64_t per_copied_node = 1;
 constexpr std::uint64_t per_row = 1;
 constexpr std::uint64_t per_instance = 4;
 constexpr std::uint64_t per_node = 16;
 constexpr std::uint64_t per_parent = 6;
-/// What a dispatch takes besides, whatever it goes through.
+/// Additional work of any dispatch.
 constexpr std::uint64_t per_dispatch = 1'500;
-/// What a batch does at the least: less would hardly take less time.
+/// The least work of a batch; less would hardly take less time.
 constexpr std::uint64_t min_share = 3'000;
-/// More work than this is begun earlier than in the last quarter of a window, up to its last three; where a tree is built, in the last
-/// half, since the host has to look at it in between, or at once.
+/// Preparation begins in the last quarter of a window, earlier for more work than this, at most in its last
+/// three quarters. A preparation with a build begins in the last half, since the host has to read the levels
+/// in between; with a badly degraded tree, at once.
 constexpr double work_of_a_window = 1e6;
-/// Where more changes while a slot is made than it can be brought over by a renewal, the next one is begun so much later at the most;
-/// and, where that is of no use either, not for so many windows.
+/// If more rows change during a preparation than a renewal can apply, the next preparation begins later, down
+/// to this fraction of a window. If that also fails, this many windows pass without preparation.
 constexpr double min_lead_share = 0.0625;
 constexpr std::uint32_t rests_in_vain = 16;
-/// One whose reader has not come again for so many batches of others makes room for theirs.
+/// A preparation is abandoned for another one when its reader has not returned for this many batches of
+/// others.
 constexpr std::uint64_t max_patience = 32;
 
 }  // namespace
@@ -47,7 +50,7 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
     }
     Slot* const slot = min_used(&used);
     if (slot == nullptr) return;
-    // Where each slot has a reader, one that lost it would take another's.
+    // If every slot has a reader, preparing one would take the slot of another reader.
     if (slot->filled && slot->next == nullptr && uses_ - slot->last_used < max_patience) return;
     begin_ahead(used, *slot, rows, wanted, *tree);
   }
@@ -57,7 +60,7 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
     const std::uint64_t part = step_ahead(due - done, rows, recorder);
     if (part == 0) break;
     done += part + per_dispatch;
-    // What dividing a step adds to it is in no estimate of the whole.
+    // The estimate of the total does not include the dispatches that dividing a step adds.
     const bool divides =
         ahead_.step == Ahead::Step::build ? large_build_->is_within_pass() : ahead_.next != 0;
     ahead_.done += part + (divides ? 0 : per_dispatch);
@@ -72,8 +75,8 @@ std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSour
     return std::nullopt;
   learn_levels(used);
   const float growth = growth_of(used);
-  const bool is_dear = used.rebuilds > 0 || growth > rebuild_growth_ahead;
-  const TreeAhead tree = is_dear ? TreeAhead::built : TreeAhead::copied;
+  const bool is_degraded = used.rebuilds > 0 || growth > rebuild_growth_ahead;
+  const TreeAhead tree = is_degraded ? TreeAhead::built : TreeAhead::copied;
   const double min_lead = growth > rebuild_growth ? 1.0 : tree == TreeAhead::built ? 0.5 : 0.25;
   const double wanted_lead =
       static_cast<double>(work_ahead(used, rows.index_limit(), tree)) / work_of_a_window;
@@ -90,7 +93,7 @@ void Tlas::was_in_vain(Slot& source) noexcept {
   rests_ = rests_in_vain;
 }
 
-/// What is left when the slot has its tree.
+/// Work that remains once the slot has its tree.
 std::uint64_t Tlas::work_with_tree(const Slot& slot, std::uint32_t row_count) noexcept {
   const std::uint64_t nodes = slot.levels.back();
   const std::uint64_t dispatches =
@@ -145,7 +148,7 @@ void Tlas::begin_ahead(Slot& used, Slot& slot, const query::RowSource& rows, con
   slot.presence = used.presence;
 }
 
-/// By the time that has passed of what there is, and half as fast again.
+/// The elapsed fraction of the available time times 1.5, in work.
 std::uint64_t Tlas::due_ahead(WorldTime now) const noexcept {
   const double share = 1.5 * seconds_between(ahead_.begun, now) / seconds_between(ahead_.begun, ahead_.due);
   const auto wanted =
@@ -157,7 +160,7 @@ std::uint64_t Tlas::step_ahead(std::uint64_t most, const query::RowSource& rows,
                                gpu::Recorder& recorder) noexcept {
   Slot& slot = *ahead_.slot;
   const std::uint32_t first = ahead_.next;
-  // Of so many altogether: as many as there is work for.
+  // Takes as many elements as fit into `most`.
   const auto take = [&](std::uint32_t end, std::uint64_t weight) {
     const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(end - first, most / weight + 1));
     ahead_.next += count;
@@ -258,8 +261,8 @@ void Tlas::take_tree_ahead() noexcept {
   ahead_.total = ahead_.done + work_with_tree(slot, ahead_.row_count);
 }
 
-/// A tree that knows nothing any more of where its entities are is not for use: when the window ends, one is built. One that is
-/// dear is used while another is made.
+/// A slot with a useless tree is not used; a tree is then built when the window ends. A slot with a degraded
+/// tree is used while another one is prepared.
 void Tlas::judge_ahead() noexcept {
   const Ahead made = std::exchange(ahead_, {});
   const float growth = growth_of(*made.slot);

@@ -19,18 +19,19 @@ constexpr gpu::ShaderId pass_shaders[] = {
     gpu::ShaderId::tlas_queue,
 };
 
-/// What passes over the instances take for each, beside the copy of a row; and how many of them a workgroup visits.
+/// The work of a pass over the instances, relative to the copy of a row, and the number of instances per
+/// workgroup.
 struct Pass {
   std::uint32_t weight, per_group;
 };
 constexpr std::array visiting_passes{Pass{1, shared::blas_tile}, Pass{1, shared::blas_tile},
                                      Pass{1, shared::blas_tile}, Pass{5, 64 * shared::blas_run}};
 constexpr std::uint32_t sort_steps_a_weight = 6;
-/// Of all levels together.
+/// Work per instance of all levels together.
 constexpr std::uint32_t all_levels_weight = 3;
 
-/// Levels that are recorded at once: each is two dispatches more, also where the tree does not have it; a deeper
-/// tree takes another submission.
+/// The number of levels recorded at once. Each level is two dispatches, even if the tree does not have it; a
+/// deeper tree needs another submission.
 std::uint32_t levels_recorded(std::uint32_t count) {
   return std::min<std::uint32_t>(shared::blas_levels_recorded,
                                  3 + static_cast<std::uint32_t>(std::bit_width(count)) / 3);
@@ -52,7 +53,7 @@ Result<TlasBuilder> TlasBuilder::create(gpu::Device& device, std::uint32_t capac
   const std::size_t n = builder.capacity_;
   const std::size_t nodes = wide_node_bound(capacity, 1);
   const std::size_t state_bytes = 4 * shared::blas_state_words;
-  const gpu::BufferWanted wanted[] = {
+  const gpu::BufferRequest wanted[] = {
       {&builder.sorted_, RadixSort::sorted_buffer("TLAS keys", n)},
       {&builder.low_words_, {.name = "TLAS words", .size_bytes = 2 * 4 * n}},
       {&builder.offsets_, RadixSort::counts_buffer("TLAS offsets", n)},
@@ -96,7 +97,7 @@ Result<TlasBuilder::Bound> TlasBuilder::bind(gpu::Device& device, const gpu::Buf
 }
 
 void TlasBuilder::record_warm_up(const Bound& bound, gpu::Recorder& recorder) const {
-  // No instances, no levels: every pass finds nothing to do.
+  // Without instances there are no levels, and every pass does nothing.
   recorder.fill(state_, 0, 4 * shared::blas_state_words, 0);
   recorder.barrier();
   for (std::size_t i = 0; i < pass_count; ++i) {
@@ -176,7 +177,7 @@ std::uint64_t TlasBuilder::record_pass(PassIndex index, std::uint64_t most, Stag
   const Pass& pass = visiting_passes[index];
   const bool of_motion = source != nullptr && index < reading_pass_count;
   shared::BlasArgs args = this->args();
-  // A motion box is a box at the window's begin, one at its end, and more.
+  // A motion box contains a box at the begin of the window and one at its end.
   constexpr std::uint32_t box_words = 6;
   args.box_first = of_motion ? box_words : 0;
   args.box_stride = of_motion ? 4 * shared::motion_box_texels : box_words;
@@ -196,7 +197,7 @@ std::uint64_t TlasBuilder::record_pass(PassIndex index, std::uint64_t most, Stag
 void TlasBuilder::record_level(const Bound& bound, gpu::Recorder& recorder) {
   shared::BlasArgs args = this->args();
   if (next_ == 0 && levels_taken_ > 0) {
-    // On from the level behind the last that was recorded.
+    // Continues at the level behind the last recorded one.
     recorder.fill(state_, 4 * shared::blas_levels, 4 * (shared::blas_state_words - shared::blas_levels), 0);
     recorder.barrier();
     recorder.copy(state_readback_, 4 * level_word(levels_recorded(count_), 0), state_, 4 * level_word(0, 0),
@@ -214,7 +215,7 @@ void TlasBuilder::record_level(const Bound& bound, gpu::Recorder& recorder) {
 bool TlasBuilder::take_levels(std::vector<std::uint32_t>& levels) {
   const auto state = state_readback_.host_as<const std::uint32_t>();
   if (state[shared::blas_disorder] != 0) {
-    // The next tree of such a world is not tried without.
+    // Later trees of this world sort by both words from the start.
     words_ = RadixSort::Words::both;
     begin(count_);
     return false;

@@ -1,6 +1,7 @@
 #pragma once
-// The tree of a TLAS too large for one workgroup: the passes that build a geometry's structure, over the boxes
-// of instances, one a leaf (shaders/build/tree_*.glsl). Boxes of the tree's nodes come with the refit.
+// Builds the tree of a TLAS that is too large for one workgroup. It runs the passes of the BLAS build over
+// the boxes of instances, with one instance per leaf (shaders/build/tree_*.glsl). A refit then computes the
+// boxes of the nodes.
 //
 // Threads: one. create and bind are setup; the rest is the tick's and allocates nothing.
 
@@ -16,7 +17,7 @@ namespace rtstdb::accel {
 
 class TlasBuilder {
  public:
-  /// For trees of at most `capacity` instances.
+  /// For trees of at most `capacity` instances. Errors: out_of_memory, device_lost.
   static Result<TlasBuilder> create(gpu::Device& device, std::uint32_t capacity);
 
   enum PassIndex : std::size_t {
@@ -29,10 +30,10 @@ class TlasBuilder {
     queue_pass,
   };
   static constexpr std::size_t pass_count = queue_pass + 1;
-  /// The first ones read boxes.
+  /// The number of passes that read boxes; they come first.
   static constexpr std::size_t reading_pass_count = leaves_pass + 1;
-  /// The passes connected to the instances' boxes and to the nodes that are to be made; and those that read boxes, to
-  /// motion boxes.
+  /// The passes bound to the boxes of instances and to the output nodes; the passes that read boxes are also
+  /// bound to motion boxes.
   struct Bound {
     std::array<gpu::Bindings, pass_count> passes;
     std::array<gpu::Bindings, reading_pass_count> of_motion;
@@ -41,28 +42,30 @@ class TlasBuilder {
   Result<Bound> bind(gpu::Device& device, const gpu::Buffer& bounds, const gpu::Buffer& motion_boxes,
                      const gpu::Buffer& nodes) const;
 
-  /// Dispatches of every pass that build nothing.
+  /// Records an empty dispatch of every pass.
   void record_warm_up(const Bound& bound, gpu::Recorder& recorder) const;
 
-  /// Slots and references of the tree over `count` instances, at least 1. The recorder is begun and holds the
-  /// passes that made the instances' boxes; on return it has been submitted, once at the least, because the host has to know the
-  /// levels. Puts the first node of each level and then the number of nodes into `levels`. False: the device was lost.
+  /// Builds slots and references of the tree over `count` (at least 1) instances. The recorder of `submit`
+  /// has begun and holds the passes that compute the instances' boxes. On return it has been submitted at
+  /// least once, because the host must know the levels. `levels` receives the first node of each level and
+  /// then the number of nodes. False: the device is lost.
   bool run(std::uint32_t count, const Bound& bound, Submit& submit, std::vector<std::uint32_t>& levels);
 
-  // The same in parts, over several submissions:
-  //   begin, then record until recorded(), and a submission after that take_levels; from record on again where it says no.
-  // Another build in between takes the scratch memory: then it has to be begun again.
+  // The same build in parts that span several submissions:
+  //   begin(), record() until recorded(), then a submission, then take_levels();
+  //   if that returns false, record() again.
+  // A run() in between uses the same scratch memory, so the build must then begin again.
   void begin(std::uint32_t count) noexcept;
   bool recorded() const noexcept { return stage_ == Stage::submission; }
-  /// Of which a part was recorded last.
+  /// Whether the last record() ended inside a pass.
   bool is_within_pass() const noexcept {
     return next_ != 0 && stage_ != Stage::sort && stage_ != Stage::levels;
   }
-  /// Records `most` work or a little more, or what is left of a pass; returns how much. `source`: whose motion boxes at the end of its
-  /// window are the instances', or null: the bounds of `bound` are.
+  /// Records about `most` work, at most the rest of a pass. Returns the recorded work. `source`: take the
+  /// instances' boxes from its motion boxes at the end of the window; null: from the bounds of `bound`.
   std::uint64_t record(std::uint64_t most, const Bound* source, const Bound& bound, gpu::Recorder& recorder);
   bool take_levels(std::vector<std::uint32_t>& levels);
-  /// All of it, in the weights of tlas_ahead.cpp; and how many passes that is.
+  /// The total work in the weights of tlas_ahead.cpp, and the number of passes.
   static std::uint64_t work(std::uint32_t count) noexcept;
   static std::uint32_t passes(std::uint32_t count) noexcept;
 
@@ -72,7 +75,7 @@ class TlasBuilder {
     stage_ = stage;
     next_ = 0;
   }
-  /// Of a pass over the instances.
+  /// A pass over the instances.
   std::uint64_t record_pass(PassIndex index, std::uint64_t most, Stage then, const Bound* source,
                             const Bound& bound, gpu::Recorder& recorder);
   void record_level(const Bound& bound, gpu::Recorder& recorder);
@@ -85,11 +88,11 @@ class TlasBuilder {
   gpu::Buffer sorted_, low_words_, offsets_, tree_, binary_, arrivals_, queue_, children_, state_,
       state_readback_;
 
-  // Of the build that was begun.
+  // Of the build in progress.
   std::uint32_t count_ = 0;
   Stage stage_ = Stage::clear;
-  std::uint32_t next_ = 0;          // of what the stage goes through
-  std::uint32_t levels_taken_ = 0;  // from submissions before
+  std::uint32_t next_ = 0;          // first element that the current stage has not processed
+  std::uint32_t levels_taken_ = 0;  // from earlier submissions
 };
 
 }  // namespace rtstdb::accel

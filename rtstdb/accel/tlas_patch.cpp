@@ -10,7 +10,7 @@ namespace rtstdb::accel {
 
 namespace {
 
-// Trees of large worlds are rotated and may be deeper than those of one workgroup.
+// Rotations can make the trees of large worlds deeper than those that one workgroup builds.
 constexpr std::size_t max_levels = 2 * std::size_t{shared::max_tlas_levels};
 
 }  // namespace
@@ -25,7 +25,7 @@ Result<TlasPatch> TlasPatch::create(gpu::Device& device, std::uint32_t instances
     if (!made) return made.error();
     *pipeline = std::move(made).value();
   }
-  const gpu::BufferWanted buffers[] = {
+  const gpu::BufferRequest buffers[] = {
       {&patch.levels_,
        {.name = "patched levels", .size_bytes = 4 * max_levels, .memory = gpu::Memory::upload}},
       {&patch.climbers_, {.name = "patch climbers", .size_bytes = 4 * shared::max_patched}}};
@@ -35,7 +35,7 @@ Result<TlasPatch> TlasPatch::create(gpu::Device& device, std::uint32_t instances
 
 Result<void> TlasPatch::bind(gpu::Device& device, const gpu::Buffer& nodes, const gpu::Buffer& motion_boxes,
                              const gpu::Buffer& places, Bound& bound) const {
-  const gpu::BufferWanted buffers[] = {
+  const gpu::BufferRequest buffers[] = {
       {&bound.parents, {.name = "TLAS parents", .size_bytes = 4 * (std::size_t{nodes_} + instances_)}},
       {&bound.stamps, {.name = "TLAS stamps", .size_bytes = 4 * std::size_t{nodes_}}}};
   if (!bound.stamps) {

@@ -1,4 +1,4 @@
-// Slots, their passes and what they are bound to.
+// Creation of the slots and passes, and their bindings.
 
 #include <algorithm>
 #include <cstddef>
@@ -16,7 +16,7 @@ constexpr std::uint32_t instances_per_leaf = 1;
 constexpr std::size_t instance_bytes = 16 * shared::instance_texels;
 static_assert(instance_bytes * 16 % 256 == 0);
 static_assert(sizeof(shared::EntityRecord) == 16 * shared::row_texels);
-// Read by shaders as a texel.
+// Shaders read it as one texel.
 static_assert(sizeof(Identity) == 16 && offsetof(Identity, mask) == 8 && offsetof(Identity, material) == 12);
 
 }  // namespace
@@ -24,7 +24,8 @@ static_assert(sizeof(Identity) == 16 && offsetof(Identity, mask) == 8 && offseto
 Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   Tlas tlas;
   tlas.max_entities_ = options.max_entities;
-  // Where late instances begin is where a binding may begin, whatever the device asks of that up to 256 bytes.
+  // The instances of the late epoch begin at an offset that satisfies any storage alignment of up to 256
+  // bytes.
   tlas.late_base_ = (options.max_entities + 15) / 16 * 16;
   tlas.refits_ = options.refits;
   tlas.patches_ = options.refits && options.patches;
@@ -54,7 +55,7 @@ Result<Tlas> Tlas::create(gpu::Device& device, const TlasOptions& options) {
   if (!patch) return patch.error();
   tlas.patch_ = std::move(patch).value();
   const std::size_t n = options.max_entities;
-  const gpu::BufferWanted buffers[] = {
+  const gpu::BufferRequest buffers[] = {
       {&tlas.changed_rows_,
        {.name = "changed rows",
         .size_bytes = sizeof(shared::EntityRecord) * n,
@@ -79,7 +80,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   slot.presence.assign(n, Presence::absent);
   slot.place.assign(n, shared::no_entity);
   slot.identities.resize(n);
-  slot.levels.reserve(2 * shared::max_tlas_levels);  // large trees are rotated
+  slot.levels.reserve(2 * shared::max_tlas_levels);  // rotations make large trees deeper
   gpu::BufferOptions rows{.name = name + " rows", .size_bytes = sizeof(shared::EntityRecord) * n};
   rows.texel_uint4 = true;
   gpu::BufferOptions instances{.name = name + " instances", .size_bytes = 2 * instance_bytes * late_base_};
@@ -102,7 +103,7 @@ Result<void> Tlas::create_slot(gpu::Device& device, Slot& slot, const std::strin
   gpu::BufferOptions motion_boxes{.name = name + " motion boxes",
                                   .size_bytes = 16 * shared::motion_box_texels * (n + nodes_count)};
   motion_boxes.texel_uint4 = true;
-  const gpu::BufferWanted buffers[] = {
+  const gpu::BufferRequest buffers[] = {
       {&slot.rows, rows},
       {&slot.instances, instances},
       {&slot.centers, centers},

@@ -1,5 +1,5 @@
 #pragma once
-// Bytes between the host and memory that only the device sees, by way of a buffer that both see. Setup.
+// Copies between the host and device-only memory through a staging buffer. Setup.
 
 #include <cstddef>
 #include <span>
@@ -9,17 +9,18 @@
 
 namespace rtstdb::accel {
 
-/// As many bytes as `to` has. Errors: out_of_memory, device_lost.
+/// Reads to.size() bytes. Errors: out_of_memory, device_lost.
 Result<void> read_back(gpu::Device& device, const gpu::BufferPart& from, std::span<std::byte> to,
                        Submit& submit);
 
-/// Gathers what goes to the device, so that many small pieces are few submissions.
+/// Collects writes to the device, so that many small pieces need few submissions.
 class Upload {
  public:
-  /// For about so many bytes. `submit` is not begun, and the upload's until it is finished.
+  /// `expected_bytes` is an estimate. `submit` has not begun and is in use until finish(). Errors:
+  /// out_of_memory, device_lost.
   static Result<Upload> create(gpu::Device& device, std::size_t expected_bytes, Submit& submit);
 
-  /// False: the device is lost. Here and in finish.
+  /// Returns false when the device is lost, as does finish().
   bool put(const gpu::Buffer& to, std::size_t offset_bytes, std::span<const std::byte> bytes);
   bool finish();
 

@@ -1,5 +1,6 @@
 #pragma once
-// The buffers of the tree builders that passes load by whole texels (shaders/build/tree_scratch.glsl), for n primitives.
+// Buffers of the tree builders that passes load as texels, for n primitives
+// (shaders/build/tree_scratch.glsl).
 
 #include <cstddef>
 #include <string>
@@ -9,7 +10,7 @@
 
 namespace rtstdb::accel {
 
-/// Four texels for each inner node, two for each leaf. Passes also write it by address.
+/// Four texels per inner node and two per leaf. Passes also write it by address.
 inline gpu::BufferOptions tree_buffer(std::string name, std::size_t primitives) {
   return {.name = std::move(name),
           .size_bytes = 16 * 6 * primitives,
@@ -18,7 +19,7 @@ inline gpu::BufferOptions tree_buffer(std::string name, std::size_t primitives) 
           .addressed = true};
 }
 
-/// Two inner nodes a texel, of an even number.
+/// Two inner nodes per texel, an even number of nodes.
 inline gpu::BufferOptions binary_buffer(std::string name, std::size_t primitives) {
   return {.name = std::move(name), .size_bytes = 16 * (primitives / 2), .texel_uint4 = true};
 }

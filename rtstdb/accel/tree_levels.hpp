@@ -1,6 +1,6 @@
 #pragma once
-// How the tree builders' state tells of the levels of a tree (shaders/shared/blas.h), and how passes are cut
-// into workgroups.
+// How the state of the tree builders stores the levels of a tree (shaders/shared/blas.h), and how passes are
+// divided into workgroups.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +13,7 @@ constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t group) {
   return (count + group - 1) / group;
 }
 
-/// Of the record of a level, a word of the state.
+/// Index into the state of a word of a level's record.
 constexpr std::size_t level_word(std::uint32_t level, std::uint32_t word) {
   return shared::blas_levels + std::size_t{level} * shared::blas_level_words + word;
 }

@@ -7,7 +7,7 @@
 namespace rtstdb::gpu {
 namespace {
 
-/// Room for exactly one set of these bindings.
+/// A pool that holds exactly one descriptor set with these bindings.
 vk::raii::DescriptorPool create_pool(const vk::raii::Device& device, std::string_view letters) {
   std::vector<vk::DescriptorPoolSize> sizes;
   for (const char letter : letters)
@@ -22,7 +22,7 @@ const vk::raii::BufferView& view_of(const Buffer::Impl& buffer, char letter) {
   return view;
 }
 
-/// A BufferPart whose size is known.
+/// A BufferPart with its size resolved.
 struct Part {
   const Buffer::Impl* buffer;
   std::size_t offset;
@@ -72,7 +72,7 @@ Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<con
     RTSTDB_ASSERT(size <= all - offset);
     if (of.letters[i] == 'S' && size > limits().max_storage_range_bytes) {
       return Error{ErrorCode::capacity, "buffer \"" + buffer.options.name + "\" of " + std::to_string(size) +
-                                            " bytes passes the limit of " +
+                                            " bytes exceeds the limit of " +
                                             std::to_string(limits().max_storage_range_bytes) +
                                             " bytes in one storage binding on " + info().name};
     }

@@ -19,11 +19,11 @@ vk::BufferUsageFlags usage_of(const BufferOptions& options) {
   return usage;
 }
 
-/// The limit that the buffer would pass, in words.
-std::optional<std::string> passed_limit(const Device::Impl& device, const BufferOptions& options) {
+/// Describes the limit that the buffer exceeds; empty when it exceeds none.
+std::optional<std::string> exceeded_limit(const Device::Impl& device, const BufferOptions& options) {
   const auto sentence = [&](std::size_t limit, const char* of_what) {
     return "buffer \"" + options.name + "\" of " + std::to_string(options.size_bytes) +
-           " bytes passes the limit of " + std::to_string(limit) + " " + of_what + " on " + device.info.name;
+           " bytes exceeds the limit of " + std::to_string(limit) + " " + of_what + " on " + device.info.name;
   };
   if (options.size_bytes > device.limits.max_allocation_bytes) {
     return sentence(device.limits.max_allocation_bytes, "bytes in one allocation");
@@ -40,9 +40,9 @@ vk::MemoryAllocateFlagsInfo flags_of(const BufferOptions& options) {
   return {options.addressed ? vk::MemoryAllocateFlagBits::eDeviceAddress : vk::MemoryAllocateFlags{}};
 }
 
-/// Puts the caller's pages under the buffer. Empty: the device can not have just these.
-vk::raii::DeviceMemory take_in(const Device::Impl& device, const vk::MemoryRequirements& needs,
-                               const BufferOptions& options) try {
+/// Imports the caller's pages as the buffer's memory. Returns null when the device can not import them.
+vk::raii::DeviceMemory import_host_memory(const Device::Impl& device, const vk::MemoryRequirements& needs,
+                                          const BufferOptions& options) try {
   constexpr auto type = vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT;
   const std::span<std::byte> pages = options.host->pages();
   if (needs.size > pages.size()) return nullptr;
@@ -61,7 +61,7 @@ vk::raii::DeviceMemory take_in(const Device::Impl& device, const vk::MemoryRequi
   return nullptr;
 }
 
-/// Tries the suitable memory types from best to worst: the best one may be small and full.
+/// Tries the suitable memory types from best to worst, since the best one may be small and full.
 vk::raii::DeviceMemory allocate(const Device::Impl& device, const vk::MemoryRequirements& needs,
                                 const BufferOptions& options) {
   const vk::MemoryAllocateFlagsInfo flags = flags_of(options);
@@ -81,17 +81,17 @@ vk::raii::DeviceMemory allocate(const Device::Impl& device, const vk::MemoryRequ
 Buffer::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions& options_in)
     : device(std::move(device_in)), options(options_in), allocation(*device) {
   const vk::raii::Device& d = device->device;
-  const bool takes_in = options.host != nullptr && device->takes_in_host_memory;
+  const bool tries_import = options.host != nullptr && device->imports_host_memory;
   vk::BufferCreateInfo wanted({}, options.size_bytes, usage_of(options));
   const vk::ExternalMemoryBufferCreateInfo external(vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT);
-  if (takes_in) wanted.pNext = &external;
+  if (tries_import) wanted.pNext = &external;
   buffer = vk::raii::Buffer(d, wanted);
   device->name(vk::ObjectType::eBuffer, reinterpret_cast<std::uint64_t>(static_cast<VkBuffer>(*buffer)),
                options.name);
   const vk::MemoryRequirements needs = buffer.getMemoryRequirements();
-  if (takes_in) memory = take_in(*device, needs, options);
-  const bool taken_in = *memory != vk::DeviceMemory{};
-  if (!taken_in) memory = allocate(*device, needs, options);
+  if (tries_import) memory = import_host_memory(*device, needs, options);
+  const bool imported = *memory != vk::DeviceMemory{};
+  if (!imported) memory = allocate(*device, needs, options);
   buffer.bindMemory(*memory, 0);
   if (options.addressed) address = d.getBufferAddress(vk::BufferDeviceAddressInfo(*buffer));
   const auto view = [&](vk::Format format) {
@@ -99,11 +99,11 @@ Buffer::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions&
   };
   if (options.texel_uint4) texel_uint4 = view(vk::Format::eR32G32B32A32Uint);
   if (options.texel_float4) texel_float4 = view(vk::Format::eR32G32B32A32Sfloat);
-  if (taken_in) {
+  if (imported) {
     mapped = options.host->pages().data();
   } else if (options.memory != Memory::device) {
     mapped = static_cast<std::byte*>(memory.mapMemory(0, VK_WHOLE_SIZE));
-    if (options.host != nullptr) copied_to = options.host->pages().data();
+    if (options.host != nullptr) host_copy = options.host->pages().data();
   }
 }
 
@@ -113,7 +113,7 @@ Result<Buffer> Device::create_buffer(const BufferOptions& options) {
   RTSTDB_ASSERT(!texels || options.size_bytes % texel_bytes == 0);
   RTSTDB_ASSERT(options.host == nullptr ||
                 (options.memory != Memory::device && options.host->size_bytes() >= options.size_bytes));
-  if (const auto limit = passed_limit(*impl_, options)) return Error{ErrorCode::capacity, *limit};
+  if (const auto limit = exceeded_limit(*impl_, options)) return Error{ErrorCode::capacity, *limit};
   const std::string what = "buffer \"" + options.name + "\" of " + std::to_string(options.size_bytes) +
                            " bytes can not be created";
   return impl_->attempt(what, [&]() -> Result<Buffer> {
@@ -123,7 +123,7 @@ Result<Buffer> Device::create_buffer(const BufferOptions& options) {
   });
 }
 
-Result<void> Device::create_buffers(std::span<const BufferWanted> wanted) {
+Result<void> Device::create_buffers(std::span<const BufferRequest> wanted) {
   for (const auto& [buffer, options] : wanted) {
     auto made = create_buffer(options);
     if (!made) return made.error();
@@ -143,7 +143,7 @@ std::size_t Buffer::size_bytes() const noexcept {
 
 std::span<std::byte> Buffer::host() const noexcept {
   RTSTDB_ASSERT(impl_ != nullptr && impl_->mapped != nullptr);
-  return {impl_->copied_to != nullptr ? impl_->copied_to : impl_->mapped, impl_->options.size_bytes};
+  return {impl_->host_copy != nullptr ? impl_->host_copy : impl_->mapped, impl_->options.size_bytes};
 }
 
 glm::uvec2 Buffer::address(std::size_t offset_bytes) const noexcept {
@@ -152,18 +152,18 @@ glm::uvec2 Buffer::address(std::size_t offset_bytes) const noexcept {
   return {static_cast<std::uint32_t>(address), static_cast<std::uint32_t>(address >> 32)};
 }
 
-void Buffer::push(std::size_t offset_bytes, std::size_t size_bytes) const noexcept {
+void Buffer::flush(std::size_t offset_bytes, std::size_t size_bytes) const noexcept {
   RTSTDB_ASSERT(impl_ != nullptr && impl_->options.host != nullptr);
   RTSTDB_ASSERT(offset_bytes + size_bytes <= impl_->options.size_bytes);
-  if (impl_->copied_to == nullptr || size_bytes == 0) return;
-  std::memcpy(impl_->mapped + offset_bytes, impl_->copied_to + offset_bytes, size_bytes);
+  if (impl_->host_copy == nullptr || size_bytes == 0) return;
+  std::memcpy(impl_->mapped + offset_bytes, impl_->host_copy + offset_bytes, size_bytes);
 }
 
-void Buffer::pull(std::size_t offset_bytes, std::size_t size_bytes) const noexcept {
+void Buffer::invalidate(std::size_t offset_bytes, std::size_t size_bytes) const noexcept {
   RTSTDB_ASSERT(impl_ != nullptr && impl_->options.host != nullptr);
   RTSTDB_ASSERT(offset_bytes + size_bytes <= impl_->options.size_bytes);
-  if (impl_->copied_to == nullptr || size_bytes == 0) return;
-  std::memcpy(impl_->copied_to + offset_bytes, impl_->mapped + offset_bytes, size_bytes);
+  if (impl_->host_copy == nullptr || size_bytes == 0) return;
+  std::memcpy(impl_->host_copy + offset_bytes, impl_->mapped + offset_bytes, size_bytes);
 }
 
 }  // namespace rtstdb::gpu

@@ -12,8 +12,8 @@
 namespace rtstdb::gpu {
 namespace {
 
-/// Whether pages of the host can be put under buffers.
-bool can_take_in_host_memory(const vk::raii::PhysicalDevice& device) {
+/// Whether the device can import host memory at the alignment of HostMemory.
+bool can_import_host_memory(const vk::raii::PhysicalDevice& device) {
   const auto extensions = device.enumerateDeviceExtensionProperties();
   const bool there = std::ranges::any_of(extensions, [](const vk::ExtensionProperties& extension) {
     return std::strcmp(extension.extensionName, VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME) == 0;
@@ -26,12 +26,12 @@ bool can_take_in_host_memory(const vk::raii::PhysicalDevice& device) {
              .minImportedHostPointerAlignment <= HostMemory::page_bytes;
 }
 
-vk::raii::Device create_device(const PhysicalDevice& chosen, bool takes_in_host_memory) {
+vk::raii::Device create_device(const PhysicalDevice& chosen, bool imports_host_memory) {
   const float priority = 1.0f;
   const vk::DeviceQueueCreateInfo queue({}, chosen.queue_family, 1, &priority);
   FeatureChain features = required_features();
   const char* const extension = VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME;
-  vk::DeviceCreateInfo options({}, 1, &queue, 0, nullptr, takes_in_host_memory ? 1u : 0u, &extension);
+  vk::DeviceCreateInfo options({}, 1, &queue, 0, nullptr, imports_host_memory ? 1u : 0u, &extension);
   options.pNext = &features.get<vk::PhysicalDeviceFeatures2>();
   return {chosen.handle, options};
 }
@@ -52,7 +52,7 @@ std::vector<MemoryTraits> describe_memory(const vk::raii::PhysicalDevice& device
   return types;
 }
 
-/// Those that llvmpipe's threads may run on at a time.
+/// The number of processors that llvmpipe's threads can use at a time.
 std::uint32_t software_processors() {
   const long all = std::max(std::thread::hardware_concurrency(), 1u);
   const char* const threads = std::getenv("LP_NUM_THREADS");
@@ -68,11 +68,11 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& 
       physical_device(chosen.handle),
       info(chosen.candidate.info),
       queue_family(chosen.queue_family),
-      takes_in_host_memory(options.takes_in_host_memory && can_take_in_host_memory(chosen.handle)),
-      device(create_device(chosen, takes_in_host_memory)),
+      imports_host_memory(options.imports_host_memory && can_import_host_memory(chosen.handle)),
+      device(create_device(chosen, imports_host_memory)),
       queue(device, queue_family, 0),
-      pipeline_cache(device,
-                     vk::PipelineCacheCreateInfo({}, options.compiled.size(), options.compiled.data())) {
+      pipeline_cache(device, vk::PipelineCacheCreateInfo({}, options.pipeline_cache.size(),
+                                                         options.pipeline_cache.data())) {
   const auto chain =
       physical_device
           .getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceMaintenance3Properties,
@@ -87,7 +87,7 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& 
   limits.max_allocation_bytes = std::min<std::size_t>(
       chain.get<vk::PhysicalDeviceMaintenance3Properties>().maxMemoryAllocationSize, max_buffer_bytes);
   const auto& subgroups = chain.get<vk::PhysicalDeviceSubgroupProperties>();
-  if (options.lanes_work_together) limits.lanes_together = subgroups.subgroupSize;
+  if (options.use_subgroup_kernels) limits.subgroup_size = subgroups.subgroupSize;
   max_group_size = std::min(core.maxComputeWorkGroupSize[0], core.maxComputeWorkGroupInvocations);
   max_allocations = core.maxMemoryAllocationCount;
   timestamp_period_ns = static_cast<double>(core.timestampPeriod);
@@ -130,7 +130,7 @@ std::vector<DeviceInfo> Device::list() {
       infos.push_back(std::move(device.candidate.info));
     }
   } catch (const vk::SystemError&) {
-    infos.clear();  // a driver that can not even be asked offers nothing
+    infos.clear();  // a driver that fails to enumerate offers no device
   }
   return infos;
 }
@@ -141,13 +141,13 @@ const DeviceInfo& Device::info() const noexcept {
 const DeviceLimits& Device::limits() const noexcept {
   return impl_->limits;
 }
-void Device::compile_late(bool late) noexcept {
-  impl_->compile_late = late;
+void Device::compile_on_first_dispatch(bool late) noexcept {
+  impl_->compile_on_first_dispatch = late;
 }
-bool Device::compiles_late() const noexcept {
-  return impl_->compile_late;
+bool Device::compiles_on_first_dispatch() const noexcept {
+  return impl_->compile_on_first_dispatch;
 }
-std::vector<std::byte> Device::compiled() const {
+std::vector<std::byte> Device::pipeline_cache_data() const {
   const VkDevice device = *impl_->device;
   const VkPipelineCache cache = *impl_->pipeline_cache;
   std::size_t size = 0;

@@ -1,9 +1,12 @@
 #pragma once
-// The GPU in few nouns: device, buffer, pipeline (with its bindings), recorder, timeline. This room is the
-// only place that names Vulkan; its headers do not. One queue, compute and copies only.
+// A compute-only GPU abstraction: device, buffer, pipeline, bindings, recorder (a command buffer) and
+// timeline (an ordered queue of submissions). A device uses one queue, for compute and copies. Only the
+// sources of rtstdb/gpu name Vulkan; this header does not.
 //
-// Threads: creation calls from any one thread at a time (setup). A Recorder and a Timeline belong to one
-// thread. Lost device: after DeviceLost every object of that device only may be destroyed.
+// Threads: Device calls that create something may come from one thread at a time (setup). A Recorder and a
+// Timeline each belong to one thread; different ones may be used by different threads.
+//
+// Lost device: once a call reports a lost device, every object of that device may only be destroyed.
 
 #include <glm/ext/vector_uint2.hpp>
 
@@ -24,26 +27,28 @@
 namespace rtstdb::gpu {
 
 enum class Memory : std::uint8_t {
-  device,    ///< only shaders and copies touch it
+  device,    ///< only shaders and copies access it
   upload,    ///< the host writes, shaders read; mapped and coherent
   readback,  ///< shaders write, the host reads; mapped, coherent, cached where the device has it
 };
 
-/// How shaders see a buffer. Read-mostly data is fetched as texels: far faster than storage loads on lavapipe
-/// (docs/decisions), and the same buffer may be storage for the pass that writes it.
+/// How a shader accesses a buffer. Texel fetches are much faster than storage loads on lavapipe, so shaders
+/// read through texel views. A pass that writes the same buffer may bind it as storage.
 enum class View : std::uint8_t { storage, texel_uint4, texel_float4 };
 
 struct BufferOptions {
-  std::string name;  ///< for validation messages and captures
+  std::string name;  ///< for validation messages and frame captures
   std::size_t size_bytes = 0;
   Memory memory = Memory::device;
   bool texel_uint4 = false;   ///< may be bound as View::texel_uint4
   bool texel_float4 = false;  ///< may be bound as View::texel_float4
-  bool texel_image = false;   ///< with texel_uint4: shaders may load and store whole texels of an image
-  bool indirect = false;      ///< may hold dispatch counts
-  bool addressed = false;     ///< shaders may be given its address
-  /// The buffer's bytes are these, at least size_bytes, which outlive it. Memory::upload or readback. Where the device
-  /// can not take memory of the host in, it has bytes of its own, and push and pull copy.
+  /// With texel_uint4: may also be bound as a storage texel buffer (imageLoad, imageStore)
+  bool texel_image = false;
+  bool indirect = false;   ///< may hold the group counts of an indirect dispatch
+  bool addressed = false;  ///< shaders may access it by its device address
+  /// Backs the buffer with this memory of at least size_bytes, which must outlive the buffer. Requires
+  /// Memory::upload or readback. A device that can not import host memory works on a copy; flush() and
+  /// invalidate() then copy.
   const HostMemory* host = nullptr;
 };
 
@@ -55,13 +60,15 @@ class Buffer {
   Buffer& operator=(Buffer&&) noexcept;
   explicit operator bool() const noexcept { return impl_ != nullptr; }
   std::size_t size_bytes() const noexcept;
-  /// The mapped bytes; misuse for Memory::device.
+  /// The bytes that the host sees. Misuse: a buffer of Memory::device.
   std::span<std::byte> host() const noexcept;
-  /// Of a buffer over memory of the host: what stands there is what the device will read; what the device wrote stands
-  /// there. Nothing to do where the device took that memory in.
-  void push(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
-  void pull(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
-  /// Where that byte is, low word first, for shaders; misuse unless `addressed`. Nothing checks what they write by it.
+  /// For a buffer with BufferOptions::host: flush() makes the host's writes to the range visible to later
+  /// submissions, invalidate() makes the device's finished writes visible to the host. Both do nothing where
+  /// the device imported the memory. Misuse: a buffer without BufferOptions::host; a range beyond its end.
+  void flush(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
+  void invalidate(std::size_t offset_bytes, std::size_t size_bytes) const noexcept;
+  /// The device address of a byte, low word first. Accesses through it are not bounds checked. Misuse: a
+  /// buffer that is not `addressed`; an offset beyond its end.
   glm::uvec2 address(std::size_t offset_bytes = 0) const noexcept;
   template <class T>
   std::span<T> host_as() const noexcept {
@@ -76,21 +83,21 @@ class Buffer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A buffer that is to be made, and where it goes.
-struct BufferWanted {
+/// A buffer to create, and the object that receives it.
+struct BufferRequest {
   Buffer* buffer = nullptr;
   BufferOptions options;
 };
 
-/// What a storage binding sees of a buffer; texel bindings always see all of it. Offsets are multiples of
-/// DeviceLimits::storage_alignment_bytes.
+/// The range that a storage binding covers; a texel binding always covers the whole buffer. Offsets are
+/// multiples of DeviceLimits::storage_alignment_bytes.
 struct BufferPart {
   const Buffer* buffer = nullptr;
   std::size_t offset_bytes = 0;
-  std::size_t size_bytes = 0;  ///< 0: to the end
+  std::size_t size_bytes = 0;  ///< 0: to the end of the buffer
 };
 
-/// One compute shader of the table, ready to run.
+/// A compute shader that is ready to dispatch.
 class Pipeline {
  public:
   Pipeline();
@@ -107,7 +114,8 @@ class Pipeline {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The buffers of one pipeline's bindings, in the order of the shader table. The buffers must outlive it.
+/// The buffers of one pipeline's bindings, in the order of the shader table's letters. The buffers must
+/// outlive it.
 class Bindings {
  public:
   Bindings();
@@ -123,10 +131,11 @@ class Bindings {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Records commands into one re-usable command buffer, which may be submitted any number of times. A later
-/// submission of the same device sees everything that an earlier one wrote, so barriers are needed only
-/// inside. What was recorded must outlive its last submission: pipelines, bindings, buffers. Destroying a
-/// recorder waits for its submission. Nothing here allocates memory of this room's own after creation.
+/// Records commands into one command buffer, which may be submitted any number of times, one submission at a
+/// time. A submission sees everything that earlier submissions to the same device wrote, so barriers are
+/// needed only between commands of one recorder. Pipelines, bindings and buffers must live until the last
+/// submission of a recorder that uses them has finished. Destroying a recorder waits for its submission. No
+/// call allocates host memory of this library after creation.
 class Recorder {
  public:
   Recorder();
@@ -137,10 +146,10 @@ class Recorder {
 
   static constexpr std::uint32_t max_timestamps = 16;
 
-  /// Starts anew. Misuse while a submission of this recorder is not finished.
+  /// Discards what was recorded and starts recording. Misuse: a submission of this recorder has not finished.
   void begin();
-  /// `groups` workgroups of the pipeline's group size, at most DeviceLimits::max_groups; 0 records nothing.
-  /// Push constants: exactly the struct's bytes, {} where there are none.
+  /// Dispatches `groups` workgroups of the pipeline's group size, at most DeviceLimits::max_groups; 0 records
+  /// nothing. `push_constants` are the bytes of the shader's argument struct, or {} for a shader without one.
   void dispatch(const Pipeline& pipeline, const Bindings& bindings, std::span<const std::byte> push_constants,
                 std::uint32_t groups);
   template <class Args>
@@ -151,8 +160,9 @@ class Recorder {
                                                                                    std::uint32_t groups) {
     dispatch(pipeline, bindings, std::as_bytes(std::span(&args, 1)), groups);
   }
-  /// Groups from three uint32 at `offset_bytes`, a multiple of 4, of a buffer made for it. The shader that
-  /// writes them keeps to DeviceLimits::max_groups.
+  /// Reads the three uint32 group counts at `offset_bytes` of `counts` when it executes. The offset is a
+  /// multiple of 4 and `counts` was created with `indirect`. The shader that writes the counts must not
+  /// exceed DeviceLimits::max_groups.
   void dispatch_indirect(const Pipeline& pipeline, const Bindings& bindings,
                          std::span<const std::byte> push_constants, const Buffer& counts,
                          std::size_t offset_bytes);
@@ -166,15 +176,18 @@ class Recorder {
                                                                          std::size_t offset_bytes) {
     dispatch_indirect(pipeline, bindings, std::as_bytes(std::span(&args, 1)), counts, offset_bytes);
   }
-  /// What was recorded before is finished and visible before what comes after. Without one, two commands may
-  /// run at once. The host's reads after the submission need none.
+  /// Commands after the barrier start when those before it have finished, and see what they wrote. Without a
+  /// barrier two commands may run at once. The host needs no barrier to read after the submission has
+  /// finished.
   void barrier();
-  /// Going over a buffer's end is misuse. Zero bytes record nothing. The ranges must not overlap.
+  /// Copies bytes between two buffers. 0 bytes record nothing. Misuse: a range beyond a buffer's end. The
+  /// ranges must not overlap.
   void copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset,
             std::size_t size_bytes);
-  /// Offset and size are multiples of 4.
+  /// Fills a range with copies of `word`. Offset and size are multiples of 4.
   void fill(const Buffer& buffer, std::size_t offset_bytes, std::size_t size_bytes, std::uint32_t word);
-  /// The instant at which everything recorded before is finished; each slot once per begin.
+  /// Stores the time at which all commands recorded before have finished. A slot is below max_timestamps and
+  /// is used at most once per begin().
   void timestamp(std::uint32_t slot);
   void end();
 
@@ -188,9 +201,9 @@ class Recorder {
 
 enum class WaitResult : std::uint8_t { done, timeout, lost };
 
-/// The order in which submissions finish: each has a number, and a later number finishes later. Several
-/// timelines of one device share its queue: their submissions take turns, a submit may wait for another's.
-/// Destroying a timeline waits for its submissions.
+/// An ordered queue of submissions. Each submission has a number, and submissions finish in the order of
+/// their numbers. Several timelines of one device share its queue, so a submit() may wait for that of another
+/// timeline. Destroying a timeline waits for its submissions.
 class Timeline {
  public:
   Timeline();
@@ -199,14 +212,15 @@ class Timeline {
   Timeline& operator=(Timeline&&) noexcept;
   explicit operator bool() const noexcept { return impl_ != nullptr; }
 
-  /// Returns the submission's number, or 0 when the device is lost (any failure counts as lost: nobody knows
-  /// what was done). Misuse: a recorder that was not ended, or whose last submission is not finished.
+  /// Submits what the recorder holds. Returns the submission's number, counted from 1, or 0 when the device
+  /// is lost. Every failure counts as a lost device, since the state of the submitted work is then unknown.
+  /// Misuse: end() was not called; the recorder's last submission has not finished.
   std::uint64_t submit(Recorder& recorder);
-  /// Zero or less asks and does not wait. Misuse: a number that submit has not returned. Number 0 is done, or
-  /// lost when the device is.
+  /// Waits until the submission has finished, for at most `timeout_ns`; 0 or less polls. Number 0 has always
+  /// finished, or is lost when the device is. Misuse: a number that submit() has not returned.
   WaitResult wait(std::uint64_t number, std::int64_t timeout_ns);
-  /// Nanoseconds between two timestamps of the last submission of `recorder`, which must be finished and have
-  /// both; negative when `to_slot` came first. 0 when the device is lost.
+  /// Nanoseconds from one timestamp to another of the recorder's last submission; negative when `to_slot` is
+  /// earlier; 0 when the device is lost. Misuse: the submission has not finished, or lacks a timestamp.
   std::int64_t elapsed_ns(const Recorder& recorder, std::uint32_t from_slot, std::uint32_t to_slot) const;
 
   struct Impl;
@@ -214,67 +228,70 @@ class Timeline {
  private:
   friend class Device;
   friend class Recorder;
-  std::shared_ptr<Impl> impl_;  // a recorder in flight knows where it was submitted
+  std::shared_ptr<Impl> impl_;  // shared: a submitted recorder refers to it
 };
 
 struct DeviceOptions {
-  std::string select = "auto";  ///< see DatabaseOptions::gpu
+  std::string select = "auto";  ///< see DatabaseOptions::gpu: "auto", an index, or a part of a name
   bool validation = false;
-  /// The Vulkan loader, opened at run time and never closed. Tests put one in that fails on demand.
+  /// The Vulkan loader, opened at run time and never closed. Tests replace it by one that fails on demand.
   std::string loader_library = "libvulkan.so.1";
-  std::vector<std::byte> compiled = {};  ///< see Device::compiled
-  bool takes_in_host_memory = true;      ///< false: as on a device that can not, to test that
-  bool lanes_work_together = true;       ///< false: as where subgroups are of a size that no kernel is for
-  std::uint32_t processors = 0;          ///< see DeviceLimits; 0: those of this machine
+  std::vector<std::byte> pipeline_cache =
+      {};  ///< data of Device::pipeline_cache_data to start from; empty: none
+  /// False: never import host memory, as on a device that can not (for tests)
+  bool imports_host_memory = true;
+  bool use_subgroup_kernels = true;  ///< false: never use kernels for a given subgroup size (for tests)
+  std::uint32_t processors = 0;      ///< overrides DeviceLimits::processors; 0: as detected
 };
 
 struct DeviceLimits {
   std::size_t max_storage_range_bytes = 0;
   std::size_t storage_alignment_bytes = 1;
   std::size_t max_texel_elements = 0;
-  std::uint32_t max_groups = 0;  ///< per dispatch
+  std::uint32_t max_groups = 0;  ///< workgroups of one dispatch
   std::size_t max_allocation_bytes = 0;
   std::uint32_t processors =
-      0;  ///< of a software device, each of which runs a group; 0: of others nobody knows
-  std::uint32_t lanes_together = 0;  ///< of a subgroup; 0: DeviceOptions say that they do not work together
+      0;  ///< number of workgroups that a software device runs at a time; 0: not a software device
+  std::uint32_t subgroup_size = 0;  ///< lanes of a subgroup; 0 with DeviceOptions::use_subgroup_kernels off
 };
 
 class Device {
  public:
-  /// Errors: no_device (a sentence saying what was looked for, what was found, what to install).
-  /// Every thread of the driver is created in here, with the caller's scheduling policy and affinity; those
-  /// of the caller stay as they are (see README.md of this room).
+  /// Opens a device. The driver creates all its threads inside this call; they inherit the caller's
+  /// scheduling policy and affinity, and the caller's own stay unchanged (see README.md of this folder).
+  /// Errors: no_device, with what was sought, what was found and what to install.
   static Result<std::unique_ptr<Device>> open(const DeviceOptions& options);
-  /// What open could choose from, in the order of the indices; devices that do not fit too. Empty: none.
+  /// All devices that the loader lists, in the order of their indices, including those that open() refuses.
+  /// Empty: none.
   static std::vector<DeviceInfo> list();
   ~Device();
 
   const DeviceInfo& info() const noexcept;
   const DeviceLimits& limits() const noexcept;
   bool lost() const noexcept;
-  /// The errors and warnings of the validation layer so far, each text once; empty without validation.
-  /// Thread-safe.
+  /// The errors and warnings of the validation layer so far, each text once; empty without validation. Any
+  /// thread may call this.
   std::vector<std::string> validation_messages() const;
 
-  /// Errors: capacity (names the limit), out_of_memory, device_lost. Misuse: no bytes; texels and a size that
-  /// is not a multiple of 16. The bytes are not cleared.
+  /// Creates a buffer with undefined contents. Errors: capacity (names the exceeded limit), out_of_memory,
+  /// device_lost. Misuse: size 0; texel views and a size that is not a multiple of 16.
   Result<Buffer> create_buffer(const BufferOptions& options);
-  /// One after the other; those before the one that fails are there.
-  Result<void> create_buffers(std::span<const BufferWanted> wanted);
-  /// Late: a pipeline is compiled by its first dispatch, whose recorder can only say that the device is lost when that
-  /// fails. For a device that has to answer soon and will not need them all. Off at first.
-  void compile_late(bool late) noexcept;
-  /// What the driver keeps of the pipelines made so far, for another device to begin with; of a lost device too. Empty
-  /// where it can not be had.
-  std::vector<std::byte> compiled() const;
-  bool compiles_late() const noexcept;
-  /// Checks the shader's reflected bindings, push constants and group size against the table; a difference is
-  /// an internal fault and asserts. Errors: capacity (the group size), out_of_memory, device_lost.
+  /// Creates the buffers in order and stops at the first error; buffers before it exist.
+  Result<void> create_buffers(std::span<const BufferRequest> wanted);
+  /// On: pipelines are compiled at their first dispatch, so creating them is fast. A compilation that fails
+  /// then counts as a lost device. Off by default.
+  void compile_on_first_dispatch(bool late) noexcept;
+  /// The driver's pipeline cache, to pass to another device as DeviceOptions::pipeline_cache. A lost device
+  /// also returns it. Empty where the driver does not give it.
+  std::vector<std::byte> pipeline_cache_data() const;
+  bool compiles_on_first_dispatch() const noexcept;
+  /// Compiles a shader of the table. Asserts that bindings, push constants and group size reflected from its
+  /// SPIR-V equal the table's. Errors: capacity (group size), out_of_memory, device_lost.
   Result<Pipeline> create_pipeline(ShaderId shader);
-  Result<Pipeline> create_pipeline(const ShaderInfo& shader);  ///< a shader of another table: tests
-  /// `buffers` in the order of the shader's bindings. A buffer without the view that the table asks for, or a
-  /// part that does not lie in its buffer, is misuse. Errors: capacity (more than max_storage_range_bytes of a
-  /// storage buffer), out_of_memory, device_lost.
+  Result<Pipeline> create_pipeline(const ShaderInfo& shader);  ///< a shader of another table, for tests
+  /// Binds `buffers` in the order of the shader's bindings. Errors: capacity (a storage range above
+  /// DeviceLimits::max_storage_range_bytes), out_of_memory, device_lost. Misuse: a buffer without the view
+  /// that the table names; a part that exceeds its buffer.
   Result<Bindings> create_bindings(const Pipeline& pipeline, std::span<const Buffer* const> buffers);
   Result<Bindings> create_bindings(const Pipeline& pipeline, std::span<const BufferPart> parts);
   Result<Recorder> create_recorder();
@@ -284,7 +301,7 @@ class Device {
 
  private:
   explicit Device(std::shared_ptr<Impl> impl);
-  std::shared_ptr<Impl> impl_;  // what the device made keeps it alive
+  std::shared_ptr<Impl> impl_;  // shared: every object of the device keeps it alive
 };
 
 }  // namespace rtstdb::gpu

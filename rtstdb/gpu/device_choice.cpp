@@ -30,19 +30,20 @@ std::string list_of(std::span<const Candidate> candidates) {
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (i != 0) text += ", ";
     text += std::to_string(i) + " \"" + candidates[i].info.name + "\"";
-    if (!candidates[i].unfit.empty()) text += " (unfit: " + candidates[i].unfit + ")";
+    if (!candidates[i].unsuitable.empty()) text += " (unsuitable: " + candidates[i].unsuitable + ")";
   }
   return text;
 }
 
-Error none_fits(std::string_view looked_for, std::span<const Candidate> candidates) {
-  std::string message = "no Vulkan device: looked for " + std::string(looked_for) + ", found ";
+Error no_device_error(std::string_view sought, std::span<const Candidate> candidates) {
+  std::string message = "no Vulkan device: sought " + std::string(sought) + ", found ";
   message += candidates.empty() ? "none" : list_of(candidates);
-  // Where a fit device exists, another choice helps; else only a driver does.
-  const bool any_fit =
-      std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.unfit.empty(); });
+  // If a suitable device exists, the error suggests another choice; otherwise it suggests to install a
+  // driver.
+  const bool any_suitable = std::any_of(candidates.begin(), candidates.end(),
+                                        [](const Candidate& c) { return c.unsuitable.empty(); });
   message += "; ";
-  message += any_fit ? "choose one of these or \"auto\"" : install_hint;
+  message += any_suitable ? "choose one of these or \"auto\"" : install_hint;
   return {ErrorCode::no_device, message};
 }
 
@@ -50,19 +51,19 @@ Error none_fits(std::string_view looked_for, std::span<const Candidate> candidat
 
 Result<std::size_t> choose_device(std::string_view select, std::span<const Candidate> candidates) {
   if (const auto index = as_index(select)) {
-    if (*index < candidates.size() && candidates[*index].unfit.empty()) return *index;
-    return none_fits("index " + std::string(select), candidates);
+    if (*index < candidates.size() && candidates[*index].unsuitable.empty()) return *index;
+    return no_device_error("index " + std::string(select), candidates);
   }
   const bool by_name = select != "auto";
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const Candidate& candidate = candidates[i];
-    if (!candidate.unfit.empty()) continue;
+    if (!candidate.unsuitable.empty()) continue;
     if (by_name && !contains_ignoring_case(candidate.info.name, select)) continue;
     if (!best || candidate.kind < candidates[*best].kind) best = i;
   }
   if (best) return *best;
-  return none_fits(by_name ? "a name with \"" + std::string(select) + "\"" : "any", candidates);
+  return no_device_error(by_name ? "a name with \"" + std::string(select) + "\"" : "any", candidates);
 }
 
 }  // namespace rtstdb::gpu

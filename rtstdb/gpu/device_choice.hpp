@@ -1,5 +1,5 @@
 #pragma once
-// Which device is taken, apart from Vulkan so that it can be tried on lists that this machine does not have.
+// Chooses a physical device. Free of Vulkan types, so that unit tests can pass any list of candidates.
 
 #include <cstdint>
 #include <span>
@@ -11,18 +11,18 @@
 
 namespace rtstdb::gpu {
 
-/// In the order of preference of "auto".
+/// In the order in which "auto" prefers them.
 enum class DeviceKind : std::uint8_t { discrete, integrated, virtual_gpu, cpu, other };
 
 struct Candidate {
   DeviceInfo info;
   DeviceKind kind = DeviceKind::other;
-  std::string unfit;  ///< why rtstdb can not use it, in words; empty: it can
+  std::string unsuitable;  ///< why rtstdb can not use the device; empty: it can
 };
 
-/// Index into `candidates`. `select`: an index ("0"), a part of a name (case does not matter; the first fit
-/// one in order of preference), or "auto". Equal kinds: the lower index. Errors: no_device, with what was
-/// looked for, what there is, and what to install.
+/// Returns an index into `candidates`. `select` is an index ("0"), a part of a name (case insensitive; takes
+/// the first suitable match in order of preference), or "auto". Of devices of equal kind the lower index is
+/// chosen. Errors: no_device, with what was sought, what there is, and what to install.
 Result<std::size_t> choose_device(std::string_view select, std::span<const Candidate> candidates);
 
 }  // namespace rtstdb::gpu

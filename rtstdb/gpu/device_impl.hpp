@@ -1,6 +1,6 @@
 #pragma once
-// What the parts of the room share behind device.hpp. Each part keeps the device alive, so that the order in
-// which the owner drops them does not matter.
+// The private state of a device, shared by the sources of this folder. Every object of a device holds a
+// reference to it, so the owner may destroy objects in any order.
 
 #include <atomic>
 #include <memory>
@@ -25,12 +25,13 @@ struct Device::Impl {
   std::uint32_t timestamp_bits = 0;
   std::vector<MemoryTraits> memory_types;
   std::uint32_t queue_family = 0;
-  bool takes_in_host_memory = false;
-  bool compile_late = false;
+  bool imports_host_memory = false;
+  bool compile_on_first_dispatch = false;
   vk::raii::Device device;
   vk::raii::Queue queue;
   vk::raii::PipelineCache pipeline_cache;
-  std::mutex queue_mutex;  ///< Vulkan wants one caller at a time; two Timelines may submit at once
+  /// VkQueueSubmit needs external synchronization; several timelines may submit at once
+  std::mutex queue_mutex;
   std::atomic<bool> lost{false};
   std::atomic<std::uint32_t> allocations{0};
 
@@ -39,7 +40,7 @@ struct Device::Impl {
   const vk::raii::DeviceDispatcher& vk() const { return *device.getDispatcher(); }
   void name(vk::ObjectType type, std::uint64_t handle, const std::string& text) const;
 
-  /// Runs a setup step that may throw Vulkan's errors; `what` begins the sentence of a failure.
+  /// Runs a setup step and turns the exceptions of Vulkan-Hpp into an Error, whose text begins with `what`.
   template <class Step>
   auto attempt(const std::string& what, Step step) -> decltype(step()) {
     if (lost) return Error{ErrorCode::device_lost, what + ": the device is lost"};

@@ -1,6 +1,6 @@
 #pragma once
-// Memory of the host that a device reads and writes where it lies (BufferOptions::host), and that outlives the device:
-// what callers hold spans of stays where it is when the device is lost and another one takes its place.
+// Host memory that a device can access in place (BufferOptions::host). It outlives the device: spans that
+// callers hold into it stay valid when the device is lost and another one replaces it.
 
 #include <cstddef>
 #include <memory>
@@ -11,11 +11,11 @@ namespace rtstdb::gpu {
 
 class HostMemory {
  public:
-  /// Devices take memory in by pages of this size, or copy.
+  /// Alignment and granularity at which devices import host memory; a device that needs more works on a copy.
   static constexpr std::size_t page_bytes = 4096;
 
   HostMemory() = default;
-  /// The bytes are not cleared. Throws std::bad_alloc.
+  /// Allocates whole pages with undefined contents. Throws std::bad_alloc.
   explicit HostMemory(std::size_t size_bytes);
 
   std::size_t size_bytes() const noexcept { return size_bytes_; }
@@ -23,7 +23,7 @@ class HostMemory {
   std::span<T> as() const noexcept {
     return {reinterpret_cast<T*>(start_.get()), size_bytes_ / sizeof(T)};
   }
-  /// With what follows up to the end of the last page.
+  /// The allocated bytes up to the end of the last page.
   std::span<std::byte> pages() const noexcept;
 
  private:

@@ -15,7 +15,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
                                           VkDebugUtilsMessageTypeFlagsEXT /*types*/,
                                           const VkDebugUtilsMessengerCallbackDataEXT* data, void* log) {
   static_cast<ValidationLog*>(log)->add(data->pMessage);
-  return VK_FALSE;  // the call goes on as it would without the layer
+  return VK_FALSE;  // false: the layer does not abort the call
 }
 
 bool has_layer(const vk::raii::Context& context, const char* name) {
@@ -42,7 +42,7 @@ Result<std::unique_ptr<Instance>> create(vk::raii::Context context, bool validat
   }
   if (validation && !has_layer(context, validation_layer)) {
     return Error{ErrorCode::no_device,
-                 std::string("Vulkan validation was asked for, but the layer ") + validation_layer +
+                 std::string("Vulkan validation was requested, but the layer ") + validation_layer +
                      " is not installed; install vulkan-validationlayers or turn validation off"};
   }
   const char* layer = validation ? validation_layer : nullptr;
@@ -50,7 +50,7 @@ Result<std::unique_ptr<Instance>> create(vk::raii::Context context, bool validat
   if (validation && !debug_utils) {
     return Error{
         ErrorCode::no_device,
-        "Vulkan validation was asked for, but its messages can not be read: VK_EXT_debug_utils is missing"};
+        "Vulkan validation was requested, but its messages can not be read: VK_EXT_debug_utils is missing"};
   }
   const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
   const vk::ApplicationInfo application("rtstdb", 1, "rtstdb", 1, VK_API_VERSION_1_3);
@@ -95,7 +95,7 @@ Result<std::unique_ptr<Instance>> Instance::open(const std::string& loader_libra
         vk::raii::Context(reinterpret_cast<PFN_vkGetInstanceProcAddr>(entry.value().get_instance_proc_addr)),
         validation);
   } catch (const vk::IncompatibleDriverError&) {
-    // The loader's way of saying that it found no driver at all.
+    // The loader reports missing drivers this way.
     return choose_device("auto", {}).error();
   } catch (const vk::SystemError& failure) {
     return to_error(failure, "no Vulkan device: creating the Vulkan instance failed");

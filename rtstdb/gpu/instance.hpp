@@ -1,5 +1,5 @@
 #pragma once
-// The Vulkan instance, with what the validation layer says, and its physical devices as candidates.
+// The Vulkan instance with its validation log, and the physical devices as candidates.
 
 #include <memory>
 #include <mutex>
@@ -13,8 +13,8 @@
 
 namespace rtstdb::gpu {
 
-/// The errors and warnings of the validation layer, each text once. Thread-safe: the layer reports from
-/// whatever thread calls Vulkan.
+/// The errors and warnings of the validation layer, each text once. Thread-safe, since the layer reports from
+/// any thread that calls Vulkan.
 class ValidationLog {
  public:
   void add(std::string_view message);
@@ -34,18 +34,18 @@ struct Instance {
 
   Instance(vk::raii::Context context_in, vk::raii::Instance instance_in, bool has_debug_names_in);
 
-  /// Errors: no_device: no loader, no driver, a loader older than 1.3, or validation asked for and its layer
-  /// missing.
+  /// Errors: no_device, when the loader, every driver, or the requested validation layer is missing, or the
+  /// loader is older than Vulkan 1.3.
   static Result<std::unique_ptr<Instance>> open(const std::string& loader_library, bool validation);
 };
 
 struct PhysicalDevice {
   vk::raii::PhysicalDevice handle;
   Candidate candidate;
-  std::uint32_t queue_family;  ///< can compute and has timestamps; meaningless when the candidate is unfit
+  std::uint32_t queue_family;  ///< supports compute and timestamps; meaningless for an unsuitable candidate
 };
 
-/// In the loader's order, which is the order of the devices' indices.
+/// In the order of the loader, which is that of the devices' indices.
 std::vector<PhysicalDevice> physical_devices(const Instance& instance);
 
 }  // namespace rtstdb::gpu

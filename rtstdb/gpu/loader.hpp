@@ -1,5 +1,5 @@
 #pragma once
-// The Vulkan loader library, opened at run time.
+// Opens the Vulkan loader library at run time.
 
 #include <string>
 
@@ -11,8 +11,8 @@ struct VulkanEntry {
   void (*get_instance_proc_addr)() = nullptr;
 };
 
-/// The library stays loaded until the process ends: drivers keep threads and thread-local storage, so
-/// unloading them is not safe. Errors: no_device (which library, what to install).
+/// The library stays loaded until the process ends, since drivers keep threads and thread-local storage.
+/// Errors: no_device, with the library's name and what to install.
 Result<VulkanEntry> load_vulkan(const std::string& library);
 
 }  // namespace rtstdb::gpu

@@ -14,13 +14,13 @@ bool fits(const MemoryTraits& type, Memory memory) {
 int merit(const MemoryTraits& type, Memory memory) {
   switch (memory) {
     case Memory::device:
-      // The window that the host can see is small on many devices: leave it to those who need it.
+      // Host-visible device memory is a small window on many devices: keep it free for buffers that need it.
       return (type.device_local ? 2 : 0) + (type.host_visible ? 0 : 1);
     case Memory::upload:
-      // Shaders read it in place, the host only writes.
+      // Shaders read in place; the host only writes.
       return (type.device_local ? 2 : 0) + (type.host_cached ? 0 : 1);
     case Memory::readback:
-      // Uncached reads by the host are slow beyond all else.
+      // Host reads of uncached memory are the slowest access of all.
       return (type.host_cached ? 2 : 0) + (type.device_local ? 0 : 1);
   }
   return 0;

@@ -1,7 +1,6 @@
 #pragma once
-// Which memory types suit a buffer, apart from Vulkan so that it can be tried on machines that are not at
-// hand: one type for everything (unified memory, lavapipe), or device memory, host memory and a window
-// between them.
+// Ranks memory types for a buffer. Free of Vulkan types, so that unit tests cover unified memory (lavapipe)
+// as well as separate device memory, host memory and a host-visible window of device memory.
 
 #include <cstdint>
 #include <span>
@@ -16,11 +15,11 @@ struct MemoryTraits {
   bool host_visible = false;
   bool host_coherent = false;
   bool host_cached = false;
-  bool special = false;  ///< protected, lazily allocated or the like: never for plain buffers
+  bool special = false;  ///< protected, lazily allocated or similar: never used for buffers
 };
 
-/// The indices of `types` that may hold a buffer of this kind, best first; `allowed_bits` has a bit per
-/// index. Equal merit: the lower index, which is the driver's own order of preference.
+/// Returns the indices of the types that can hold such a buffer, best first. Bit i of `allowed_bits` allows
+/// type i. Of equally good types the lower index comes first, which is the driver's order of preference.
 std::vector<std::uint32_t> rank_memory_types(std::span<const MemoryTraits> types, std::uint32_t allowed_bits,
                                              Memory memory);
 

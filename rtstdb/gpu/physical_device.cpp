@@ -26,7 +26,7 @@ DeviceKind kind_of(vk::PhysicalDeviceType type) {
   }
 }
 
-/// The first family that computes, copies (every one that computes does) and takes timestamps.
+/// The first queue family with compute (which implies copies) and timestamps.
 std::optional<std::uint32_t> find_queue_family(const vk::raii::PhysicalDevice& device) {
   const auto families = device.getQueueFamilyProperties();
   for (std::uint32_t i = 0; i < families.size(); ++i) {
@@ -35,10 +35,10 @@ std::optional<std::uint32_t> find_queue_family(const vk::raii::PhysicalDevice& d
   return std::nullopt;
 }
 
-/// Only for devices of Vulkan 1.3 or later.
-std::string why_unfit(const vk::raii::PhysicalDevice& device, bool has_queue) {
+/// The device must support Vulkan 1.3 or later.
+std::string why_unsuitable(const vk::raii::PhysicalDevice& device, bool has_queue) {
   if (!has_queue) return "no compute queue with timestamps";
-  if (const char* feature = missing_feature(device)) return std::string("without ") + feature;
+  if (const char* feature = missing_feature(device)) return std::string("it lacks ") + feature;
   return {};
 }
 
@@ -54,8 +54,9 @@ PhysicalDevice describe(vk::raii::PhysicalDevice device) {
   candidate.info.software = properties.deviceType == vk::PhysicalDeviceType::eCpu;
   candidate.kind = kind_of(properties.deviceType);
   const auto queue_family = find_queue_family(device);
-  candidate.unfit = properties.apiVersion < VK_API_VERSION_1_3 ? "Vulkan " + candidate.info.api + ", not 1.3"
-                                                               : why_unfit(device, queue_family.has_value());
+  candidate.unsuitable = properties.apiVersion < VK_API_VERSION_1_3
+                             ? "Vulkan " + candidate.info.api + ", not 1.3"
+                             : why_unsuitable(device, queue_family.has_value());
   return {std::move(device), std::move(candidate), queue_family.value_or(0)};
 }
 

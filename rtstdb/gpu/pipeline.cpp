@@ -25,7 +25,7 @@ vk::raii::PipelineLayout create_layout(const vk::raii::Device& device, vk::Descr
   return {device, options};
 }
 
-/// What shaders are told of the device, by constant id.
+/// Specialization constants, one member per constant id.
 struct Constants {
   VkBool32 fence_in_divergent_flow;
   VkBool32 lanes_together;
@@ -35,9 +35,9 @@ vk::raii::Pipeline create_compute_pipeline(const Device::Impl& device, vk::Pipel
                                            std::span<const std::uint32_t> spirv) {
   const vk::raii::ShaderModule module(device.device,
                                       vk::ShaderModuleCreateInfo({}, spirv.size_bytes(), spirv.data()));
-  // shaders/common/fence.glsl and query/together.glsl tell why.
+  // shaders/common/fence.glsl and shaders/query/together.glsl give the reasons.
   const Constants values{.fence_in_divergent_flow = device.info.software ? VK_FALSE : VK_TRUE,
-                         .lanes_together = device.info.software && device.limits.lanes_together == 8};
+                         .lanes_together = device.info.software && device.limits.subgroup_size == 8};
   const vk::SpecializationMapEntry entries[] = {
       {0, offsetof(Constants, fence_in_divergent_flow), sizeof(VkBool32)},
       {1, offsetof(Constants, lanes_together), sizeof(VkBool32)}};
@@ -47,7 +47,7 @@ vk::raii::Pipeline create_compute_pipeline(const Device::Impl& device, vk::Pipel
   return {device.device, device.pipeline_cache, vk::ComputePipelineCreateInfo({}, stage, layout)};
 }
 
-/// The table and the code are both ours: a difference is a fault of the build.
+/// Both the table and the SPIR-V come from the build, so a difference is an internal fault.
 void check_against_table(const ShaderInfo& shader) {
   const auto code = reflect_shader(shader.spirv);
   const auto difference = code ? find_difference(shader, *code)
@@ -67,7 +67,7 @@ Pipeline::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const ShaderInfo& 
       set_layout(create_set_layout(device->device, letters)),
       layout(create_layout(device->device, *set_layout, push_constant_bytes)),
       spirv(shader.spirv) {
-  if (!device->compile_late) compile();
+  if (!device->compile_on_first_dispatch) compile();
 }
 
 void Pipeline::Impl::compile() {

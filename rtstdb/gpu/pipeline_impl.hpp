@@ -6,7 +6,7 @@
 
 namespace rtstdb::gpu {
 
-/// The descriptor that a letter of the shader table stands for.
+/// The descriptor type of a letter of the shader table (shader.hpp).
 constexpr vk::DescriptorType descriptor_type(char letter) noexcept {
   switch (letter) {
     case 'S':
@@ -21,7 +21,7 @@ constexpr vk::DescriptorType descriptor_type(char letter) noexcept {
 struct Pipeline::Impl {
   std::shared_ptr<Device::Impl> device;
   std::string name;
-  std::string letters;  ///< of the bindings
+  std::string letters;  ///< one letter per binding
   std::uint32_t group_size = 0;
   std::uint32_t push_constant_bytes = 0;
   vk::raii::DescriptorSetLayout set_layout;
@@ -29,7 +29,7 @@ struct Pipeline::Impl {
   std::span<const std::uint32_t> spirv;
   vk::raii::Pipeline pipeline{nullptr};  ///< null until it is compiled
 
-  /// Throws Vulkan's errors.
+  /// Throws the exceptions of Vulkan-Hpp.
   void compile();
 
   Impl(std::shared_ptr<Device::Impl> device_in, const ShaderInfo& shader);

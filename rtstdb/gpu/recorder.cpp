@@ -36,7 +36,8 @@ bool in_range(const Buffer::Impl& buffer, std::size_t offset, std::size_t size) 
   return offset <= buffer.options.size_bytes && size <= buffer.options.size_bytes - offset;
 }
 
-/// False: it could not be compiled, and so the device counts as lost.
+/// Compiles the pipeline if that is still to be done. False: compilation failed and the device counts as
+/// lost.
 bool compiled(Pipeline::Impl& pipeline) noexcept {
   if (*pipeline.pipeline != vk::Pipeline{}) return true;
   try {
@@ -47,7 +48,7 @@ bool compiled(Pipeline::Impl& pipeline) noexcept {
   }
 }
 
-/// False: there is nothing to dispatch.
+/// Binds pipeline, bindings and push constants. False: nothing is to be dispatched.
 bool bind_pipeline(const Recorder::Impl& recorder, Pipeline::Impl& pipeline, const Bindings::Impl& bindings,
                    std::span<const std::byte> push_constants) {
   RTSTDB_ASSERT(recorder.state == Recorder::Impl::State::recording);
@@ -113,7 +114,7 @@ void Recorder::begin() {
     return;
   }
   impl_->begun = true;
-  order_work(impl_->commands);  // what earlier submissions wrote
+  order_work(impl_->commands);  // waits for the writes of earlier submissions
 }
 
 void Recorder::dispatch(const Pipeline& pipeline, const Bindings& bindings,

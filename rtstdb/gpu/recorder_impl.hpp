@@ -25,17 +25,17 @@ struct Recorder::Impl {
   vk::raii::CommandBuffer commands;
   vk::raii::QueryPool timestamps;
   State state = State::empty;
-  std::uint32_t written_slots = 0;               ///< a bit per timestamp
-  bool begun = false;                            ///< false: the device was lost, and nothing is recorded
-  std::shared_ptr<Timeline::Impl> submitted_to;  ///< null: never
-  std::uint64_t number = 0;                      ///< of the last submission, on that timeline
+  std::uint32_t written_slots = 0;  ///< one bit per timestamp slot
+  bool begun = false;               ///< false: the device was lost at begin(), so commands are ignored
+  std::shared_ptr<Timeline::Impl> submitted_to;  ///< null: never submitted
+  std::uint64_t number = 0;                      ///< of the last submission, on `submitted_to`
 
   explicit Impl(std::shared_ptr<Device::Impl> device_in);
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
   ~Impl();
 
-  /// True also when the device is lost: nothing will come any more.
+  /// Whether the last submission has finished. True also when the device is lost, since it then never will.
   bool finished() const noexcept;
 };
 

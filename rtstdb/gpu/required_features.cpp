@@ -10,15 +10,15 @@ void for_each_required(FeatureChain& chain, Visit visit) {
   auto& v12 = chain.get<vk::PhysicalDeviceVulkan12Features>();
   auto& v13 = chain.get<vk::PhysicalDeviceVulkan13Features>();
   visit(core.shaderInt64, "shaderInt64");
-  visit(core.shaderFloat64, "shaderFloat64");  // nanoseconds to seconds without losing any
+  visit(core.shaderFloat64, "shaderFloat64");  // exact conversion of nanoseconds to seconds
   visit(v12.timelineSemaphore, "timelineSemaphore");
   visit(v12.shaderSubgroupExtendedTypes, "shaderSubgroupExtendedTypes");
   visit(v12.scalarBlockLayout, "scalarBlockLayout");
   visit(v12.hostQueryReset, "hostQueryReset");
   visit(v12.bufferDeviceAddress,
-        "bufferDeviceAddress");  // answers longer than a binding may be; stores of two words
+        "bufferDeviceAddress");  // results above the size of a binding; stores of two words
   visit(v13.synchronization2, "synchronization2");
-  visit(v13.maintenance4, "maintenance4");  // group sizes by constant id, the largest buffer
+  visit(v13.maintenance4, "maintenance4");  // group size as a specialization constant; maxBufferSize
 }
 
 constexpr auto required_subgroup_operations =

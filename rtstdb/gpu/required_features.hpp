@@ -1,6 +1,6 @@
 #pragma once
-// What a device must be able to do beyond the minimum of Vulkan 1.3; one list for the check and for the
-// request.
+// The features that rtstdb needs beyond the minimum of Vulkan 1.3. One list serves the check of a device and
+// its creation.
 
 #include "rtstdb/gpu/vulkan.hpp"
 
@@ -9,10 +9,10 @@ namespace rtstdb::gpu {
 using FeatureChain = vk::StructureChain<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
                                         vk::PhysicalDeviceVulkan13Features>;
 
-/// The features to switch on, and nothing else.
+/// A chain that switches on the required features and no others.
 FeatureChain required_features();
 
-/// The name of the first thing missing, or null. The device must be of Vulkan 1.3 or later.
+/// The name of the first missing feature, or null. The device must support Vulkan 1.3 or later.
 const char* missing_feature(const vk::raii::PhysicalDevice& device);
 
 }  // namespace rtstdb::gpu

@@ -1,10 +1,10 @@
 #pragma once
 // The table of all shaders. shaders/table.def holds one line per shader:
 //     SHADER(trace_closest, "query/trace_closest.comp", 64, RayArgs, "TTTTSS")
-// name, source under shaders/, local_size_x, the struct of its push constants (shaders/shared), and one
-// letter per binding in order: S storage, T texel buffer of uvec4, F of vec4, I of uvec4 as an image. A shader without
-// push constants says NoArgs. The build compiles every line, validates it and embeds it; the device checks at
-// load that the compiled code says the same.
+// with its name, its source below shaders/, local_size_x, the struct of its push constants (shaders/shared)
+// or NoArgs, and one letter per binding in order: S storage buffer, T uniform texel buffer of uvec4, F of
+// vec4, I storage texel buffer of uvec4. The build compiles, validates and embeds every line.
+// Device::create_pipeline checks that the SPIR-V agrees with the table.
 
 #include <cstdint>
 #include <span>
@@ -26,16 +26,16 @@ struct ShaderInfo {
   std::string_view name;
   std::string_view source;
   std::uint32_t group_size = 0;
-  std::span<const shared::Field> push_constants;  ///< the fields of the args struct; empty: NoArgs
+  std::span<const shared::Field> push_constants;  ///< fields of the argument struct; empty: NoArgs
   std::uint32_t push_constant_bytes = 0;
   std::string_view bindings;
   std::span<const std::uint32_t> spirv;
 };
 
-/// Stands in a table where a shader has no push constants.
+/// Marks a shader without push constants in the table.
 struct NoArgs {};
 
-/// One line of a table; `Args` is a shared struct or NoArgs.
+/// Makes the entry of one line of the table. `Args` is a shared struct or NoArgs.
 template <class Args>
 constexpr ShaderInfo make_shader_info(std::string_view name, std::string_view source,
                                       std::uint32_t group_size, std::string_view bindings,
@@ -48,7 +48,7 @@ constexpr ShaderInfo make_shader_info(std::string_view name, std::string_view so
   }
 }
 
-/// The line of the table. `shader` is one of the table's names.
+/// The table's entry of a shader.
 const ShaderInfo& shader_info(ShaderId shader) noexcept;
 
 }  // namespace rtstdb::gpu

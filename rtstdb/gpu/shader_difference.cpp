@@ -6,8 +6,9 @@
 namespace rtstdb::gpu {
 namespace {
 
-/// What the device is asked for when it is opened (required_features.cpp), in SPIR-V's numbers: Shader,
-/// Float64, Int64, SampledBuffer, ImageBuffer, ImageQuery, subgroup basic, vote, arithmetic, ballot, shuffle, addresses.
+/// The SPIR-V capabilities that required_features.cpp enables: Shader, Float64, Int64, SampledBuffer,
+/// ImageBuffer, ImageQuery, subgroup basic, vote, arithmetic, ballot and shuffle,
+/// PhysicalStorageBufferAddresses.
 constexpr std::array<std::uint32_t, 12> granted_capabilities{1, 10, 11, 46, 47, 50, 61, 62, 63, 64, 65, 5347};
 
 std::string sentence(const ShaderInfo& table, const std::string& of_table, const std::string& of_code) {
@@ -15,7 +16,7 @@ std::string sentence(const ShaderInfo& table, const std::string& of_table, const
          of_table + ", the code says " + of_code;
 }
 
-/// The letters of bindings 0, 1, 2 and so on; anything else of the code makes a text that no table holds.
+/// The letters of bindings 0, 1, 2 and so on. For any other numbering a text that no table contains.
 std::string letters_of(const ShaderReflection& code) {
   std::string letters;
   for (std::uint32_t i = 0; i < code.bindings.size(); ++i) {

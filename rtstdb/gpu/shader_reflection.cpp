@@ -9,7 +9,7 @@
 namespace rtstdb::gpu {
 namespace {
 
-// The few numbers of the SPIR-V specification (unified1) that the reader knows.
+// The numbers of the SPIR-V specification (unified1) that reflection needs.
 constexpr std::uint32_t magic = 0x07230203;
 constexpr std::size_t header_words = 5;
 
@@ -63,7 +63,7 @@ std::string read_string(Words words) {
   return text;
 }
 
-/// Collects the declarations of a module and answers questions about them.
+/// Collects a module's declarations, from which reflection() derives the result.
 class Module {
  public:
   bool read(Words spirv);
@@ -75,7 +75,7 @@ class Module {
   const Words* type(std::uint32_t id, Op op) const;
   std::string field_type(std::uint32_t type_id) const;
   char letter(std::uint32_t storage_class, std::uint32_t type_id) const;
-  void lay_flat(std::uint32_t type_id, std::size_t base, std::vector<ReflectedField>& fields) const;
+  void flatten(std::uint32_t type_id, std::size_t base, std::vector<ReflectedField>& fields) const;
 
   std::uint32_t compute_entries_ = 0;
   std::uint32_t other_entries_ = 0;
@@ -85,12 +85,13 @@ class Module {
   std::map<std::uint32_t, std::pair<std::uint32_t, Words>> types_;  ///< id -> opcode, operands after the id
   std::set<std::uint32_t> referenced_types_;
   std::map<std::uint32_t, std::uint32_t> constants_;
-  std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> variables_;  ///< id -> pointer type, class
+  /// Id -> pointer type, storage class
+  std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> variables_;
   std::map<std::uint32_t, std::uint32_t> sets_, bindings_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Member> members_;  ///< struct, index
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Member> members_;  ///< key: struct type, member index
 };
 
-/// The least number of operands that read_instruction looks at.
+/// The number of operands that read_instruction needs at least.
 std::size_t operands_needed(std::uint32_t op) {
   switch (op) {
     case op_capability:
@@ -181,7 +182,8 @@ bool Module::read_instruction(std::uint32_t op, Words operands) {
   return true;
 }
 
-/// Types name only types declared before them and are declared once, so that no type holds itself.
+/// Records a type. Rejects a second declaration of an id and a reference to a later type, so that no type
+/// contains itself.
 bool Module::declare_type(std::uint32_t op, Words operands) {
   const std::uint32_t id = operands[0];
   const Words rest = operands.subspan(1);
@@ -204,7 +206,7 @@ bool Module::declare_type(std::uint32_t op, Words operands) {
   return !referenced_types_.contains(id);
 }
 
-/// The operands of the type after its id, or null when it is not of that kind.
+/// The operands behind the type's id; null when the type is of another kind.
 const Words* Module::type(std::uint32_t id, Op op) const {
   const auto found = types_.find(id);
   return found != types_.end() && found->second.first == op ? &found->second.second : nullptr;
@@ -237,7 +239,7 @@ char Module::letter(std::uint32_t storage_class, std::uint32_t type_id) const {
   return texel == "uint" ? 'T' : texel == "float" ? 'F' : '?';
 }
 
-void Module::lay_flat(std::uint32_t type_id, std::size_t base, std::vector<ReflectedField>& fields) const {
+void Module::flatten(std::uint32_t type_id, std::size_t base, std::vector<ReflectedField>& fields) const {
   const Words* members = type(type_id, op_type_struct);
   if (members == nullptr) return;
   for (std::uint32_t i = 0; i < members->size(); ++i) {
@@ -245,7 +247,7 @@ void Module::lay_flat(std::uint32_t type_id, std::size_t base, std::vector<Refle
     const Member member = found != members_.end() ? found->second : Member{};
     const std::uint32_t member_type = (*members)[i];
     if (type(member_type, op_type_struct) != nullptr) {
-      lay_flat(member_type, base + member.offset, fields);
+      flatten(member_type, base + member.offset, fields);
     } else {
       fields.push_back({field_type(member_type), member.name, base + member.offset});
     }
@@ -259,7 +261,7 @@ std::optional<ShaderReflection> Module::reflection() const {
   } else if (group_size_ids_) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto constant = constants_.find((*group_size_ids_)[axis]);
-      if (constant == constants_.end()) return std::nullopt;  // left open until the pipeline is made
+      if (constant == constants_.end()) return std::nullopt;  // not fixed before pipeline creation
       result.group_size[axis] = constant->second;
     }
   } else {
@@ -269,7 +271,7 @@ std::optional<ShaderReflection> Module::reflection() const {
     const auto& [pointer_id, storage_class] = variable;
     const Words* pointer = type(pointer_id, op_type_pointer);
     if (pointer == nullptr) return std::nullopt;
-    if (storage_class == class_push_constant) lay_flat((*pointer)[1], 0, result.push_constants);
+    if (storage_class == class_push_constant) flatten((*pointer)[1], 0, result.push_constants);
     if (storage_class != class_uniform_constant && storage_class != class_uniform &&
         storage_class != class_storage_buffer) {
       continue;

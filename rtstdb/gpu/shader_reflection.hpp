@@ -1,6 +1,6 @@
 #pragma once
-// What a compiled compute shader says about itself, read from its SPIR-V, and whether the shader table says
-// the same.
+// Reads bindings, push constants, group size and capabilities of a compute shader from its SPIR-V, and
+// compares them with the shader table.
 
 #include <array>
 #include <cstdint>
@@ -16,26 +16,27 @@ namespace rtstdb::gpu {
 struct ReflectedBinding {
   std::uint32_t set = 0;
   std::uint32_t binding = 0;
-  char letter = '?';  ///< as in the table; '?' for what the table has no letter for
+  char letter = '?';  ///< as in the table; '?' for a descriptor that the table has no letter for
 };
 
 struct ReflectedField {
-  std::string type;  ///< as in GLSL: "float", "uvec2"; empty for what shared structs can not hold
+  /// GLSL type such as "float" or "uvec2"; empty for types that shared structs do not allow
+  std::string type;
   std::string name;
   std::size_t offset_bytes = 0;
 };
 
 struct ShaderReflection {
   std::array<std::uint32_t, 3> group_size{};
-  std::vector<ReflectedBinding> bindings;      ///< by set, then binding
-  std::vector<ReflectedField> push_constants;  ///< structs inside are laid flat
+  std::vector<ReflectedBinding> bindings;      ///< ordered by set, then by binding
+  std::vector<ReflectedField> push_constants;  ///< members of nested structs are listed in place
   std::vector<std::uint32_t> capabilities;
 };
 
-/// Empty when the words are not one well-formed compute shader with a fixed group size.
+/// Empty unless the words are one well-formed compute shader with a fixed group size.
 std::optional<ShaderReflection> reflect_shader(std::span<const std::uint32_t> spirv);
 
-/// How the code differs from the table's line, both sides named; empty when it does not.
+/// Describes the first difference, naming both sides; empty when there is none.
 std::optional<std::string> find_difference(const ShaderInfo& table, const ShaderReflection& code);
 
 }  // namespace rtstdb::gpu

@@ -10,7 +10,7 @@ namespace {
 
 #include "shaders_generated/words.inc"
 
-/// Every line of the table; in a function of its own so that the names of shared structs need no prefix.
+/// A function of its own, so that its using-directive for shared structs stays local.
 const ShaderInfo& table_line(std::size_t index) noexcept {
   using namespace shared;  // NOLINT(google-build-using-namespace): the table names structs without a prefix
   static constexpr ShaderInfo end{};

@@ -1,7 +1,7 @@
 #pragma once
-// Vulkan for the sources of this room alone; no header that others include may include this one.
-// The loader library is opened at run time (loader.hpp), so that a machine without it gets a sentence instead
-// of a program that does not start.
+// Includes Vulkan-Hpp for the sources of this folder. No header that other folders include may include this
+// one. The loader library is opened at run time (loader.hpp), so that a program on a machine without it
+// starts and reports an error.
 
 #define VULKAN_HPP_ENABLE_DYNAMIC_LOADER_TOOL 0
 #define VULKAN_HPP_NO_SMART_HANDLE
@@ -13,7 +13,7 @@
 
 namespace rtstdb::gpu {
 
-/// What a failed setup call means to the caller. `what` begins the sentence.
+/// Maps a failed setup call to an Error whose text begins with `what`.
 Error to_error(const vk::SystemError& failure, std::string_view what);
 
 }  // namespace rtstdb::gpu

@@ -18,7 +18,7 @@ Result<std::unique_ptr<DeviceEpoch>> DeviceEpoch::create(std::unique_ptr<gpu::De
     }
   }
   accel::Submit& setup = epoch->setup_lane();
-  auto pool = accel::GeometryPool::create_again(device, options.max_geometries, kept, setup);
+  auto pool = accel::GeometryPool::create_restored(device, options.max_geometries, kept, setup);
   if (!pool) return pool.error();
   epoch->pool = std::move(pool).value();
   // A version of a million entities takes half a gigabyte.
@@ -27,7 +27,7 @@ Result<std::unique_ptr<DeviceEpoch>> DeviceEpoch::create(std::unique_ptr<gpu::De
   if (!tlas) return tlas.error();
   epoch->tlas = std::move(tlas).value();
   if (auto bound = epoch->rebind(); !bound) return bound.error();
-  if (device.compiles_late()) return epoch;
+  if (device.compiles_on_first_dispatch()) return epoch;
   setup.begin();
   epoch->tlas.record_warm_up(setup.recorder());
   if (!setup.run())

@@ -34,10 +34,10 @@ std::size_t end_of_window(std::span<const Request> requests, std::size_t first, 
 /// As long as it lives, kernels are compiled where they are made.
 class CompileNow {
  public:
-  explicit CompileNow(gpu::Device& device) : device_(device), before_(device.compiles_late()) {
-    device_.compile_late(false);
+  explicit CompileNow(gpu::Device& device) : device_(device), before_(device.compiles_on_first_dispatch()) {
+    device_.compile_on_first_dispatch(false);
   }
-  ~CompileNow() { device_.compile_late(before_); }
+  ~CompileNow() { device_.compile_on_first_dispatch(before_); }
   CompileNow(const CompileNow&) = delete;
   CompileNow& operator=(const CompileNow&) = delete;
 

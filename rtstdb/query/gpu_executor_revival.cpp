@@ -23,7 +23,7 @@ std::string times(std::uint64_t count) {
 Result<void> GpuExecutor::make_epoch(bool late) {
   auto device = open_(compiled_);
   if (!device) return device.error();
-  device.value()->compile_late(late);
+  device.value()->compile_on_first_dispatch(late);
   auto epoch = DeviceEpoch::create(std::move(device).value(), options_, kept_);
   if (!epoch) return epoch.error();
   const std::lock_guard lock(health_mutex_);
@@ -37,7 +37,8 @@ Result<void> GpuExecutor::make_epoch(bool late) {
 void GpuExecutor::drop_epoch() {
   kept_ = epoch_->pool.kept();
   kept_.resize(geometry_count_);  // what was being added is not there
-  if (auto compiled = epoch_->device.compiled(); !compiled.empty()) compiled_ = std::move(compiled);
+  if (auto compiled = epoch_->device.pipeline_cache_data(); !compiled.empty())
+    compiled_ = std::move(compiled);
   shapes_before_ = shape_counts();
   prepared_->visit([](GpuQuery& query) {
     query.leave_device();

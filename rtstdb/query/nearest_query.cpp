@@ -146,7 +146,7 @@ Result<void> GpuNearestQuery::create_pipelines(gpu::Device& device) {
 Result<void> GpuNearestQuery::create_buffers(gpu::Device& device) {
   const std::size_t points = options_.capacity;
   neighbors_.resize(neighbor_memory_.size());
-  std::vector<gpu::BufferWanted> buffers = {
+  std::vector<gpu::BufferRequest> buffers = {
       {&point_records_,
        {.name = options_.name + " points",
         .size_bytes = points * sizeof(shared::NearestRecord),
@@ -283,8 +283,8 @@ void GpuNearestQuery::dispatch(PlaceRange range, bool alone, const accel::TlasVi
 void GpuNearestQuery::unpack(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
   answered_ = range.end;
   const std::size_t bytes_per_point = options_.k * sizeof(Neighbor);
-  neighbors_[places_.written()].pull(range.first * bytes_per_point,
-                                     (range.end - range.first) * bytes_per_point);
+  neighbors_[places_.written()].invalidate(range.first * bytes_per_point,
+                                           (range.end - range.first) * bytes_per_point);
   for (std::uint32_t place = range.first; place < range.end; ++place) {
     call_ahead(std::span(answers_[places_.written()]), order_.last(), place);
     if (!take_answer(place)) incomplete_.push_back(place);
@@ -302,7 +302,7 @@ void GpuNearestQuery::record_again(PlaceRange range, const RowSource& /*rows*/, 
 void GpuNearestQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/) noexcept {
   const std::size_t bytes_per_point = options_.k * sizeof(Neighbor);
   for (std::uint32_t i = range.first; i < range.end; ++i) {
-    neighbors_[places_.written()].pull(incomplete_[i] * bytes_per_point, bytes_per_point);
+    neighbors_[places_.written()].invalidate(incomplete_[i] * bytes_per_point, bytes_per_point);
     take_answer(incomplete_[i]);
   }
   settled_ = range.end;

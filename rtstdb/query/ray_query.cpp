@@ -162,7 +162,7 @@ Result<std::unique_ptr<GpuRayQuery>> GpuRayQuery::create(gpu::Device& device,
 Result<void> GpuRayQuery::move_to(gpu::Device& device) {
   leave_device();
   limits_ = device.limits();
-  for (const gpu::ShaderId shader : shaders_of(options_, limits_.lanes_together == rays_per_packet)) {
+  for (const gpu::ShaderId shader : shaders_of(options_, limits_.subgroup_size == rays_per_packet)) {
     auto pipeline = device.create_pipeline(shader);
     if (!pipeline) return pipeline.error();
     kernels_.push_back({.shader = shader, .pipeline = std::move(pipeline).value(), .bindings = {}});
@@ -189,7 +189,7 @@ Result<void> GpuRayQuery::create_buffers(gpu::Device& device) {
   rays.texel_float4 = true;
   rays.host = &ray_memory_;
   hits_.resize(hit_memory_.size());
-  std::vector<gpu::BufferWanted> buffers = {
+  std::vector<gpu::BufferRequest> buffers = {
       {&rays_, rays},
       {&again_, texels(" rays asked again", (4 * at_a_time + 15) / 16 * 16, gpu::Memory::upload)},
       {&some_incomplete_, texels(" incomplete", 16, gpu::Memory::readback)},
@@ -206,7 +206,7 @@ Result<void> GpuRayQuery::create_buffers(gpu::Device& device) {
   if (auto made = device.create_buffers(buffers); !made) return made.error();
   // Not every kernel fills all of a hit.
   for (const gpu::Buffer& place : hits_)
-    place.push(0, place.size_bytes());
+    place.flush(0, place.size_bytes());
   return {};
 }
 
@@ -322,7 +322,7 @@ std::uint32_t GpuRayQuery::min_retry_batch() const noexcept {
 
 void GpuRayQuery::record(PlaceRange range, const RowSource& rows, const accel::Tlas& /*tlas*/,
                          const accel::TlasView& view, const HaltAt& halt, gpu::Recorder& recorder) noexcept {
-  rays_.push(range.first * sizeof(Ray), (range.end - range.first) * sizeof(Ray));
+  rays_.flush(range.first * sizeof(Ray), (range.end - range.first) * sizeof(Ray));
   dispatch(range, false, rows, view, halt, recorder);
 }
 
@@ -395,7 +395,7 @@ void GpuRayQuery::unpack_again(PlaceRange range, const accel::TlasView& /*view*/
 
 void GpuRayQuery::pull(std::uint32_t first_ray, std::uint32_t end_ray) const noexcept {
   const std::size_t bytes_per_ray = options_.hits_per_ray * sizeof(RayHit);
-  hits_[places_.written()].pull(first_ray * bytes_per_ray, (end_ray - first_ray) * bytes_per_ray);
+  hits_[places_.written()].invalidate(first_ray * bytes_per_ray, (end_ray - first_ray) * bytes_per_ray);
 }
 
 void GpuRayQuery::publish_answers(std::uint32_t answered, std::uint32_t count) noexcept {

@@ -130,7 +130,7 @@ void RegionRunner::each_kernel(Each each) {
 Result<void> RegionRunner::create_buffers(gpu::Device& device) {
   const std::string& name = options_.name;
   const std::size_t capacity = options_.capacity;
-  std::vector<gpu::BufferWanted> buffers = {
+  std::vector<gpu::BufferRequest> buffers = {
       {&records_,
        {.name = name + " regions",
         .size_bytes = capacity * sizeof(shared::RegionRecord),

@@ -1,5 +1,5 @@
 #pragma once
-// A tree against a schema. For the room's own files; parse.hpp is the public side.
+// A tree against a schema. For the files of this folder; parse.hpp is the public side.
 
 #include <optional>
 #include <string_view>

@@ -1,5 +1,5 @@
 #pragma once
-// The sections of a scenario, one reader each. For the room's own files; scenario.hpp is the public side.
+// The sections of a scenario, one reader each. For the files of this folder; scenario.hpp is the public side.
 //
 // Values come from check_tree and may be incomplete. Each reader skips what is not whole, since its mistake is
 // already reported, and reads the rest, so that one mistake hides no other.

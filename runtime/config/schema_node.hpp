@@ -1,5 +1,5 @@
 #pragma once
-// What a Schema consists of. For the room's own files.
+// What a Schema consists of. For the files of this folder.
 
 #include <cstddef>
 #include <cstdint>

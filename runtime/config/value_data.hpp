@@ -1,5 +1,5 @@
 #pragma once
-// What a Value holds. For the room's own files.
+// What a Value holds. For the files of this folder.
 
 #include <memory>
 #include <optional>
@@ -15,7 +15,7 @@ namespace hil::config {
 struct Value::Data {
   Kind kind = Kind::any;
   Place place;
-  /// False: something in it was a mistake and is left out. Such values stay inside this room.
+  /// False: something in it was a mistake and is left out. Such values stay inside this folder.
   bool is_whole = true;
   bool is_default = false;
   bool boolean = false;

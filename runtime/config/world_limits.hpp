@@ -1,5 +1,5 @@
 #pragma once
-// The database's own limits (rtstdb/limits.hpp, rtstdb/durability.hpp), which this room can not see.
+// The database's own limits (rtstdb/limits.hpp, rtstdb/durability.hpp), which this library can not see.
 
 #include <cstdint>
 

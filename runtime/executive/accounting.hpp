@@ -1,8 +1,8 @@
 #pragma once
-// Turns the records of the tick into histograms, misses with their causes, and a trace. An ordinary thread
-// does it beside the run, and is at the same time the witness of pauses (host_stall_detector.hpp); under the virtual
-// clock there is no such thread and the base thread drains the rings itself when they are half full, so no
-// record is ever lost there.
+// Turns the records of the tick into histograms, deadline misses with their causes, and a trace. In real time
+// an ordinary thread does this concurrently with the run; it also detects pauses of the host
+// (host_stall_detector.hpp). Under the virtual clock there is no such thread: the base thread drains the
+// rings when they are half full, so no record is ever lost.
 
 #include <condition_variable>
 #include <cstdint>
@@ -21,14 +21,15 @@
 namespace hil::executive {
 
 struct AccountingOptions {
-  /// Each thread's ring; a full ring loses records and counts them. The default holds about 3 s of 10 tasks
-  /// at 1 kHz.
+  /// Records per thread's ring. A full ring drops records and counts them. The default holds about 3 s of 10
+  /// tasks at 1 kHz.
   std::size_t records_per_thread = 32'768;
-  std::size_t kept_misses_per_task = 1'000;  ///< and skips; the counters go on
-  std::int64_t trace_ns = 10'000'000'000;    ///< run time the trace reaches back from the end; 0: no trace
+  std::size_t kept_misses_per_task = 1'000;  ///< and kept skips; further ones are only counted
+  /// Length of the trace, from the end of the run backwards; 0: no trace
+  std::int64_t trace_ns = 10'000'000'000;
 };
 
-/// The last `capacity` things that were put in.
+/// Holds the last `capacity` elements.
 template <typename Thing>
 class LastOnes {
  public:
@@ -61,18 +62,18 @@ class Accounting {
   Accounting(const Accounting&) = delete;
   Accounting& operator=(const Accounting&) = delete;
 
-  /// Before start(): a task's thread writes here.
-  void read_also(SpscRing<RunRecord>& runs) { rings_.push_back(&runs); }
+  /// Before start(): adds the ring of a task's thread.
+  void add_ring(SpscRing<RunRecord>& runs) { rings_.push_back(&runs); }
 
-  /// The base thread writes here.
+  /// The ring of the base thread.
   SpscRing<RunRecord>& base_runs() noexcept { return base_runs_; }
   SpscRing<TickRecord>& base_ticks() noexcept { return base_ticks_; }
 
-  /// Reads the rings on a thread of its own from now on.
+  /// Starts a thread that reads the rings.
   void start();
-  /// Reads what is there. Only while no thread of its own does.
+  /// Reads the available records. Only while no thread was started.
   void drain();
-  /// Ends the thread and reads the rest. Nobody may write any more.
+  /// Stops the thread and reads the remaining records. No thread may write any more.
   void finish();
 
   /// After finish(). `start_ns` is the clock at run time 0.
@@ -95,7 +96,7 @@ class Accounting {
   TickRecord last_tick_;
   LastOnes<RunRecord> last_runs_;
   LastOnes<TickRecord> last_ticks_;
-  HostStallDetector witness_;
+  HostStallDetector stall_detector_;
   bool steal_is_fresh_ = false;
 
   std::mutex mutex_;

@@ -1,11 +1,11 @@
 #pragma once
-// The base thread's loop: when each tick begins, and what happens in it. Nothing in here allocates, locks or
-// writes.
+// The loop of the base thread: when each tick begins, and its stages. Nothing in here allocates, locks or
+// writes files.
 //
-// Pacing. Tick k is due at start + k * period, an absolute instant. A tick that is due already begins at
-// once, so up to `catch_up_ticks` ticks that were missed run back to back; when more than that many are due
-// after the next one, all but the latest due tick are given up and counted. So the tick index is always the
-// whole number of periods that have passed, never more than catch_up_ticks behind.
+// Pacing. Tick k is due at start + k * period, an absolute time. A tick that is already due begins at once,
+// so up to `catch_up_ticks` late ticks run back to back. When more are due, all but the latest due tick are
+// skipped and counted. So the tick index equals the number of elapsed periods, and lags behind it by at most
+// catch_up_ticks.
 
 #include <atomic>
 #include <cstdint>
@@ -23,23 +23,23 @@ struct BaseBeat {
   std::atomic<std::uint64_t> ticks_begun{0};
   LiveNumber<std::int64_t> run_time_ns;
   LiveNumber<std::uint64_t> skipped_ticks;
-  LiveNumber<std::uint64_t> skips;  ///< times that ticks were given up
+  LiveNumber<std::uint64_t> skips;  ///< number of times that ticks were skipped
 };
 
 class BaseLoop {
  public:
-  /// `worker_of[i]`: the thread of task i, or null when its steps run inline (base thread's tasks, virtual
-  /// clock).
+  /// `worker_of[i]`: the thread of task i, or null if its steps run inline (tasks of the base thread, and all
+  /// tasks under the virtual clock).
   BaseLoop(const ExecutiveOptions& options, const Probe& probe, const Accounting::Slots& slots,
            std::vector<Worker*> worker_of, Accounting& accounting, BaseBeat& beat);
 
-  /// Until the duration is over (false) or a stop was asked for (true).
+  /// Runs until the duration is over (returns false) or a stop was requested (returns true).
   bool run(const std::atomic<bool>& stop_requested) noexcept;
-  /// After the tasks' threads have ended: counts the runs that were still under way.
-  void settle_the_rest() noexcept;
+  /// After the tasks' threads have ended: counts the runs that had not been settled.
+  void settle_remaining() noexcept;
 
   std::int64_t start_ns() const noexcept { return start_ns_; }
-  /// The tick after the last: ticks that ran and ticks that were skipped.
+  /// The index behind the last tick: the number of ticks that ran or were skipped.
   std::uint64_t next_tick() const noexcept { return next_tick_; }
 
  private:
@@ -51,11 +51,11 @@ class BaseLoop {
   void run_tick(std::uint64_t skipped_before) noexcept;
   void run_tasks(std::uint64_t tick) noexcept;
 
-  // Base thread's tasks.
+  // Tasks of the base thread.
   bool admits(TaskSlot& slot, std::int64_t release_ns) noexcept;
   void run_here(TaskSlot& slot, std::uint64_t tick) noexcept;
 
-  // Tasks on threads of their own.
+  // Tasks on other threads.
   void release(TaskSlot& slot, std::uint64_t tick) noexcept;
   void begin_run(TaskSlot& slot, std::uint64_t tick) noexcept;
   void settle(TaskSlot& slot, std::uint64_t tick) noexcept;
@@ -81,12 +81,12 @@ class BaseLoop {
 
   std::int64_t start_ns_ = 0;
   std::uint64_t next_tick_ = 0;
-  std::int64_t base_wake_ns_ = 0;  ///< when the last sleep ended
+  std::int64_t base_wake_ns_ = 0;  ///< end of the last sleep
   std::int64_t frame_begin_ns_ = 0;
   std::int64_t awake_ns_ = 0;
-  std::int64_t ended_ns_ = 0;  ///< when the last tick ended
-  ThreadLook look_;            ///< the last look at this thread, while look_is_fresh_
-  bool look_is_fresh_ = false;
+  std::int64_t ended_ns_ = 0;  ///< end of the last tick
+  ThreadUsage last_usage_;  ///< the last reading of this thread's counters, valid while last_usage_is_valid_
+  bool last_usage_is_valid_ = false;
 };
 
 }  // namespace hil::executive

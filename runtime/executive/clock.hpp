@@ -1,6 +1,6 @@
 #pragma once
-// The executive's clock port and its two twins. Times are nanoseconds of one monotonic clock whose zero means
-// nothing.
+// The executive's clock port and its two implementations. Times are nanoseconds of one monotonic clock with
+// an arbitrary zero.
 
 #include <atomic>
 #include <cstdint>
@@ -11,8 +11,7 @@ class Clock {
  public:
   virtual ~Clock() = default;
   virtual std::int64_t now_ns() const noexcept = 0;
-  /// Returns at or after `wake_ns`. Returns early when interrupted by a signal; callers look at the clock
-  /// again.
+  /// Returns at or after `wake_ns`, or early when a signal interrupts it; callers check the time again.
   virtual void sleep_until(std::int64_t wake_ns) noexcept = 0;
   virtual bool is_virtual() const noexcept = 0;
 };
@@ -25,8 +24,8 @@ class MonotonicClock final : public Clock {
   bool is_virtual() const noexcept override { return false; }
 };
 
-/// Stands still except when slept on: a run under it goes as fast as the machine can and every instant in it
-/// is a function of its inputs. One thread sleeps; any may read.
+/// Advances only in sleep_until(), so a run proceeds as fast as possible and every time in it is a function
+/// of the run's inputs. One thread sleeps; any thread may read.
 class VirtualClock final : public Clock {
  public:
   std::int64_t now_ns() const noexcept override { return now_ns_.load(std::memory_order_relaxed); }

@@ -93,19 +93,19 @@ RunResult Executive::run(const std::atomic<bool>& stop_requested) {
   RunResult result;
   result.virtual_clock = options_.clock->is_virtual();
   result.period_ns = options_.base_period_ns;
-  result.look_ns = measure_look_ns(*options_.probe);
+  result.reading_cost_ns = measure_reading_ns(*options_.probe);
 
-  // The threads' rings outlive the accounting, which reads them.
+  // The threads' rings must outlive the accounting, which reads them.
   std::vector<Worker*> worker_of;
   const Workers workers = make_workers(worker_of);
   Accounting accounting(options_.accounting, slots_, options_.base_period_ns, *options_.probe);
   for (const auto& worker : workers)
-    accounting.read_also(worker->records());
+    accounting.add_ring(worker->records());
   BaseLoop loop(options_, *options_.probe, slots_, std::move(worker_of), accounting, *beat_);
   if (result.virtual_clock) {
     result.stopped = loop.run(stop_requested);
   } else {
-    // Ordinary threads first, so that they inherit nothing of the base thread's.
+    // Ordinary threads first, so that they do not inherit the base thread's scheduling.
     accounting.start();
     Watchdog watchdog(options_.watchdog, effective_timeout_ns(options_.watchdog, options_.base_period_ns),
                       beat_->ticks_begun);
@@ -115,13 +115,14 @@ RunResult Executive::run(const std::atomic<bool>& stop_requested) {
       const ThreadRealtime thread(options_.realtime, options_.realtime.priority);
       note_machine(options_.realtime, thread, process, result.realtime);
       result.stopped = loop.run(stop_requested);
-      // Before this thread is an ordinary one again: then it may wait long for a processor, and that is no hang.
+      // Stop the watchdog before this thread becomes an ordinary one, since it may then wait long for a
+      // processor without a hang.
       result.hang = watchdog.stop();
     }
     for (const auto& worker : workers)
       worker->stop();
   }
-  loop.settle_the_rest();
+  loop.settle_remaining();
   accounting.finish();
 
   result.ticks = beat_->ticks_begun.load(std::memory_order_relaxed);

@@ -1,18 +1,20 @@
 #pragma once
-// The executive: runs tasks at integer divisions of one base rate, in real time or under a virtual clock, and
-// accounts for every run. Simulated time never lags real time silently: a tick that comes too late is run at
-// once, up to `catch_up_ticks` in a row; beyond that ticks are given up and reported. Under the virtual clock
-// nothing is ever late.
+// The executive runs tasks at integer divisions of a base rate, in real time or under a virtual clock, and
+// accounts for every run. Simulated time never lags silently behind real time: up to `catch_up_ticks` late
+// ticks run back to back, and further ones are skipped and reported. Under the virtual clock no tick is late.
 //
-// One tick, on the base thread (the one that calls run):
-//   begin hook (latch device inputs) -> publish what tasks on other threads have due -> tasks in the order
-//   they were added (base thread's tasks: latch, step, publish; others: latch, wake their thread) -> end hook
-//   (release device outputs)
+// One tick, on the base thread (the thread that calls run):
+//   begin hook (latches device inputs)
+//   -> publishes the outputs of other threads' tasks that are due
+//   -> tasks in the order in which they were added (base thread: latch, step, publish; other threads: latch,
+//      wake the thread)
+//   -> end hook (releases device outputs)
 //
-// Two kinds of trouble are kept apart. Deadline miss: a run finished after its deadline. Overrun: a run was
-// still going on when its next release arrived. Slack is deadline - response time: positive is good.
+// A deadline miss and an overrun are different things. Deadline miss: a run finished after its deadline.
+// Overrun: a run had not finished when the task's next release arrived. Slack is deadline - response time;
+// positive slack means in time.
 //
-// Threads: one thread configures and runs; live() may be called from any thread while run() goes on.
+// Threads: one thread configures and runs; any thread may call live() during run().
 
 #include <atomic>
 #include <cstdint>
@@ -30,12 +32,13 @@
 
 namespace hil::executive {
 
-/// What surrounds the tasks of each tick, on the base thread. `tick.run` is the number of ticks that ran
-/// before.
+/// What happens before and after the tasks of each tick, on the base thread. `tick.run` is the number of
+/// ticks that ran before.
 class TickHooks {
  public:
   virtual ~TickHooks() = default;
-  /// Once, before the first tick: run time 0 is `start_ns` on the clock, at most a period ahead.
+  /// Called once before the first tick, which is at most one period away. `start_ns` is the clock at run time
+  /// 0.
   virtual void before_first_tick(std::int64_t start_ns) noexcept { (void)start_ns; }
   virtual void begin_tick(const TickInfo& tick) noexcept { (void)tick; }
   virtual void end_tick(const TickInfo& tick) noexcept { (void)tick; }
@@ -43,12 +46,11 @@ class TickHooks {
 
 struct ExecutiveOptions {
   std::int64_t base_period_ns = 1'000'000;
-  std::uint64_t duration_ticks = 0;  ///< 0: until a stop is asked for
-  Clock* clock = nullptr;            ///< needed; lives longer than the executive, as do hooks and probe
+  std::uint64_t duration_ticks = 0;  ///< 0: until a stop is requested
+  Clock* clock = nullptr;            ///< required; must outlive the executive, as must hooks and probe
   TickHooks* hooks = nullptr;
-  const Probe* probe = nullptr;  ///< null: the system's
-  /// Ticks that are run back to back when real time has run ahead; when more are due, they are skipped and
-  /// reported.
+  const Probe* probe = nullptr;  ///< null: SystemProbe
+  /// The number of late ticks that run back to back; further ones are skipped and reported.
   std::uint32_t catch_up_ticks = 4;
   RealtimeOptions realtime;  ///< not applied under a virtual clock
   AccountingOptions accounting;
@@ -67,17 +69,17 @@ class Executive {
   Executive(const Executive&) = delete;
   Executive& operator=(const Executive&) = delete;
 
-  /// Before run. Misuse (asserts): a spec that why_refused() refuses, or a second task of the same name.
-  /// `task` lives longer than the executive.
+  /// Before run. `task` must outlive the executive. Misuse (asserts): a spec that why_refused() refuses; a
+  /// second task of the same name.
   void add_task(TaskSpec spec, Task& task);
 
-  /// Runs to the end of the duration, or ends in order within one tick once `stop_requested` is true: then
-  /// waits for steps under way on other threads and joins all threads it made. Once per executive. The
-  /// calling thread becomes the base thread and gets its scheduling back at the end. May throw
-  /// std::system_error when a thread can not be made; nothing has run then.
+  /// Runs for the whole duration, or ends within one tick once `stop_requested` is true. Then waits for steps
+  /// that are running on other threads and joins all threads that it created. Once per executive. The calling
+  /// thread is the base thread and gets its scheduling policy back at the end. Throws std::system_error,
+  /// before anything has run, when a thread can not be created.
   RunResult run(const std::atomic<bool>& stop_requested);
 
-  /// The state right now; takes nothing from the tick. After the last add_task().
+  /// The current state, without blocking the tick. After the last add_task().
   LiveSnapshot live() const;
 
  private:
@@ -87,7 +89,7 @@ class Executive {
 
   SystemProbe system_probe_;
   TickHooks no_hooks_;
-  ExecutiveOptions options_;  ///< with hooks and probe filled in
+  ExecutiveOptions options_;  ///< with default hooks and probe filled in
   std::vector<std::unique_ptr<TaskSlot>> slots_;
   std::unique_ptr<BaseBeat> beat_;
   bool has_run_ = false;

@@ -8,7 +8,7 @@ void HostStallDetector::note_sleep(std::int64_t wake_ns, std::int64_t now_ns,
                                    std::int64_t process_ran_ns) noexcept {
   const std::int64_t overslept_ns = now_ns - wake_ns;
   if (overslept_ns < smallest_pause_ns) return;
-  // Some of it ran while it slept as long as it wanted to, or at the same time as others.
+  // A part of that CPU time may have been used before the planned wake-up, or by several threads at once.
   const std::int64_t standstill_ns = std::max<std::int64_t>(overslept_ns - process_ran_ns, 0);
   keep({.begin_ns = wake_ns, .end_ns = now_ns, .length_ns = overslept_ns, .standstill_ns = standstill_ns});
 }
@@ -47,7 +47,7 @@ std::int64_t HostStallDetector::pause_ns(std::int64_t begin_ns, std::int64_t end
 std::int64_t HostStallDetector::standstill_ns(std::int64_t begin_ns, std::int64_t end_ns) const noexcept {
   std::int64_t sum_ns = 0;
   for (const Pause& pause : pauses_) {
-    if (pause.stolen) continue;  // from another processor, perhaps
+    if (pause.stolen) continue;  // the time may have been stolen from another processor
     const std::int64_t overlap_ns = std::min(end_ns, pause.end_ns) - std::max(begin_ns, pause.begin_ns);
     const std::int64_t ran_ns = pause.length_ns - pause.standstill_ns;
     sum_ns += std::max<std::int64_t>(overlap_ns - ran_ns, 0);

@@ -1,5 +1,5 @@
 #pragma once
-// The state of a run while it goes on, for one line per second on the console.
+// The state of a running run, for one console line per second.
 
 #include <atomic>
 #include <cstdint>
@@ -13,18 +13,17 @@ struct LiveTask {
   std::uint64_t deadline_misses = 0;
   std::uint64_t overruns = 0;
   std::uint64_t skipped = 0;
-  std::int64_t slack_min_ns =
-      std::numeric_limits<std::int64_t>::max();  ///< the largest int64 until the first run
+  std::int64_t slack_min_ns = std::numeric_limits<std::int64_t>::max();  ///< max() before the first run
 };
 
 struct LiveSnapshot {
-  std::uint64_t ticks_begun = 0;  ///< a beat counter, too: it grows by one with each tick that runs
+  std::uint64_t ticks_begun = 0;  ///< number of ticks that have begun; the watchdog uses it as a heartbeat
   std::int64_t run_time_ns = 0;   ///< release of the latest tick
   std::uint64_t skipped_ticks = 0;
-  std::vector<LiveTask> tasks;  ///< in the order they were added
+  std::vector<LiveTask> tasks;  ///< in the order in which they were added
 };
 
-/// A number that one thread writes and any thread reads; never waits.
+/// A number that one thread writes and any thread reads, wait-free.
 template <typename Number>
 class LiveNumber {
  public:

@@ -5,7 +5,7 @@
 namespace hil::executive {
 namespace {
 
-/// Moves up to `wanted_ns` from one part to another.
+/// Moves at most `wanted_ns` from one part to another.
 void move_time(std::int64_t& from_ns, std::int64_t& to_ns, std::int64_t wanted_ns) noexcept {
   const std::int64_t moved_ns = std::clamp<std::int64_t>(wanted_ns, 0, from_ns);
   from_ns -= moved_ns;
@@ -42,7 +42,7 @@ void take_apart_wait(const RunEvidence& run, DelayParts& parts) noexcept {
 void take_apart_step(const RunEvidence& run, DelayParts& parts) noexcept {
   const std::int64_t wall_ns = span_ns(run.start_ns, run.finish_ns);
   const std::int64_t blocked_ns = std::clamp<std::int64_t>(run.blocked_ns, 0, wall_ns);
-  // A wait that spins burns CPU time; it is the database's all the same.
+  // A spinning wait uses CPU time but still counts as the database's.
   std::int64_t cpu_ns = std::clamp<std::int64_t>(run.cpu_ns, 0, wall_ns - blocked_ns);
   std::int64_t off_cpu_ns = wall_ns - blocked_ns - cpu_ns;
 
@@ -50,7 +50,7 @@ void take_apart_step(const RunEvidence& run, DelayParts& parts) noexcept {
   move_time(cpu_ns, parts[MissCause::page_fault], run.minor_faults * minor_fault_ns);
   std::int64_t paused_ns = 0;
   move_time(off_cpu_ns, paused_ns, run.pause_in_step_ns);
-  // Who could not run could not be waited for either.
+  // While the process was stopped, the database could not run either.
   move_time(database_ns, paused_ns, run.standstill_in_step_ns - paused_ns);
   parts[MissCause::host_pause] += paused_ns;
   parts[MissCause::database] += database_ns;

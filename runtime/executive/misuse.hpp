@@ -1,6 +1,6 @@
 #pragma once
-// Contracts between programmers. A broken one stops the program with a line that says what was broken, in
-// every build: a runtime that goes on after that would report numbers that mean nothing.
+// Assertions of programming contracts. A violation stops the program in every build with a message that names
+// it, since a runtime that continued would report meaningless numbers.
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,6 +1,6 @@
 #pragma once
-// What the executive asks the kernel about the calling thread and about the host. A port, so that a test can
-// say that a run was preempted or that the host stole time, which nobody can bring about at will.
+// What the executive reads from the kernel about the calling thread and the host. A port, so that a test can
+// simulate preemption and stolen time.
 
 #include <cstdint>
 
@@ -18,17 +18,17 @@ class Probe {
   virtual std::int64_t thread_cpu_ns() const noexcept = 0;
   /// Page faults of the calling thread so far. In the tick.
   virtual PageFaults thread_faults() const noexcept = 0;
-  /// The clock as an ordinary thread sees it: the accounting thread looks for gaps in it. Ordinary threads
+  /// The clock as an ordinary thread sees it; the accounting thread looks for gaps in it. Ordinary threads
   /// only.
   virtual std::int64_t host_now_ns() const noexcept = 0;
   /// CPU time of all threads of this process. Ordinary threads only.
   virtual std::int64_t process_cpu_ns() const noexcept = 0;
-  /// Time that the host took away from this machine's CPUs so far, all of them together. Ordinary threads
-  /// only.
+  /// The total time that the host has taken from this machine's CPUs. Ordinary threads only.
   virtual std::int64_t host_steal_ns() const noexcept = 0;
 };
 
-/// CLOCK_THREAD_CPUTIME_ID, getrusage(RUSAGE_THREAD), CLOCK_MONOTONIC, CLOCK_PROCESS_CPUTIME_ID and /proc/stat.
+/// CLOCK_THREAD_CPUTIME_ID, getrusage(RUSAGE_THREAD), CLOCK_MONOTONIC, CLOCK_PROCESS_CPUTIME_ID and
+/// /proc/stat.
 class SystemProbe final : public Probe {
  public:
   SystemProbe() noexcept;
@@ -47,7 +47,7 @@ class SystemProbe final : public Probe {
   std::int64_t ns_per_jiffy_ = 0;
 };
 
-/// What one look at the calling thread (CPU time and page faults) costs here: the mean of some hundred looks.
-std::int64_t measure_look_ns(const Probe& probe) noexcept;
+/// The mean cost of one reading of the calling thread's CPU time and page faults.
+std::int64_t measure_reading_ns(const Probe& probe) noexcept;
 
 }  // namespace hil::executive

@@ -72,7 +72,7 @@ ThreadRealtime::ThreadRealtime(const RealtimeOptions& options, int priority)
 
 ThreadRealtime::~ThreadRealtime() {
   if (fifo_ && sched_setscheduler(0, policy_before_, &parameters_before_) != 0) {
-    // Without CAP_SYS_NICE the flag can not be taken back; for an ordinary thread it changes nothing.
+    // Without CAP_SYS_NICE the flag can not be cleared; it has no effect on an ordinary thread.
     sched_setscheduler(0, policy_before_ | SCHED_RESET_ON_FORK, &parameters_before_);
   }
   if (bound_) sched_setaffinity(0, sizeof cpus_before_, &cpus_before_);
@@ -122,7 +122,7 @@ ProcessRealtime::~ProcessRealtime() {
 }
 
 void ProcessRealtime::lock_memory() {
-  // Under a limit, MCL_FUTURE would make some later allocation fail somewhere else: better not to begin.
+  // With a limit, MCL_FUTURE would make a later allocation fail elsewhere, so do not lock at all.
   constexpr int cap_ipc_lock = 14;
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);

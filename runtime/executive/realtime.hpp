@@ -1,14 +1,14 @@
 #pragma once
-// Real-time scheduling of the executive's threads. What the machine refuses is no error: the run goes on
-// without it, and says so in `degraded`.
+// Real-time scheduling of the executive's threads. What the machine refuses is not an error: the run
+// continues without it, and `degraded` lists it.
 //
-// Order matters. Threads inherit the affinity of the thread that makes them, and locked memory is for the
-// whole process:
-//   1. create the Vulkan device, device and I/O threads, loggers: whatever makes threads or large mappings;
-//   2. then call Executive::run, which applies all this to the base thread and the tasks' threads and takes
-//      it back.
-// The policy itself is not inherited (SCHED_RESET_ON_FORK), so a library that makes a thread in the tick gets
-// an ordinary one; but that thread would be bound to the executive's CPUs.
+// The order matters, since threads inherit the affinity of the thread that creates them, and locking memory
+// affects the whole process:
+//   1. Create everything that creates threads or large mappings: Vulkan device, I/O devices, loggers.
+//   2. Then call Executive::run, which applies the options to the base thread and the tasks' threads and
+//      reverts them.
+// The policy is not inherited (SCHED_RESET_ON_FORK), so a thread that a library creates in the tick is an
+// ordinary one; but it would be bound to the executive's CPUs.
 
 #include <sched.h>
 
@@ -23,32 +23,32 @@ enum class Scheduler : std::uint8_t { other, fifo };
 
 struct RealtimeOptions {
   Scheduler scheduler = Scheduler::other;
-  /// Of the base thread, 2 to 99. Tasks' threads lie below it, rate-monotonic: the shorter the period, the
-  /// higher.
+  /// Priority of the base thread, 2 to 99. Tasks' threads have lower priorities, rate-monotonic: the shorter
+  /// the period, the higher the priority.
   int priority = 60;
-  /// Locks all memory of the process, present and future, so that no page is ever fetched in the tick.
+  /// Locks all present and future memory of the process, so that no page fault in the tick waits for a disk.
   bool lock_memory = false;
-  std::vector<int> cpus;  ///< where the base thread and the tasks' threads may run; empty: anywhere
+  std::vector<int> cpus;  ///< CPUs for the base thread and the tasks' threads; empty: any
 };
 
-/// What is wrong with the options, in words with the values.
+/// The reason why the options are refused, with the values; empty: they are valid.
 std::optional<std::string> why_refused(const RealtimeOptions& options);
 
-/// What became of them.
+/// Which of the options were applied.
 struct RealtimeOutcome {
   Scheduler scheduler = Scheduler::other;
   int priority = 0;  ///< of the base thread; 0 without SCHED_FIFO
   bool memory_locked = false;
-  std::vector<int> cpus;  ///< as applied; empty: anywhere
+  std::vector<int> cpus;  ///< as applied; empty: any
   std::vector<std::string>
-      degraded;  ///< what was refused or what this machine lacks, each once, in clear words
+      degraded;  ///< what was refused or what the machine lacks, one sentence each, without repetition
 };
 
-/// Adds a sentence unless it is there.
+/// Adds a sentence unless the list contains it.
 void add_once(std::vector<std::string>& sentences, std::string sentence);
 
-/// For its life: policy, affinity and a fine timer for the thread that makes it, which also has to end it.
-/// Touches the thread's stack, so that the tick finds it mapped.
+/// During its lifetime applies policy, affinity and a fine timer slack to the thread that creates it, which
+/// must also destroy it. Touches the thread's stack, so that it is mapped before the tick.
 class ThreadRealtime {
  public:
   ThreadRealtime(const RealtimeOptions& options, int priority);
@@ -73,7 +73,8 @@ class ThreadRealtime {
   std::vector<std::string> refused_;
 };
 
-/// For its life: memory locked, and CPUs kept from deep sleep (/dev/cpu_dma_latency), for the whole process.
+/// During its lifetime locks memory and keeps CPUs out of deep sleep (/dev/cpu_dma_latency), for the whole
+/// process.
 class ProcessRealtime {
  public:
   explicit ProcessRealtime(const RealtimeOptions& options);

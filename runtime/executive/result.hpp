@@ -1,6 +1,5 @@
 #pragma once
-// What a run leaves: everything report.json and the trace need. Times called run time start at 0 with the
-// first tick.
+// The result of a run: everything that report.json and the trace need. Run time is 0 at the first tick.
 
 #include <array>
 #include <cstdint>
@@ -15,10 +14,10 @@
 namespace hil::executive {
 
 struct Miss {
-  std::uint64_t tick = 0;  ///< the release
+  std::uint64_t tick = 0;  ///< the tick of the release
   MissCause cause = MissCause::own_work;
   std::int64_t lateness_ns = 0;
-  DelayParts parts;  ///< where the time went
+  DelayParts parts;  ///< the delays by cause
 };
 
 struct TaskResult {
@@ -31,12 +30,12 @@ struct TaskResult {
   std::uint64_t runs = 0;  ///< after the warm-up
   std::uint64_t warmup_runs = 0;
   std::uint64_t deadline_misses = 0;  ///< runs that finished after their deadline
-  std::uint64_t overruns = 0;         ///< runs that still ran when their next release arrived
-  std::uint64_t skipped = 0;          ///< releases that were never run: overruns' and those of skipped ticks
-  std::uint64_t aborted = 0;  ///< runs that were asked to stop, or not started any more, at their deadline
+  std::uint64_t overruns = 0;         ///< runs that had not finished when their next release arrived
+  std::uint64_t skipped = 0;          ///< releases without a run: because of overruns and of skipped ticks
+  std::uint64_t aborted = 0;  ///< runs that were aborted, or cancelled before they started, at their deadline
   std::uint64_t over_budget = 0;  ///< runs that used more CPU time than their budget
   std::uint64_t warmup_trouble =
-      0;                          ///< of the five above, what fell into the warm-up and is not counted there
+      0;  ///< the part of the five counters above that belongs to the warm-up and is not included in them
   std::int64_t minor_faults = 0;  ///< page faults, after the warm-up
   std::int64_t major_faults = 0;
 
@@ -46,20 +45,21 @@ struct TaskResult {
   Histogram blocked;   ///< waiting for the database
   Histogram gpu;       ///< the GPU's share of that
   Histogram response;  ///< finish - release
-  /// Slack is deadline - response: positive is good. 0 when there was no run.
+  /// Slack is deadline - response; positive means in time. 0 when there was no run.
   std::int64_t slack_min_ns = 0;
   std::int64_t slack_p50_ns = 0;
 
   std::vector<Miss>
-      misses;  ///< the first ones, as many as AccountingOptions says; deadline_misses counts all
-  /// Of all misses but those among RunResult::lost_records: how many by MissCause, and the largest lateness.
+      misses;  ///< the first ones, up to AccountingOptions::kept_misses_per_task; deadline_misses counts all
+  /// Of all misses except those in RunResult::lost_records: the number by MissCause, and the largest
+  /// lateness.
   std::array<std::uint64_t, miss_cause_count> misses_by_cause{};
   std::int64_t worst_lateness_ns = 0;
 };
 
-/// Ticks given up because real time had run ahead.
+/// Ticks that were skipped because they were too late.
 struct Skip {
-  std::uint64_t tick = 0;                     ///< the first that was given up
+  std::uint64_t tick = 0;                     ///< the first skipped tick
   std::uint64_t count = 0;                    ///< how many
   MissCause cause = MissCause::earlier_task;  ///< late_wakeup, host_pause or earlier_task
 };
@@ -72,10 +72,11 @@ struct BaseResult {
   Histogram end;
   Histogram idle;
   std::uint64_t late_ticks =
-      0;  ///< begun without sleeping, because the tick before took longer than its period
+      0;  ///< begun without sleeping, because the previous tick took longer than its period
   std::uint64_t skipped_ticks = 0;
   std::uint64_t times_skipped = 0;
-  std::vector<Skip> skips;  ///< the first ones, as many as AccountingOptions says; times_skipped counts all
+  /// The first ones, up to the limit in AccountingOptions; times_skipped counts all
+  std::vector<Skip> skips;
 };
 
 /// One run in the trace, in run time.
@@ -89,7 +90,7 @@ struct TaskSpan {
   std::int64_t blocked_ns = 0;
 };
 
-/// One tick in the trace: the instant each stage ended, in run time. See TickRecord.
+/// One tick in the trace: the end of each stage in run time. See TickRecord.
 struct TickSpan {
   std::uint64_t tick = 0;
   std::int64_t frame_begin_ns = 0;
@@ -107,25 +108,27 @@ struct Trace {
 };
 
 struct Hang {
-  std::uint64_t ticks_begun = 0;  ///< how many ticks had begun when the base thread fell silent
-  std::int64_t silent_ns = 0;     ///< for how long when the watchdog called the safe state
+  /// Number of ticks that had begun when the base thread stopped making ticks
+  std::uint64_t ticks_begun = 0;
+  std::int64_t silent_ns = 0;  ///< time without a tick when the watchdog called safe_state
 };
 
 struct RunResult {
   bool virtual_clock = false;
-  bool stopped = false;  ///< ended by stop_requested, not by its duration
+  bool stopped = false;  ///< ended by stop_requested before its duration was over
   std::int64_t period_ns = 0;
-  std::uint64_t ticks = 0;       ///< that ran
+  std::uint64_t ticks = 0;       ///< ticks that ran
   std::int64_t run_time_ns = 0;  ///< (ticks that ran + ticks skipped) * period
   RealtimeOutcome realtime;
-  std::vector<TaskResult> tasks;  ///< in the order they were added
+  std::vector<TaskResult> tasks;  ///< in the order in which they were added
   BaseResult base;
   Trace trace;
   std::optional<Hang> hang;
   std::uint64_t lost_records =
-      0;  ///< runs and ticks missing in histograms, misses and trace; the counters hold them
-  std::int64_t look_ns = 0;  ///< what one look at CPU time and page faults costs; two looks per run on its
-                             ///< own thread, one per run on the base thread
+      0;  ///< runs and ticks missing in histograms, misses and trace; the counters include them
+  /// The cost of one reading of CPU time and page faults; there are two readings per run on another thread
+  /// and one per run on the base thread.
+  std::int64_t reading_cost_ns = 0;
 };
 
 }  // namespace hil::executive

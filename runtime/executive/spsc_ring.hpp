@@ -1,6 +1,6 @@
 #pragma once
-// A ring of fixed records between one thread that must never wait and one that may. All memory is taken and
-// touched when it is made. A full ring refuses the record and counts it: the writer goes on.
+// A single-producer single-consumer ring of fixed-size records, whose producer never waits. All memory is
+// allocated and touched at construction. A full ring drops the record and counts it.
 
 #include <atomic>
 #include <bit>
@@ -21,7 +21,7 @@ class SpscRing {
 
   std::size_t capacity() const noexcept { return records_.size(); }
 
-  /// Writing thread. False: full, the record is lost and counted.
+  /// Producer. False: the ring is full; the record is dropped and counted.
   bool push(const Record& record) noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     if (head - tail_.load(std::memory_order_acquire) == records_.size()) {
@@ -33,13 +33,13 @@ class SpscRing {
     return true;
   }
 
-  /// Writing thread: whether at least half of the ring waits to be read.
+  /// Producer: whether the ring is at least half full.
   bool half_full() const noexcept {
     return (head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire)) * 2 >=
            records_.size();
   }
 
-  /// Reading thread: hands over what was there when it was called, oldest first; not what arrives meanwhile.
+  /// Consumer: passes on the records that were available at the call, oldest first.
   template <typename Reader>
   void drain(Reader&& read) {
     const std::uint64_t head = head_.load(std::memory_order_acquire);
@@ -53,7 +53,7 @@ class SpscRing {
   std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
  private:
-  // What the writing thread changes and what the reading one does lie in cache lines of their own.
+  // Producer and consumer state lie in separate cache lines.
   alignas(64) std::atomic<std::uint64_t> head_{0};
   std::atomic<std::uint64_t> lost_{0};
   std::vector<Record> records_;

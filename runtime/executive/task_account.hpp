@@ -1,5 +1,5 @@
 #pragma once
-// The accounting of one task: its histograms and its misses, fed with the records of its runs in order.
+// The accounting of one task: its histograms and deadline misses, from the records of its runs in order.
 
 #include <cstdint>
 #include <vector>
@@ -18,19 +18,19 @@ class TaskAccount {
   bool is_late(const RunRecord& run) const noexcept {
     return run.not_started || run.finish_ns - run.release_ns > result_.deadline_ns;
   }
-  void take(const RunRecord& run, const HostStallDetector& witness);
-  /// With the counters as they stand in `slot`.
+  void take(const RunRecord& run, const HostStallDetector& stall_detector);
+  /// The result, with the counters of `slot`.
   TaskResult result(const TaskSlot& slot) const;
 
  private:
   void note_miss(const RunRecord& run, const DelayParts& parts);
-  DelayParts explain(const RunRecord& run, const HostStallDetector& witness) const noexcept;
+  DelayParts explain(const RunRecord& run, const HostStallDetector& stall_detector) const noexcept;
   void measure(const RunRecord& run) noexcept;
 
   TaskResult result_;
   std::int64_t budget_ns_;
   std::size_t kept_misses_;
-  // The run before, as far as the next one may have to wait for it.
+  // The previous run, for which the next one may have to wait.
   std::int64_t last_finish_ns_ = 0;
   MissCause last_cause_ = MissCause::own_work;
 };

@@ -1,9 +1,10 @@
 #pragma once
-// One task as the executive holds it: its place in time, the run under way and its counters.
+// The executive's state of one task: its release times, its current run and its counters.
 //
-// Threads: everything belongs to the base thread, except what Phase hands over. A run of a task on its own
-// thread goes idle -> released (base) -> running -> finished (its thread) -> idle (base), or released -> idle
-// when it is called off. While it is running, `record` and `info` belong to the task's thread.
+// Threads: everything belongs to the base thread, except what Phase hands over. A run on another thread goes
+// from idle to released (by the base thread), running and finished (by its thread), and idle (by the base
+// thread); or from released to idle when it is cancelled. While it is running, `record` and `info` belong to
+// the task's thread.
 
 #include <atomic>
 #include <cstdint>
@@ -18,7 +19,7 @@ namespace hil::executive {
 
 enum class Phase : std::uint8_t { idle, released, running, finished };
 
-/// Counters the base thread keeps and any thread may read.
+/// Counters that the base thread writes and any thread may read.
 struct TaskCounters {
   LiveNumber<std::uint64_t> runs;
   LiveNumber<std::uint64_t> warmup_runs;
@@ -30,8 +31,8 @@ struct TaskCounters {
   LiveNumber<std::uint64_t> warmup_trouble;
   LiveNumber<std::int64_t> slack_min_ns{std::numeric_limits<std::int64_t>::max()};
 
-  /// Trouble of a warm-up run is counted apart.
-  void count_trouble(LiveNumber<std::uint64_t>& kind, bool warmup, std::uint64_t times = 1) noexcept {
+  /// Counts an event, for warm-up runs separately.
+  void count_event(LiveNumber<std::uint64_t>& kind, bool warmup, std::uint64_t times = 1) noexcept {
     (warmup ? warmup_trouble : kind).add(times);
   }
 };
@@ -47,11 +48,11 @@ struct TaskSlot {
 
   bool on_base_thread() const noexcept { return spec.thread.empty(); }
   bool released_at(std::uint64_t tick) const noexcept { return tick % spec.every_ticks == spec.offset_ticks; }
-  /// How many releases fall into the ticks before `tick`.
+  /// The number of releases in the ticks before `tick`.
   std::uint64_t releases_before(std::uint64_t tick) const noexcept {
     return tick <= spec.offset_ticks ? 0 : (tick - spec.offset_ticks - 1) / spec.every_ticks + 1;
   }
-  /// Whether what happens now is the doing of a warm-up run: none is over yet, or the latest is one.
+  /// Whether the current state is that of a warm-up run: none has ended yet, or the latest run is one.
   bool in_warmup() const noexcept { return spec.warmup_runs > 0 && next_run <= spec.warmup_runs; }
 
   const TaskSpec spec;
@@ -59,25 +60,25 @@ struct TaskSlot {
   const std::uint32_t index;
   const std::int64_t period_ns;
   const std::int64_t deadline_ns;
-  const std::uint64_t deadline_ticks;  ///< own thread: deadline in ticks
+  const std::uint64_t deadline_ticks;  ///< other thread: deadline in ticks
 
   TaskCounters counters;
   std::uint64_t next_run = 0;
 
-  // Base thread's tasks: which releases are overrun by what ran before. See base_loop.cpp.
+  // Base thread: which releases were overrun by the previous run. See base_loop.cpp.
   std::int64_t last_start_ns = 0;
   std::int64_t last_finish_ns = 0;
   std::int64_t dropped_until_ns = 0;
 
-  // Own thread: the run under way.
+  // Other thread: the current run.
   std::atomic<Phase> phase{Phase::idle};
   TickInfo info;
   RunRecord record;
   std::uint64_t deadline_tick = 0;
-  bool abort_asked = false;
+  bool abort_requested = false;
   bool miss_counted = false;
   bool overrun_counted = false;
-  bool release_kept = false;  ///< OverrunPolicy::queue: one release waits
+  bool release_kept = false;  ///< OverrunPolicy::queue: one release is kept
   std::uint64_t kept_tick = 0;
 };
 

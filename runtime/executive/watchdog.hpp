@@ -1,7 +1,7 @@
 #pragma once
-// Notices that the base thread makes no ticks any more and puts the outputs into their safe state, once. An
-// ordinary thread: it needs some CPU time that the base thread does not take. Only time in which the watchdog
-// itself was awake counts, so a process that was stopped and continued is no hang.
+// Detects that the base thread makes no more ticks, and then sets the outputs to their safe state, once. It
+// is an ordinary thread and needs some CPU time that the base thread does not use. It counts only time in
+// which it was awake itself, so a process that was stopped and continued is not a hang.
 
 #include <atomic>
 #include <condition_variable>
@@ -18,8 +18,7 @@ namespace hil::executive {
 struct WatchdogOptions {
   /// 0: the longer of 100 ms and 50 base periods.
   std::int64_t timeout_ns = 0;
-  /// Called on the watchdog's thread, at most once in a run, while the base thread may be anywhere. May
-  /// block.
+  /// Called on the watchdog's thread, at most once per run, while the base thread may be anywhere. May block.
   std::function<void()> safe_state;
 };
 
@@ -27,14 +26,13 @@ std::int64_t effective_timeout_ns(const WatchdogOptions& options, std::int64_t b
 
 class Watchdog {
  public:
-  /// Watches from the first tick on. `ticks_begun` grows with each tick; it has to live as long as the
-  /// watchdog.
+  /// Watches from the first tick on. `ticks_begun` grows with each tick and must outlive the watchdog.
   Watchdog(WatchdogOptions options, std::int64_t timeout_ns, const std::atomic<std::uint64_t>& ticks_begun);
   ~Watchdog();
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  /// Ends the watch; waits for a safe_state that is under way. The hang, if there was one.
+  /// Stops watching, after waiting for a running safe_state. Returns the hang, if there was one.
   std::optional<Hang> stop();
 
  private:

@@ -1,6 +1,5 @@
 #pragma once
-// A thread of its own for the tasks that name it. The base thread wakes it without waiting (a semaphore: one
-// futex call).
+// A thread for the tasks that name it. The base thread wakes it through a semaphore without waiting.
 
 #include <semaphore.h>
 
@@ -19,15 +18,15 @@
 
 namespace hil::executive {
 
-/// Reads what a step used. Two looks around it.
-struct ThreadLook {
+/// CPU time and page faults of a thread; the difference of two readings is what a step used.
+struct ThreadUsage {
   std::int64_t cpu_ns = 0;
   PageFaults faults;
 };
-inline ThreadLook look_at_thread(const Probe& probe) noexcept {
+inline ThreadUsage read_thread_usage(const Probe& probe) noexcept {
   return {probe.thread_cpu_ns(), probe.thread_faults()};
 }
-void fill_use(RunRecord& record, const ThreadLook& before, const ThreadLook& after) noexcept;
+void record_usage(RunRecord& record, const ThreadUsage& before, const ThreadUsage& after) noexcept;
 
 /// Runs the step of `slot` on the calling thread and fills in its record.
 void run_step(TaskSlot& slot, const Clock& clock, const Probe& probe) noexcept;
@@ -44,11 +43,11 @@ class Worker {
   void add(TaskSlot& slot);
   std::int64_t shortest_period_ns() const noexcept;
 
-  /// Returns when the thread stands ready; what was refused it.
+  /// Returns when the thread is ready, with the options that the machine refused.
   std::vector<std::string> start(const RealtimeOptions& options, int priority);
-  /// Base thread: a task of this thread is released. Never waits.
+  /// Base thread: a task of this thread was released. Never waits.
   void wake() noexcept;
-  /// Runs what is released, then ends. Waits for it.
+  /// Runs the released tasks, then ends the thread and joins it.
   void stop();
 
   SpscRing<RunRecord>& records() noexcept { return records_; }
@@ -63,7 +62,7 @@ class Worker {
   const Clock& clock_;
   const Probe& probe_;
   std::vector<TaskSlot*> slots_;  ///< by period
-  std::int64_t free_ns_ = 0;      ///< when the last run on this thread ended
+  std::int64_t free_ns_ = 0;      ///< end of the last run on this thread
   std::vector<std::string> refused_;
   std::atomic<bool> stopping_{false};
   sem_t wake_{};

@@ -59,7 +59,7 @@ Past::Past(const RunHistory& history, std::int64_t from_ns, std::int64_t to_ns, 
 }
 
 template <class Query>
-const rtstdb::Outcome& Past::ask(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count) {
+const rtstdb::Outcome& Past::run_query(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count) {
   transaction_->begin({.read_at = read_at});
   transaction_->add_query(query, count);
   const rtstdb::Outcome& outcome = database_->execute(*transaction_);
@@ -79,7 +79,7 @@ std::vector<Body> Past::bodies(const Instant& instant) const {
 rtstdb::EntityState Past::row_of(const Instant& instant, rtstdb::EntityId entity) const {
   for (const rtstdb::EntityState& state : taken(database_->snapshot(known_at(instant))))
     if (state.id == entity) return state;
-  throw HistoryError(Kind::question, "'" + history_.name_of(entity) + "' is not in the world then");
+  throw HistoryError(Kind::question, "'" + history_.name_of(entity) + "' does not exist at that time");
 }
 
 Near Past::near(const Instant& instant, rtstdb::EntityId entity, const std::optional<glm::dvec3>& point_m,
@@ -99,7 +99,7 @@ Near Past::near(const Instant& instant, rtstdb::EntityId entity, const std::opti
   point.t = world_time(instant.time_ns);
   point.mask = mask;
   point.carrier = point.excluded = entity;
-  ask(known_at(instant), *query, 1);
+  run_query(known_at(instant), *query, 1);
   const rtstdb::NearestAnswer& answer = query->answers()[0];
   const rtstdb::Pose pose = rtstdb::pose_at(state.row.motion, point.t);
   Near near{.from_world_m = pose.p_world_m + pose.q_world * from_m,
@@ -121,20 +121,21 @@ Near Past::near(const Instant& instant, rtstdb::EntityId entity, const std::opti
 std::vector<rtstdb::EntityId> Past::in_region(const Instant& instant, rtstdb::Region region,
                                               rtstdb::RegionLevel level) {
   region.t = world_time(instant.time_ns);
-  for (std::uint32_t room = 64;;) {
-    auto query = taken(database_->prepare(
-        rtstdb::RegionQueryOptions{.name = "region", .capacity = 1, .level = level, .ids_per_region = room}));
+  for (std::uint32_t capacity = 64;;) {
+    auto query = taken(database_->prepare(rtstdb::RegionQueryOptions{
+        .name = "region", .capacity = 1, .level = level, .ids_per_region = capacity}));
     query->regions()[0] = region;
-    ask(known_at(instant), *query, 1);
+    run_query(known_at(instant), *query, 1);
     const rtstdb::RegionAnswer& answer = query->answers()[0];
     if (answer.incomplete)
-      throw HistoryError(Kind::question, "the device's limits cut the search short: take a smaller region");
+      throw HistoryError(Kind::question,
+                         "the search exceeded the limits of the device; use a smaller region");
     if (!answer.overflow) return {answer.entities.begin(), answer.entities.end()};
     if (answer.found > rtstdb::max_ids_per_region)
       throw HistoryError(Kind::question, std::to_string(answer.found) + " entities lie in the region, and " +
                                              std::to_string(rtstdb::max_ids_per_region) +
-                                             " can be listed: take a smaller one");
-    room = answer.found;
+                                             " can be listed; use a smaller region");
+    capacity = answer.found;
   }
 }
 
@@ -143,11 +144,11 @@ std::vector<rtstdb::RayHit> Past::along(const Instant& instant, rtstdb::Ray ray,
       .name = "ray", .capacity = 1, .mode = rtstdb::RayMode::first, .hits_per_ray = hits}));
   ray.t = world_time(instant.time_ns);
   query->rays()[0] = ray;
-  ask(known_at(instant), *query, 1);
+  run_query(known_at(instant), *query, 1);
   std::vector<rtstdb::RayHit> found;
   for (const rtstdb::RayHit& hit : query->hits()) {
     if (hit.status == rtstdb::HitStatus::incomplete)
-      throw HistoryError(Kind::question, "the device's limits cut the search short");
+      throw HistoryError(Kind::question, "the search exceeded the limits of the device");
     if (hit.status == rtstdb::HitStatus::hit) found.push_back(hit);
   }
   return found;
@@ -189,17 +190,17 @@ Sweep Past::scan(const report::Scanner& scanner, std::int64_t time_ns) {
     }
     const Instant instant{.time_ns = scanner.ignore_motion ? sweep.begin_ns : step_ns};
     const rtstdb::Motion motion = row_of(instant, carrier).row.motion;
-    ask(known_at(instant), *query, static_cast<std::uint32_t>(end - first));
+    run_query(known_at(instant), *query, static_cast<std::uint32_t>(end - first));
     for (std::uint64_t beam = first; beam < end; ++beam) {
-      Beam told{.column = pattern.column_of(beam),
-                .row = pattern.row_of(beam),
-                .time_ns = sweep.begin_ns + pattern.time_ns(beam),
-                .hit = query->hits()[beam - first]};
-      const rtstdb::Pose pose = rtstdb::pose_at(motion, world_time(told.time_ns));
-      const glm::dvec3 along(pattern.direction(told.column, told.row));
-      told.p_world_m =
-          pose.p_world_m + pose.q_world * (mount_m + along * static_cast<double>(told.hit.lambda));
-      sweep.beams.push_back(told);
+      Beam measured{.column = pattern.column_of(beam),
+                    .row = pattern.row_of(beam),
+                    .time_ns = sweep.begin_ns + pattern.time_ns(beam),
+                    .hit = query->hits()[beam - first]};
+      const rtstdb::Pose pose = rtstdb::pose_at(motion, world_time(measured.time_ns));
+      const glm::dvec3 along(pattern.direction(measured.column, measured.row));
+      measured.p_world_m =
+          pose.p_world_m + pose.q_world * (mount_m + along * static_cast<double>(measured.hit.lambda));
+      sweep.beams.push_back(measured);
     }
   }
   return sweep;

@@ -1,9 +1,10 @@
 #pragma once
-// A stretch of a run's history with questions asked of it. Answers are those that a module would have got then: from the same rows, by
-// the same queries.
+// A part of a run's recorded history that can be queried. Results equal those that a module would have got at
+// that time: they come from the same rows by the same queries.
 //
-// Frames and units: world, metres, unless an entity carries the question; nanoseconds of run time. Threads: one; setup: reads the log,
-// opens a device, allocates and blocks. All throw HistoryError: `question` for what the database refuses, with its words.
+// Frames and units: world, metres, unless an entity carries the query; nanoseconds of run time. Threads: one,
+// not in real time: reads the log, opens a device, allocates and blocks. All functions throw HistoryError,
+// with Kind::question and the database's reason for what the database refuses.
 
 #include <cstdint>
 #include <memory>
@@ -18,23 +19,23 @@
 
 namespace hil::history {
 
-/// What is asked about, and what is known then.
+/// The time of a query, and the time up to which the world is known then.
 struct Instant {
   std::int64_t time_ns = 0;
-  /// The world as it was known at an earlier time, moved on from there; empty: at `time_ns` itself.
+  /// Extrapolates the world from what was known at this earlier time; empty: from `time_ns` itself.
   std::optional<std::int64_t> known_at_ns = std::nullopt;
   std::int64_t known_ns() const noexcept { return known_at_ns.value_or(time_ns); }
 };
 
 struct Body {
-  rtstdb::EntityState state;  ///< the row that holds
-  rtstdb::Pose pose;          ///< of the instant
+  rtstdb::EntityState state;  ///< the row that is valid
+  rtstdb::Pose pose;          ///< at that instant
 };
 
 struct Near {
-  glm::dvec3 from_world_m{0.0};             ///< where the distances are measured from
-  std::vector<rtstdb::Neighbor> neighbors;  ///< the nearest first
-  std::uint32_t found = 0;                  ///< of all that lie within the radius; more than are listed
+  glm::dvec3 from_world_m{0.0};             ///< origin of the distances
+  std::vector<rtstdb::Neighbor> neighbors;  ///< in ascending order of distance
+  std::uint32_t found = 0;  ///< number of entities within the radius; may exceed the number listed
   bool incomplete = false;
 };
 
@@ -47,13 +48,13 @@ struct Beam {
 
 struct Sweep {
   std::int64_t begin_ns = 0, end_ns = 0;
-  bool whole = true;        ///< else the run ended in it
+  bool whole = true;        ///< false: the run ended during the sweep
   std::vector<Beam> beams;  ///< in the order of time
 };
 
 class Past {
  public:
-  /// Knows the world from one time to another.
+  /// Reads the history of the world between two times.
   Past(const RunHistory& history, std::int64_t from_ns, std::int64_t to_ns, const std::string& gpu);
 
   const rtstdb::DeviceInfo& device() const noexcept { return database_->device(); }
@@ -61,28 +62,30 @@ class Past {
   /// By ascending index.
   std::vector<Body> bodies(const Instant& instant) const;
 
-  /// Bodies whose surfaces lie within the radius of a point of the entity: in its frame, or the centre of its bounds. Itself apart. The
-  /// max_neighbors nearest are listed.
+  /// Entities whose surfaces lie within the radius of a point of the entity (in its frame; by default the
+  /// centre of its bounds), without the entity itself. Lists the max_neighbors nearest.
   Near near(const Instant& instant, rtstdb::EntityId entity, const std::optional<glm::dvec3>& point_m,
             double radius_m, std::uint32_t mask);
 
-  /// `region.t` is set from the instant. Nothing is left out.
+  /// All entities in the region, whose time is set to the instant's.
   std::vector<rtstdb::EntityId> in_region(const Instant& instant, rtstdb::Region region,
                                           rtstdb::RegionLevel level);
 
-  /// `ray.t` is set from the instant. The nearest hits first, at most `hits` (up to max_hits_per_ray).
+  /// The nearest hits first, at most `hits` (up to max_hits_per_ray). The time of `ray` is set to the
+  /// instant's.
   std::vector<rtstdb::RayHit> along(const Instant& instant, rtstdb::Ray ray, std::uint32_t hits);
 
-  /// The sweep that is under way at a time, as the run's scanner shot it, or would have where it was late: each step's beams on the world as
-  /// it was when the step began, all that was written at that instant included. A sweep that the stretch ends in ends with it.
+  /// The sweep of the run's scanner at a time, as the scanner measured it, or would have if it had been in
+  /// time. The beams of each step meet the world as it was when the step began, including all writes of that
+  /// instant. A sweep ends early where the history ends.
   Sweep scan(const report::Scanner& scanner, std::int64_t time_ns);
-  /// When that sweep begins and ends. Before the first one: that one.
+  /// Begin and end of that sweep; before the first sweep, those of the first one.
   static std::pair<std::int64_t, std::int64_t> sweep_at(const report::Scanner& scanner, std::int64_t time_ns);
 
  private:
   rtstdb::EntityState row_of(const Instant& instant, rtstdb::EntityId entity) const;
   template <class Query>
-  const rtstdb::Outcome& ask(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count);
+  const rtstdb::Outcome& run_query(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count);
 
   const RunHistory& history_;
   std::int64_t to_ns_;

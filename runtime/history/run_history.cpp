@@ -34,20 +34,20 @@ std::optional<rtstdb::EntityId> parse_number(const std::string& text) {
   return entity;
 }
 
-/// When the run of a report was over.
+/// The end of the run according to its report.
 std::int64_t end_of(const report::RunRecord& record) {
   constexpr std::int64_t longest_ns = rtstdb::max_world_time_ns / 2;
   if (record.period_ns <= 0 || record.ticks > static_cast<std::uint64_t>(longest_ns / record.period_ns))
     throw HistoryError(Kind::file, "report.json: " + std::to_string(record.ticks) + " ticks of " +
-                                       std::to_string(record.period_ns) + " ns are no run");
+                                       std::to_string(record.period_ns) + " ns do not make a run");
   const std::int64_t ticks_ns = static_cast<std::int64_t>(record.ticks) * record.period_ns;
-  // Ticks that were given up took their time too.
+  // Skipped ticks took time as well.
   return record.top_view ? std::clamp(record.top_view->time_ns, ticks_ns, longest_ns) : ticks_ns;
 }
 
-/// Within what the module's schema allows; empty, or what is wrong.
+/// Empty, or what lies outside the limits of the module's schema.
 std::string fault_of(const report::Scanner& scanner) {
-  constexpr double turn_rad = 6.3;  // a whole one, and what rounding adds
+  constexpr double turn_rad = 6.3;  // a whole turn, with a margin for rounding
   constexpr std::int64_t longest_ns = 10'000'000'000;
   const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
   if (scanner.columns < 2 || scanner.columns > 16384 || scanner.rows < 1 || scanner.rows > 8192)
@@ -76,12 +76,12 @@ report::WorldRecord load_names(const fs::path& directory) {
   try {
     report::WorldRecord world = report::load_world(directory);
     if (world.layers.size() > 32)
-      throw HistoryError(Kind::file,
-                         "world.json: " + std::to_string(world.layers.size()) + " layers, and a mask has 32");
+      throw HistoryError(Kind::file, "world.json: " + std::to_string(world.layers.size()) +
+                                         " layers; at most 32 are allowed");
     for (const report::Scanner& scanner : world.scanners)
       if (const std::string fault = fault_of(scanner); !fault.empty())
         throw HistoryError(Kind::file,
-                           "world.json: scanner '" + scanner.name + "': " + fault + " can not be");
+                           "world.json: scanner '" + scanner.name + "' has invalid values: " + fault);
     return world;
   } catch (const report::ReportError& fault) {
     throw HistoryError(Kind::file, fault.what());
@@ -123,7 +123,7 @@ void RunHistory::load_world(const fs::path& directory) {
     world_ = load_names(directory);
   } catch (const HistoryError& fault) {
     if (!salvage_)
-      throw HistoryError(fault.kind(), fault.what() + std::string("; --salvage reads without it"));
+      throw HistoryError(fault.kind(), fault.what() + std::string("; --salvage reads the log without it"));
     damage_.push_back(fault.what() + std::string("; without it entities, layers and scanners have no names"));
   }
 }
@@ -137,32 +137,32 @@ std::string RunHistory::damage() const {
 
 std::string RunHistory::shortfall() const {
   if (latest_of_run_ <= extent_.last.version) return {};
-  return "the log ends with " + in_words(extent_.last) + ", and the run went on to version " +
+  return "the log ends with " + in_words(extent_.last) + ", but the run continued to version " +
          std::to_string(latest_of_run_);
 }
 
 void RunHistory::check_time(std::int64_t time_ns) const {
   if (time_ns > rtstdb::max_world_time_ns / 2)
-    throw HistoryError(Kind::question, "no run lasts as long as " + seconds(time_ns));
+    throw HistoryError(Kind::question, "the time " + seconds(time_ns) + " is longer than any run");
   if (time_ns < 0)
-    throw HistoryError(Kind::question, "a run begins at 0 s, and asked is " + seconds(time_ns));
-  if (end_ns_ && time_ns > *end_ns_)
     throw HistoryError(Kind::question,
-                       "the run was over after " + seconds(*end_ns_) + ", and asked is " + seconds(time_ns));
+                       "the time " + seconds(time_ns) + " lies before the begin of the run at 0 s");
+  if (end_ns_ && time_ns > *end_ns_)
+    throw HistoryError(Kind::question, "the time " + seconds(time_ns) + " lies after the end of the run at " +
+                                           seconds(*end_ns_));
   if (extent_.first.version > 0 && rtstdb::world_time_ns(time_ns) < extent_.first.time)
-    throw HistoryError(Kind::question, "what there is of the log begins at " +
-                                           seconds(extent_.first.time.time_since_epoch().count()) +
-                                           ", and asked is " + seconds(time_ns));
+    throw HistoryError(Kind::question, "the time " + seconds(time_ns) +
+                                           " lies before the begin of the log at " +
+                                           seconds(extent_.first.time.time_since_epoch().count()));
   if (const std::string missing = shortfall();
       !missing.empty() && rtstdb::world_time_ns(time_ns) > extent_.last.time)
-    throw HistoryError(Kind::question, missing + "; asked is " + seconds(time_ns));
+    throw HistoryError(Kind::question, missing + "; the time " + seconds(time_ns) + " lies after its end");
 }
 
 std::string RunHistory::doubt_about(std::int64_t time_ns) const {
   if (end_ns_ || rtstdb::world_time_ns(time_ns) <= extent_.last.time) return {};
-  return "the last change that the log knows of was at " +
-         seconds(extent_.last.time.time_since_epoch().count()) +
-         "; without a report of the run nothing tells how long it went on";
+  return "the last change in the log was at " + seconds(extent_.last.time.time_since_epoch().count()) +
+         "; the run left no report, so it is unknown how long it continued";
 }
 
 rtstdb::EntityId RunHistory::find(const std::string& name) const {

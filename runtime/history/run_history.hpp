@@ -1,6 +1,6 @@
 #pragma once
-// What a run left of its world: the database's log, the names that the scenario gave, and how long the run was. Also of one that was
-// killed, or is still running. Nothing in the folder is changed.
+// What a run recorded of its world: the database's log, the scenario's names, and the length of the run. Also
+// works for a run that was killed or is still running. Does not change the folder.
 //
 // Threads: one; reads files and allocates.
 
@@ -20,40 +20,39 @@ namespace hil::history {
 
 class RunHistory {
  public:
-  /// Reads a run's folder, or a database's directory, in which nothing has a name. Throws HistoryError (file)
-  /// with the place for a damaged log, for a log that lacks versions which were on disk by the run's report,
-  /// and for a damaged world.json or report.json. With `salvage` it leaves out what is damaged, and damage()
-  /// says what is missing. Throws, too, for a world.json of another database, or with names that no run
-  /// writes.
+  /// Reads a run's folder, or a database's directory, which has no names. Throws HistoryError (file), with
+  /// the place, for a damaged log, for a log without versions that were on disk according to the run's
+  /// report, for a damaged world.json or report.json, and for a world.json of another database or with
+  /// invalid names. With `salvage` it skips damaged parts, which damage() describes.
   RunHistory(const std::filesystem::path& directory, bool salvage);
 
   const std::filesystem::path& log() const noexcept { return log_; }
   bool salvage() const noexcept { return salvage_; }
   const report::WorldRecord& world() const noexcept { return world_; }
   const rtstdb::HistoryExtent& extent() const noexcept { return extent_; }
-  /// Run time at which the run was over; empty: it left no report, or is still running.
+  /// Run time of the end of the run; empty: there is no report, or the run is still running.
   const std::optional<std::int64_t>& end_ns() const noexcept { return end_ns_; }
-  /// What salvage left out, in sentences; empty: nothing.
+  /// What salvage skipped, in sentences; empty: nothing.
   std::string damage() const;
-  /// A sentence that says where the log ends, for a log that was not closed; else empty.
+  /// Where the log ends, as a sentence, if the log was not closed; otherwise empty.
   const std::string& not_closed() const noexcept { return not_closed_; }
-  /// Empty, or a sentence: the run went on to versions that the log has not.
+  /// Empty, or a sentence: the run had later versions than the log.
   std::string shortfall() const;
 
-  /// Refuses what is before run time 0, behind the run's end, before what the log can tell of, or behind it where the run went on:
-  /// HistoryError (question).
+  /// Throws HistoryError (question) for a time before run time 0, after the run's end, before the begin of
+  /// the log, or after the log's end if the run continued.
   void check_time(std::int64_t time_ns) const;
-  /// Empty, or a sentence: at that time nothing tells whether the run was still going on.
+  /// Empty, or a sentence: it is unknown whether the run was still running at that time.
   std::string doubt_about(std::int64_t time_ns) const;
 
-  /// By its name, or "12.3" for index and generation. Throws HistoryError (question) with the nearest name. Whether it lives at the time
-  /// that is asked about is another matter.
+  /// Finds an entity by its name, or by "12.3" for index and generation, whether or not it exists at the time
+  /// of a query. Throws HistoryError (question) with the nearest name.
   rtstdb::EntityId find(const std::string& name) const;
-  /// Its name; one without is called by index and generation.
+  /// The entity's name, or its index and generation if it has none.
   std::string name_of(rtstdb::EntityId entity) const;
   /// All bits for an empty list. Throws HistoryError (question) with the nearest layer.
   std::uint32_t mask_of(const std::vector<std::string>& layers) const;
-  /// "static, vehicle"; a bit without a name by its number.
+  /// "static, vehicle"; bits without a name are numbered.
   std::string layers_of(std::uint32_t mask) const;
   /// Throws HistoryError (question).
   const report::Scanner& scanner(const std::string& name) const;
@@ -66,7 +65,7 @@ class RunHistory {
   report::WorldRecord world_;
   rtstdb::HistoryExtent extent_;
   std::optional<std::int64_t> end_ns_;
-  rtstdb::Version latest_of_run_ = 0;  // by its report; 0: it left none
+  rtstdb::Version latest_of_run_ = 0;  // according to the report; 0: there is none
   std::vector<std::string> damage_;
   std::string not_closed_;
 };

@@ -24,27 +24,26 @@ bool is_log(const fs::path& directory) {
   return false;
 }
 
-/// The directory of the log. Throws HistoryError where there is none.
+/// The directory of the log. Throws HistoryError if there is none.
 fs::path find_log(const fs::path& directory) {
   std::error_code error;
   if (!fs::is_directory(directory, error))
-    throw HistoryError(Kind::file, "'" + directory.string() + "' is no directory");
+    throw HistoryError(Kind::file, "'" + directory.string() + "' is not a directory");
   if (is_log(directory)) return directory;
   if (is_log(directory / log_folder)) return directory / log_folder;
   const auto why = [&] {
-    if (fs::exists(directory / log_folder, error))
-      return ": there is no segment of one in its folder 'database'";
+    if (fs::exists(directory / log_folder, error)) return ": its folder 'database' holds no log segment";
     if (fs::exists(directory / "world.json", error))
-      return ": the run kept none (world.durability: volatile)";
-    return ", and no run that kept one";
+      return ": the run wrote none (world.durability: volatile)";
+    return " and no folder 'database' of a run";
   };
-  throw HistoryError(Kind::file, directory.string() + " holds no database's log" + why());
+  throw HistoryError(Kind::file, directory.string() + " holds no log of a database" + why());
 }
 
-/// The folder of the run that the log belongs to; empty: it belongs to none.
+/// The folder of the run that the log belongs to; empty: none.
 fs::path run_folder_of(const fs::path& log) {
   const fs::path whole =
-      (fs::absolute(log) / "").lexically_normal().parent_path();  // without a slash behind it
+      (fs::absolute(log) / "").lexically_normal().parent_path();  // without a trailing slash
   return whole.filename() == log_folder ? whole.parent_path() : fs::path();
 }
 
@@ -73,7 +72,7 @@ RunLog find_run_log(const fs::path& directory) {
   try {
     load(run, folder);
   } catch (const report::ReportError&) {
-    // The question is about the log alone, which these files are no part of.
+    // The query concerns the log alone, which these files are not part of.
     run.report.reset();
   }
   if (run.database_id.empty()) run.report.reset();
@@ -86,7 +85,7 @@ bool belongs_to(const RunLog& run, std::uint64_t database_id) {
 
 std::string missing_versions(const RunLog& run, const rtstdb::HistoryExtent& extent) {
   if (!run.report_fault.empty())
-    return run.report_fault + "; without the report it is not known how many versions the log must have";
+    return run.report_fault + "; without the report it is unknown how many versions the log must have";
   if (!run.report || !belongs_to(run, extent.database_id)) return {};
   const rtstdb::Version durable = run.report->database_log.durable_version;
   if (durable <= extent.last.version) return {};
@@ -94,7 +93,7 @@ std::string missing_versions(const RunLog& run, const rtstdb::HistoryExtent& ext
   const std::string missing = first == durable ? "version " + std::to_string(first) + " is missing"
                                                : "versions " + std::to_string(first) + " to " +
                                                      std::to_string(durable) + " are missing";
-  return "it ends with " + in_words(extent.last) + ", and by the run's report version " +
+  return "it ends with " + in_words(extent.last) + ", but according to the run's report version " +
          std::to_string(durable) + " was on disk: " + missing;
 }
 
@@ -122,7 +121,7 @@ rtstdb::HistoryExtent read_extent(const RunLog& run, bool salvage) {
 
 std::string not_closed(const rtstdb::HistoryExtent& extent) {
   if (extent.closed || !extent.damage.empty()) return {};
-  return "the log was not closed (the run was killed, is still going on, or its disk refused writes): it "
+  return "the log was not closed (the run was killed, is still running, or its disk refused writes): it "
          "ends with " +
          in_words(extent.last);
 }

@@ -241,7 +241,7 @@ void LiveSession::wait_for_stations() {
 /// is in no program's group (it left it) may be anyone's until the last limit has passed. Throws when a
 /// program has not connected within its own limit.
 bool LiveSession::all_connected(Bus& bus, std::int64_t waited_ns) {
-  if (virtual_) bus.hub->take_in_clients();
+  if (virtual_) bus.hub->accept_waiting_clients();
   std::map<pid_t, std::size_t> connections;
   for (const io::virtual_bus::ClientCounters& client : bus.hub->client_counters()) {
     if (client.connected && (client.greeted || !virtual_)) ++connections[client.process_group];

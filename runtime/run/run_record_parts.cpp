@@ -293,7 +293,7 @@ report::ModbusUnit modbus_unit_of(const io::modbus::ServerDevice& device) {
   unit.connections = counters.accepted;
   unit.refused_connections = counters.refused;
   unit.replaced_connections = counters.replaced;
-  unit.dropped_connections = counters.dropped_silent + counters.dropped_deaf;
+  unit.dropped_connections = counters.dropped_silent + counters.dropped_not_reading;
   take_values(device.value_counters(), unit);
   take_exceptions(counters.by_code, unit);
   return unit;

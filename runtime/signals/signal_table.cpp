@@ -48,7 +48,7 @@ std::optional<SignalId> SignalTable::find(std::string_view name) const {
 
 std::string SignalTable::nearest_name(std::string_view name) const {
   const SignalInfo* nearest = nullptr;
-  // "Near": at most a third of the letters differ. A farther guess would only mislead.
+  // "Near" means that at most a third of the letters differ; a farther name would mislead.
   std::size_t smallest = std::max<std::size_t>(name.size() / 3, 1) + 1;
   for (const SignalInfo& info : infos_) {
     const std::size_t distance = edit_distance(name, info.name);

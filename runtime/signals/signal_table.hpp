@@ -1,9 +1,9 @@
 #pragma once
-// The signals of a run: named scalars with one writer each. The table is filled while the run is configured
-// and its shape is fixed before the first tick; after that only values change.
+// The signals of a run: named scalars with one writer each. The table is filled while the run is configured;
+// after the first tick only values change.
 //
-// Threads: configuration from one thread. Values are read and written by the base thread alone; tasks on
-// other threads work on copies that the executive latches and publishes for them (executive/task.hpp).
+// Threads: one thread configures. Only the base thread reads and writes values; tasks on other threads use
+// copies that the executive latches and publishes for them (executive/task.hpp).
 
 #include <cstdint>
 #include <limits>
@@ -27,16 +27,15 @@ struct SignalId {
 struct SignalInfo {
   std::string name;    ///< dotted, unique in the run: "ego.speed", "can.car.BrakeCommand.Deceleration"
   std::string unit;    ///< SI symbol, "" when dimensionless
-  std::string writer;  ///< who writes it: a module's or a device's name
+  std::string writer;  ///< name of the module or device that writes it
   double initial = 0.0;
-  bool arrives = false;         ///< comes from outside the run: unknown while it is not fresh
-  std::int64_t timeout_ns = 0;  ///< where it arrives: how long its value stays fresh; 0: for ever
-  std::map<std::string, double> named_values = {};  ///< values that have a name, as a DBC file gives them
+  bool arrives = false;         ///< received from a device: unknown while not fresh
+  std::int64_t timeout_ns = 0;  ///< if `arrives`: time for which its value stays fresh; 0: without limit
+  std::map<std::string, double> named_values = {};  ///< names of values, as in a DBC file
 };
 
-/// A value and when it came to be, in run time. For a device's input that is the instant the bytes arrived;
-/// for a module's output the tick that computed it. `fresh` is false until the first write and while the
-/// writer is lost.
+/// A value and its run time: the arrival of the bytes for a device's input, the tick for a module's output.
+/// `fresh` is false before the first write and while the writer is lost.
 struct SignalValue {
   double value = 0.0;
   std::int64_t time_ns = std::numeric_limits<std::int64_t>::min();
@@ -45,11 +44,11 @@ struct SignalValue {
 
 class SignalTable {
  public:
-  /// Adds a signal. Misuse (asserts): a second signal of the same name; callers check with find first, since
-  /// two writers of one signal are a mistake of the user's that has to be reported with its place.
+  /// Adds a signal. Misuse (asserts): a second signal of the same name. Callers check with find() first,
+  /// since two writers of one signal are a mistake of the user that is reported with its place.
   SignalId add(SignalInfo info);
 
-  /// Adds another name by which find() finds the signal; nothing where the name is in use.
+  /// Adds another name for find(); does nothing if the name is in use.
   void add_alias(const std::string& name, SignalId id) { by_name_.try_emplace(name, id.index); }
   void set_named_values(SignalId id, std::map<std::string, double> values) {
     infos_[id.index].named_values = std::move(values);
@@ -57,7 +56,7 @@ class SignalTable {
 
   /// By name or alias.
   std::optional<SignalId> find(std::string_view name) const;
-  /// The known name with the smallest edit distance, or empty when none is near. For error messages.
+  /// The known name with the smallest edit distance, or empty if none is near. For error messages.
   std::string nearest_name(std::string_view name) const;
 
   std::size_t size() const noexcept { return infos_.size(); }
@@ -70,7 +69,7 @@ class SignalTable {
   }
   void write(SignalId id, const SignalValue& value) noexcept { values_[id.index] = value; }
 
-  /// All values, in the order the signals were added: for recording and comparing.
+  /// All values, in the order in which the signals were added: for recording and comparing.
   std::span<const SignalValue> values() const noexcept { return values_; }
 
  private:

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Scatters rows that changed into a slot's copy of the rows.
+// Writes changed rows to a slot's copy of the rows.
 #include "shared/entity.h"
 
 layout(local_size_x = 64) in;

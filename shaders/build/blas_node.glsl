@@ -1,15 +1,16 @@
-// One wide node as queries read it (shaders/shared/node.h).
+// Encodes one wide node in the format that queries read (shaders/shared/node.h).
 #ifndef RTSTDB_BUILD_BLAS_NODE_GLSL
 #define RTSTDB_BUILD_BLAS_NODE_GLSL
 #include "build/tree_scratch.glsl"
 #include "build/quantum.glsl"
 #include "build/slots.glsl"
 
-// All loops over children and slots are of constant length, so that arrays become registers.
+// All loops over children and slots have constant trip counts, so that the compiler keeps arrays in
+// registers.
 struct WideNode {
   Box box[8];
   uint reference[8];
-  uint count;  // the boxes from there on are among those before
+  uint count;  // boxes at this index and above duplicate earlier ones
 };
 
 void write_wide_node(uint index, WideNode node) {
@@ -19,7 +20,7 @@ void write_wide_node(uint index, WideNode node) {
   [[unroll]] for (uint k = 0u; k < 8u; ++k) away[k] = center_of(node.box[k]) - center_of(all);
   const uint slots = choose_slots(away, node.count);
   const Quanta quanta = quanta_of(all);
-  // An unused slot is a box turned inside out: no ray enters it.
+  // An unused slot holds an inverted box, which no ray enters.
   uvec3 low_edges[2] = uvec3[2](uvec3(0xFFFFFFFFu), uvec3(0xFFFFFFFFu));
   uvec3 high_edges[2] = uvec3[2](uvec3(0u), uvec3(0u));
   uint references[8] =

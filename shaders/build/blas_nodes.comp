@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Geometry builder: writes the wide nodes, and tells the triangles pass what stands in their leaves.
+// BLAS build: writes the wide nodes of a level, and the contents of their leaves for the pass that writes
+// triangles.
 #include "build/tree_choice.glsl"
 #include "build/blas_node.glsl"
 #include "build/leaf_order.glsl"
@@ -21,7 +22,7 @@ void main() {
   node.count = entry.z >> 8;
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
     const bool used = k < node.count;
-    // Slots that are not used repeat the first child, which changes no box.
+    // Unused slots repeat the first child, which changes no box.
     const uint here = used ? child[k] : child[0];
     const bool inner = (entry.z >> k & 1u) != 0u;
     const uint count = primitives_below(here);

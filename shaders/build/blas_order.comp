@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Geometry builder, for a geometry that deforms: which corners each triangle has in the order of the leaves, and its own number.
+// BLAS build of a deforming geometry: the corners and the index of each triangle in leaf order.
 #include "build/tree_scratch.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,27 +1,28 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Refit of a geometry that deforms, 2, per level from the deepest up: boxes of the nodes from those of their children, in the slots
-// and under the references that they have; what each costs a ray with all below it, and what the triangles below it would by
-// themselves, which no tree goes below.
+// Refit of a deforming geometry, step 2, once per level from the deepest up. Computes the boxes of the nodes
+// from those of their children and leaves slots and references as they are. Also computes the cost of each
+// subtree for a ray, and the cost of its triangles alone, which is a lower bound for any tree.
 #include "build/quantum.glsl"
-#include "build/ray_price.glsl"
+#include "build/sah_costs.glsl"
 #include "shared/blas.h"
 #include "shared/node.h"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BlasRefitArgs args; };
-// The geometry's own nodes, and all of the pool with the same.
+// The nodes of this geometry, and the pool, which is the same memory.
 layout(set = 0, binding = 0, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
 layout(set = 0, binding = 1) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 2) uniform samplerBuffer triangles;
-// Two texels a node: low corner and cost, high corner and cost of the triangles. Stored for the level above, which fetches them.
+// Two texels per node: low corner and cost, high corner and cost of the triangles. The level above fetches
+// them.
 layout(set = 0, binding = 3, scalar) writeonly buffer BoxesBuffer { vec4 boxes[]; };
 layout(set = 0, binding = 4) uniform samplerBuffer boxes_below;
 
 const Box nothing = Box(vec3(3e38), vec3(-3e38));
 
-// Loops over slots are of constant length, so that arrays become registers.
+// Loops over slots have constant trip counts, so that the compiler keeps arrays in registers.
 struct Children {
   Box box[8];
   Box all;
@@ -69,7 +70,7 @@ void write_node(uint node, uint used, Children children) {
   [[unroll]] for (uint slot = 0u; slot < 8u; ++slot) {
     const bool is_used = (used >> slot & 1u) != 0u;
     const uint bit = 8u * (slot & 3u);
-    // An unused slot is a box turned inside out: no ray enters it.
+    // An unused slot holds an inverted box, which no ray enters.
     low_edges[slot >> 2] |= (is_used ? low_edge(children.box[slot].lo, quanta) : uvec3(255u)) << bit;
     high_edges[slot >> 2] |= (is_used ? high_edge(children.box[slot].hi, quanta) : uvec3(0u)) << bit;
   }

@@ -1,14 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Refit of a geometry that deforms, 1: its triangles in the pool, each where it stands, with corners in their new places.
+// Refit of a deforming geometry, step 1: writes its triangles to the pool with their new corners, in
+// unchanged order.
 #include "common/has_area.glsl"
 #include "shared/blas.h"
 #include "shared/node.h"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BlasRefitArgs args; };
-// The corners of each triangle and its own number, in the order of the leaves.
+// The corners and the index of each triangle, in leaf order.
 layout(set = 0, binding = 0) uniform usamplerBuffer corners;
 layout(set = 0, binding = 1) uniform samplerBuffer positions;
 layout(set = 0, binding = 2, scalar) writeonly buffer TrianglesBuffer { vec4 triangles[]; };

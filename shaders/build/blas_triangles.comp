@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Geometry builder, last: triangles in the order of the leaves, three corners each, with their own number; and that order.
+// BLAS build, last step: writes the triangles in leaf order, three corners and the index each; and that
+// order.
 #include "build/leaf_order.glsl"
 #include "common/has_area.glsl"
 

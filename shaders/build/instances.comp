@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Instances of the live entities at the epochs, and what each covers during the window.
+// Computes the instances of the live entities at the epochs, and their bounds over the window.
 #include "common/instance.glsl"
 #include "shared/node.h"
 
@@ -10,12 +10,13 @@ layout(push_constant, scalar) uniform Push { InstanceArgs args; };
 layout(set = 0, binding = 0) uniform usamplerBuffer rows;
 layout(set = 0, binding = 1) uniform usamplerBuffer geometries;
 layout(set = 0, binding = 2, scalar) readonly buffer LiveBuffer { uint live[]; };
-// Of either epoch, each a part of one buffer: together they may be more than a binding holds.
+// The instances of the two epochs are bound as separate ranges of one buffer, which may exceed the size of
+// one binding.
 layout(set = 0, binding = 3, scalar) writeonly buffer InstancesBuffer { vec4 instances[]; };
 layout(set = 0, binding = 4, scalar) writeonly buffer LateInstancesBuffer { vec4 late_instances[]; };
 layout(set = 0, binding = 5, scalar) writeonly buffer BoundsBuffer { Box bounds[]; };
 layout(set = 0, binding = 6, scalar) writeonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
-// For queries that ask at one instant, of windows that are one: of the bounds (still_center_texels each).
+// For windows of one instant: the bounds, still_center_texels each.
 layout(set = 0, binding = 7, scalar) writeonly buffer CentersBuffer { vec4 centers[]; };
 layout(set = 0, binding = 8, scalar) readonly buffer PlacesBuffer { uint listed_places[]; };
 layout(set = 0, binding = 9, scalar) writeonly buffer StillBoundsBuffer { vec4 still_bounds[]; };
@@ -81,7 +82,8 @@ Instance written_down(EntityRecord row, GeometryRecord geometry, uvec2 epoch) {
   return i;
 }
 
-// An instance is known by its place in `live`. Entities without a geometry come after the `visible_count` others: they get
+// The position in `live` identifies an instance. Entities without a geometry come after the first
+// `visible_count` ones. They have instances, since they may carry queries, but are not in the tree.
 // instances (they may carry queries) but no place in the tree.
 void main() {
   if (gl_GlobalInvocationID.x >= args.count) return;
@@ -98,7 +100,7 @@ void main() {
     WRITE_INSTANCE(late_instances, late)
   }
   if (place >= args.visible_count) return;
-  // From the epoch's instance, as queries that ask at several instants do it.
+  // Derived from the epoch's instance, exactly as queries with times of their own do.
   const OrientedBox still = bounds_at(early, int(args.window_begin.x - args.epoch.x));
   if (args.window_s == 0.0) {
     centers[place * still_center_texels] = vec4(still.center, uintBitsToFloat(early.mask));
@@ -111,7 +113,8 @@ void main() {
   const MotionBox box =
       bounds_of(instance_of(row, geometry, args.window_begin), extents_of(geometry), args.window_s);
   bounds[place] = swept(box);
-  // Both ends of a window of one instant are the same: in the place of one there is what searches for centres want.
+  // A window of one instant has the same box at both ends; the second one is replaced by the box around the
+  // centre, for searches by centre.
   motion_boxes[place] = MotionBox(box.begin, args.window_s == 0.0 ? Box(still.center, still.center) : box.end,
                                   box.overhang, 0.0);
 }

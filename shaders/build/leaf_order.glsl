@@ -1,5 +1,6 @@
-// How the order of the triangles in the leaves comes about. For each place in it the pass that writes wide nodes says which subtree the
-// leaf is and which of its triangles stands there; the pass that writes triangles finds it, all its invocations at work.
+// The order of the triangles in the leaves. For each position the pass that writes wide nodes records the
+// leaf's subtree and the triangle's number within it. The pass that writes triangles resolves them, one
+// invocation per triangle.
 #ifndef RTSTDB_BUILD_LEAF_ORDER_GLSL
 #define RTSTDB_BUILD_LEAF_ORDER_GLSL
 #include "build/tree_choice.glsl"
@@ -8,7 +9,7 @@ const uint leaf_rank_shift = 30u;
 
 uint in_leaf(uint subtree, uint rank) { return subtree | rank << leaf_rank_shift; }
 
-// The primitive that stands there.
+// The primitive at this position.
 uint primitive_in_leaf(uint place) {
   uint node = place & ((1u << leaf_rank_shift) - 1u);
   uint rank = place >> leaf_rank_shift;

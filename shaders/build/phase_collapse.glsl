@@ -1,19 +1,19 @@
-// From the binary tree of a TLAS to nodes of up to 8 children: a wide node takes its binary node's children and keeps opening the
-// one with the largest surface until 8 are had (surface-area guided, against the paper's fixed merging, which leaves slots
-// empty). Boxes come with the refit.
+// Collapses the binary tree of a TLAS into nodes of up to 8 children: a wide node starts with the children of
+// its binary node and opens the child with the largest surface until it has 8. Opening by surface area fills
+// the slots, which the paper's fixed merging of levels does not. The refit computes the boxes.
 #ifndef RTSTDB_BUILD_PHASE_COLLAPSE_GLSL
 #define RTSTDB_BUILD_PHASE_COLLAPSE_GLSL
 #include "build/phase_fit.glsl"
 #include "build/tlas_node.glsl"
 
 struct WideChildren {
-  uint child[8];  // binary children
+  uint child[8];  // binary nodes
   uint count;
 };
 
 bool is_inner(uint child) { return (child & leaf_child_bit) == 0u; }
 
-// What opening this child is worth; negative: it can not be opened.
+// The gain of opening this child; negative if it can not be opened.
 float opening_value(uint child) { return is_inner(child) ? box_half_area(box_of_child(child)) : -1.0; }
 
 WideChildren choose_children(uint node) {
@@ -51,7 +51,8 @@ uint inner_children(WideChildren children) {
   return count;
 }
 
-// Writes the slots and references of wide node `index`. The first inner child becomes wide node `next_first`, and so on.
+// Writes slots and references of wide node `index`. Its inner children become wide nodes from `next_first`
+// on.
 void write_tree_node(uint index, WideChildren children, uint next_first) {
   Box box[8];
   uint reference[8];
@@ -66,7 +67,7 @@ void write_tree_node(uint index, WideChildren children, uint next_first) {
   write_tlas_node(index, box, reference, children.count);
 }
 
-// A tree of one leaf has no binary node: its root holds that leaf alone.
+// A tree of one leaf has no binary node; its root holds that leaf alone.
 void write_single_leaf_root() {
   WideChildren children;
   children.child[0] = leaf_child_bit;

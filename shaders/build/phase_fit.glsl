@@ -1,12 +1,14 @@
-// Boxes of the inner nodes, bottom-up: of the two children the one that arrives second goes on to the parent. Nobody waits,
-// so no forward progress between workgroups is assumed. Minimum and maximum do not depend on the order of arrival.
+// Computes the boxes of the inner nodes bottom-up. Of the two children of a node, the invocation that arrives
+// second proceeds to the parent. No invocation waits, so the pass assumes no forward progress between
+// workgroups. Minimum and maximum do not depend on the order of arrival.
 #ifndef RTSTDB_BUILD_PHASE_FIT_GLSL
 #define RTSTDB_BUILD_PHASE_FIT_GLSL
 #include "build/scratch.glsl"
 #include "common/fence.glsl"
 
 Box box_of_child(uint child) {
-  // Member by member: glslang 12 gives the two sides of a conditional over buffer structs different types.
+  // Member by member, since glslang 12 gives the two sides of a conditional over buffer structs different
+  // types.
   Box box;
   if ((child & leaf_child_bit) != 0u) {
     const uint primitive = values[child & ~leaf_child_bit];

@@ -1,10 +1,11 @@
-// The binary radix tree over sorted codes: every inner node finds its range on its own (Karras 2012, "Maximizing
-// Parallelism in the Construction of BVHs, Octrees, and k-d Trees"). Equal codes are told apart by their place.
+// The binary radix tree over sorted Morton codes. Every inner node finds its range independently (Karras
+// 2012, "Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees"). Equal codes are
+// ordered by their position.
 #ifndef RTSTDB_BUILD_PHASE_HIERARCHY_GLSL
 #define RTSTDB_BUILD_PHASE_HIERARCHY_GLSL
 #include "build/scratch.glsl"
 
-// Length of the common prefix of the codes at i and j; -1 outside.
+// Length of the common prefix of the codes at i and j; -1 if j is out of range.
 int common_prefix(int i, int j, int count) {
   if (j < 0 || j >= count) return -1;
   const uvec2 difference = keys[i] ^ keys[j];

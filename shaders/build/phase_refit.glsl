@@ -1,9 +1,10 @@
-// The boxes of a TLAS's nodes at both ends of its window, from those of their children, in the slots that the build chose. Nodes
-// of a level follow those of the level above, so levels are taken from the deepest up.
+// Computes the boxes of a TLAS's nodes at both ends of its window from those of their children, in the slots
+// that the build chose. The nodes of a level follow those of the level above, so levels are processed from
+// the deepest up.
 //
-// Before the include: buffers `wide` (the TLAS's nodes) and `motion_boxes`: of the instances by their places, and from
-// args.node_boxes on of the nodes. Where nothing of what is read is written in the same dispatch, BOX_AT(place) and
-// NODE_TEXEL(place), which read it as texels.
+// Before the include, define the buffers `wide` (the TLAS's nodes) and `motion_boxes` (of the instances,
+// followed from args.node_boxes on by those of the nodes). If the dispatch writes nothing that it reads, also
+// define BOX_AT(place) and NODE_TEXEL(place), which read both as texels.
 #ifndef RTSTDB_BUILD_PHASE_REFIT_GLSL
 #define RTSTDB_BUILD_PHASE_REFIT_GLSL
 #include "build/quantum.glsl"
@@ -13,7 +14,7 @@
 #define NODE_TEXEL(place) wide[place]
 #endif
 
-// One array for both, since on lavapipe either branch of a choice between two would be read.
+// One array holds both, since on lavapipe a conditional load from two arrays would load both.
 uint box_place(uint reference) {
   return (reference & ref_leaf_bit) != 0u ? reference & ref_instance_mask : args.node_boxes + reference;
 }
@@ -35,12 +36,12 @@ void write_edges(uint base, Edges edges) {
   wide[base + 2u] = uvec4(edges.low[0].z, edges.low[1].z, edges.high[0].z, edges.high[1].z);
 }
 
-// Loops are of constant length, so that arrays become registers.
+// Loops have constant trip counts, so that the compiler keeps arrays in registers.
 void refit_node(uint node) {
   const uint base = node * tlas_node_texels;
   const uint used = NODE_TEXEL(base).w >> 24;
   const uvec4 references[2] = uvec4[2](NODE_TEXEL(base + 4u), NODE_TEXEL(base + 5u));
-  // A slot without a child repeats one that is there, which changes no box. No reference is above none.
+  // A slot without a child repeats another child, which changes no box. ref_none is the largest reference.
   const uvec4 lower = min(references[0], references[1]);
   const uint some = min(min(lower.x, lower.y), min(lower.z, lower.w));
   MotionBox children[8];
@@ -52,7 +53,7 @@ void refit_node(uint node) {
   [[unroll]] for (uint slot = 1u; slot < 8u; ++slot) all = motion_union(all, children[slot]);
   motion_boxes[args.node_boxes + node] = all;
   const Quanta quanta = quanta_of(swept(all));
-  // An unused slot is a box turned inside out: no ray enters it.
+  // An unused slot holds an inverted box, which no ray enters.
   Edges begin = Edges(uvec3[2](uvec3(0xFFFFFFFFu), uvec3(0xFFFFFFFFu)), uvec3[2](uvec3(0u), uvec3(0u)));
   Edges end = begin;
   uint leaves = 0u;

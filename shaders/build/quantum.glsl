@@ -1,4 +1,4 @@
-// Boxes in quanta of their node; see shared/node.h.
+// Quantizes boxes relative to their node; see shared/node.h.
 #ifndef RTSTDB_BUILD_QUANTUM_GLSL
 #define RTSTDB_BUILD_QUANTUM_GLSL
 #include "common/bounds.glsl"
@@ -7,10 +7,10 @@ struct Quanta {
   vec3 origin;
   vec3 per_quantum;
   vec3 margin;
-  uint exponents;  // x | y << 8 | z << 16
+  uint exponents;  // biased exponents: x | y << 8 | z << 16
 };
 
-// Quantum of one axis as an exponent: the smallest power of two of which 254 cover the extent.
+// The quantum of one axis as an exponent: the smallest power of two of which 254 cover the extent.
 uint quantum_exponent(float extent) {
   const float needed = max(extent, 1e-30) / 254.0;
   const uint bits = floatBitsToUint(needed);
@@ -18,7 +18,8 @@ uint quantum_exponent(float extent) {
 }
 
 Quanta quanta_of(Box all) {
-  // Rounding of coordinates in the traversal, absolute; the relative part is widened there.
+  // An absolute margin for the rounding of coordinates in the traversal; the traversal adds the relative part
+  // itself.
   const vec3 rounding = max(abs(all.lo), abs(all.hi)) * 2.5e-7;
   const vec3 extent = all.hi - all.lo + 2.0 * rounding;
   const uvec3 exponent =
@@ -26,7 +27,7 @@ Quanta quanta_of(Box all) {
   const vec3 quantum = uintBitsToFloat(exponent << 23);
   Quanta quanta;
   quanta.per_quantum = 1.0 / quantum;
-  // Half a quantum of room below, so that the margin of the lowest child stays inside the byte.
+  // Half a quantum of margin below, so that the margin of the lowest child fits into its byte.
   quanta.origin = all.lo - rounding - 0.5 * quantum;
   quanta.margin = 2e-3 + rounding * quanta.per_quantum;
   quanta.exponents = exponent.x | exponent.y << 8 | exponent.z << 16;

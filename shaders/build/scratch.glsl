@@ -1,15 +1,15 @@
-// The buffers of the builder of small trees of entities, and what each holds.
+// The buffers of the builder of small TLAS trees.
 //
-// A build of n primitives, worked example with n = 4 and centres a < b < c < d on a line:
+// A build of n primitives, with the example n = 4 and centres a < b < c < d on a line:
 //   bounds        n boxes                                                     boxes of primitives 0..3
 //   keys, values  Morton codes and primitive numbers, sorted together         [a b c d], [2 0 3 1]
-//   binary        n-1 inner nodes: left, right, first, last; a child with     root {1, 2, 0, 3}, {leaf 0, leaf 1, 0, 1}, ...
-//                 bit 31 is a leaf, counted in sorted order; 0 is the root
+//   binary        n-1 inner nodes: left, right, first, last; 0 is the root.   root {1, 2, 0, 3},
+//                 A child with bit 31 is a leaf, numbered in sorted order     {leaf 0, leaf 1, 0, 1}, ...
 //   parents       of n-1 inner nodes, then of n leaves
 //   node_bounds   boxes of the inner nodes
-//   arrivals      per inner node: how many of its children are ready
+//   arrivals      per inner node: the number of finished children
 //   queue         collapse: (binary node, wide node) of this level and the next
-//   offsets       collapse: where each wide node's inner children stand in the next level
+//   offsets       collapse: position in the next level of each wide node's first inner child
 //   wide          the slot's nodes, which queries read, as words of uvec4
 #ifndef RTSTDB_BUILD_SCRATCH_GLSL
 #define RTSTDB_BUILD_SCRATCH_GLSL

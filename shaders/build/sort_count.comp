@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Radix sort, 1 of 3: how often each digit occurs in each run.
+// Radix sort, step 1 of 3: counts each digit in each run.
 #define SORT_BY_TEXELS
 #include "build/sort.glsl"
 

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Before a sort by each of the words of the codes: first the lower word, and the upper one is put away; then the upper word in the
-// order in which the values have come to stand.
+// Prepares a sort by one word of the codes: first by the lower words, while the upper ones are stored aside;
+// then by the upper words in the order of the values.
 #include "build/sort.glsl"
 
 layout(local_size_x = 64) in;

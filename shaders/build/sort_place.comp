@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Radix sort, 3 of 3: keys and values to their places.
+// Radix sort, step 3 of 3: moves keys and values to their positions.
 #define SORT_BY_TEXELS
 #include "build/sort.glsl"
 

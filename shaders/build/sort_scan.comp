@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Radix sort, 2 of 3: counts become places, by one workgroup: those of a digit one below the other, then where each
-// digit begins.
+// Radix sort, step 2 of 3, one workgroup: turns counts into positions, by prefix sums over the runs of each
+// digit and then over the digits.
 #include "build/sort.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// After the sort by the upper word: values whose upper words are the same, by the lower one. Whoever finds the first of them puts
-// them in order, if they are few; whether any others are in disorder is for the next pass to find.
+// After the sort by the upper words: sorts values with equal upper words by their lower words. The invocation
+// at the first of them sorts a short row; the next pass detects what is still unsorted.
 #include "build/sort.glsl"
 
 layout(local_size_x = 64) in;
@@ -20,7 +20,7 @@ void main() {
     const uint limit = first ? min(i + max_ties, args.count) : i;
     uint last = i + 1u;
     while (last < limit && key_at(last) == key) ++last;
-    // Of a longer row nobody is moved.
+    // Leaves longer rows as they are.
     const bool whole = first && (last == args.count || key_at(min(last, args.count - 1u)) != key);
     for (uint next = i + 1u; whole && next < last; ++next) {
       const uint value = sorted[next].y;

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// What a search through a TLAS costs by the surface area heuristic, from its upper nodes: the sum of their surfaces over the
-// root's. By one workgroup, in an order that is always the same.
+// The cost of a search through a TLAS by the surface area heuristic, estimated from its upper nodes: the sum
+// of their surfaces over the root's. One workgroup sums in a fixed order.
 #include "common/bounds.glsl"
 #include "shared/build.h"
 

@@ -1,13 +1,14 @@
-// A node of a TLAS but for its boxes, which come with the refit (phase_refit.glsl): slots and references.
+// Writes slots and references of a TLAS node; the refit (phase_refit.glsl) computes its boxes.
 //
-// Before the include: the buffer `wide`.
+// Before the include, define the buffer `wide`.
 #ifndef RTSTDB_BUILD_TLAS_NODE_GLSL
 #define RTSTDB_BUILD_TLAS_NODE_GLSL
 #include "build/slots.glsl"
 #include "common/bounds.glsl"
 #include "shared/node.h"
 
-// Loops are of constant length, so that arrays become registers. Of the children from `count` on nothing is used.
+// Loops have constant trip counts, so that the compiler keeps arrays in registers. Children from `count` on
+// are not used.
 void write_tlas_node(uint index, Box box[8], uint reference[8], uint count) {
   Box all = box[0];
   [[unroll]] for (uint k = 1u; k < 8u; ++k) {

@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Who refers to each node of a TLAS, and to each instance: the way up that a patch takes.
+// Records the parent of each node and instance of a TLAS, which patches follow upwards.
 #include "shared/build.h"
 #include "shared/node.h"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { PatchArgs args; };
 layout(set = 0, binding = 0, scalar) readonly buffer WideBuffer { uvec4 wide[]; };
-// Of nodes, then of instances.
+// Parents of the nodes, then of the instances.
 layout(set = 0, binding = 1, scalar) writeonly buffer ParentsBuffer { uint parents[]; };
 
 void main() {

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// One level of a TLAS's refit.
+// Refits one level of a TLAS.
 #include "common/bounds.glsl"
 #include "shared/build.h"
 #include "shared/node.h"
@@ -9,10 +9,10 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RefitArgs args; };
 layout(set = 0, binding = 0, scalar) writeonly buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
-// The same: boxes of other levels than those written.
+// The same buffer; this dispatch reads boxes of other levels than it writes.
 layout(set = 0, binding = 1) uniform usamplerBuffer box_texels;
 layout(set = 0, binding = 2, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
-// The same: references, and which slots are used, which stay as they are.
+// The same buffer; references and used slots, which do not change.
 layout(set = 0, binding = 3) uniform usamplerBuffer tree_texels;
 
 MotionBox fetch_box(uint place) {

@@ -1,8 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The tree of a TLAS of at most small_build_max instances by one workgroup in one dispatch, since on lavapipe every dispatch
-// costs as much as hundreds of instances. The same phases as the passes of a large build, with a bitonic sort; the refit too.
+// Builds the tree of a TLAS of at most small_build_max instances in one workgroup and one dispatch, since on
+// lavapipe a dispatch costs as much as hundreds of instances. It has the phases of a large build, with a
+// bitonic sort, and includes the refit.
 #include "build/phase_collapse.glsl"
 #include "build/phase_hierarchy.glsl"
 #include "common/morton.glsl"
@@ -11,13 +12,13 @@ layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { SmallBuildArgs args; };
 
 layout(set = 0, binding = 10, scalar) buffer MotionBoxesBuffer { MotionBox motion_boxes[]; };
-// How many levels there are, then the first node of each, then the number of nodes.
+// The number of levels, then the first node of each, then the number of nodes.
 layout(set = 0, binding = 11, scalar) writeonly buffer LevelsBuffer { uint levels[]; };
 #include "build/phase_refit.glsl"
 
 const uint lanes = 64u;
 
-// 24 KiB: the largest part of the 32 KiB that every device has.
+// 24 KiB of the 32 KiB of shared memory that every device has.
 shared uvec2 sort_keys[small_build_max];
 shared uint sort_values[small_build_max];
 shared uint next_count;
@@ -89,7 +90,7 @@ void sort_by_code(uint lane) {
   barrier();
 }
 
-// Level by level from the root. Returns how many levels there are.
+// Collapses level by level from the root. Returns the number of levels.
 uint collapse(uint lane) {
   uint level = 0u;
   uint level_count = 1u;

@@ -1,5 +1,5 @@
-// Tree builder, 1: the box of all primitives' centres, for the Morton grid: reduced in the workgroup, then by ordered
-// atomics.
+// Tree builder, step 1: the box around the centres of all primitives, which defines the Morton grid. Reduces
+// within the workgroup, then by atomics on ordered integers.
 #include "build/tree_scratch.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,8 +1,9 @@
-// The children of a wide node, as tree_cost.glsl has chosen them. How a node's cost is had, per number of children i: how many of
-// them its left child gives, 0 when i - 1 children cost no more.
-//   bits 0-17   three each for i = 2..7
-//   bits 18-20  of the 8 children of a wide node
-//   bit 21      as one child it is a leaf
+// Selects the children of a wide node as tree_cost.glsl decided. The decision word of a binary node says how
+// its cost with i children is reached: how many of them come from its left child, or 0 if i - 1 children cost
+// no more.
+//   bits 0-17   three bits each for i = 2..7
+//   bits 18-20  for the 8 children of a wide node
+//   bit 21      as a single child it is a leaf
 #ifndef RTSTDB_BUILD_TREE_CHOICE_GLSL
 #define RTSTDB_BUILD_TREE_CHOICE_GLSL
 #include "build/tree_scratch.glsl"
@@ -11,9 +12,9 @@ const uint choice_wide_shift = 18u;
 const uint choice_leaf_bit = 1u << 21;
 uint choice_shift(uint children) { return 3u * (children - 2u); }
 
-// Of an inner node.
+// For inner nodes only.
 uvec4 last_texel_of(uint node) { return tree_texel(texel_of(node) + 3); }
-uint how_of(uint node) { return last_texel_of(node).z; }
+uint decision_of(uint node) { return last_texel_of(node).z; }
 uint primitives_below(uint child) {
   const bool leaf = is_leaf(child);
   const uint stored = last_texel_of(leaf ? 0u : child).y;
@@ -26,13 +27,13 @@ struct Choice {
   uint inner;  // bit k: child k becomes a wide node
 };
 
-// A byte of the queue's third word each.
+// The third word of a queue entry, one byte each.
 uint packed_choice(Choice choice) { return choice.inner | choice.count << 8; }
 
 // Whether a child becomes a wide node.
 bool is_inner(uint child) {
   const bool leaf = is_leaf(child);
-  return !leaf && (how_of(leaf ? 0u : child) & choice_leaf_bit) == 0u;
+  return !leaf && (decision_of(leaf ? 0u : child) & choice_leaf_bit) == 0u;
 }
 
 Choice choose_children(uint node) {
@@ -41,15 +42,15 @@ Choice choose_children(uint node) {
   choice.count = 1u;
   choice.inner = 0u;
   uvec2 opened = uvec2(0u);
-  uint how = choice_leaf_bit;
+  uint decision = choice_leaf_bit;
   if (!is_leaf(node)) {
     opened = children_of(node);
-    how = how_of(node);
+    decision = decision_of(node);
   }
-  // A structure of one leaf: its root holds that leaf alone.
-  if ((how & choice_leaf_bit) != 0u) return choice;
-  // How many children each may still become, four bits a child.
-  uint wanted = how >> choice_wide_shift & 7u;
+  // In a structure of one leaf the root holds that leaf alone.
+  if ((decision & choice_leaf_bit) != 0u) return choice;
+  // The number of children that each may still become, four bits per child.
+  uint wanted = decision >> choice_wide_shift & 7u;
   wanted |= (8u - wanted) << 4;
   choice.child[0] = opened.x;
   choice.child[1] = opened.y;
@@ -59,11 +60,11 @@ Choice choose_children(uint node) {
     const uint child = choice.child[k];
     const bool leaf = is_leaf(child);
     opened = children_of(leaf ? 0u : child);
-    how = how_of(leaf ? 0u : child);
+    decision = decision_of(leaf ? 0u : child);
     uint children = wanted >> 4u * k & 15u;
     uint left = 0u;
     [[unroll]] for (uint i = 7u; i >= 2u; --i) {
-      left = left == 0u && i <= children ? how >> choice_shift(i) & 7u : left;
+      left = left == 0u && i <= children ? decision >> choice_shift(i) & 7u : left;
       children = left == 0u ? min(children, i - 1u) : children;
     }
     const bool split = !leaf && left != 0u;
@@ -72,10 +73,10 @@ Choice choose_children(uint node) {
     const uint both = (wanted & ~(15u << 4u * k)) | left << 4u * k | (children - left) << 4u * choice.count;
     wanted = split ? both : wanted;
     choice.count += split ? 1u : 0u;
-    choice.inner |= !leaf && !split && (how & choice_leaf_bit) == 0u ? 1u << k : 0u;
+    choice.inner |= !leaf && !split && (decision & choice_leaf_bit) == 0u ? 1u << k : 0u;
     k += split ? 0u : 1u;
   }
-  // No slot stays empty beside an inner child: wide_node_bound counts on it.
+  // No slot stays empty beside an inner child, which wide_node_bound relies on.
   while (choice.count < 8u && choice.inner != 0u) {
     const uint widest = uint(findLSB(choice.inner));
     opened = children_of(choice.child[widest]);

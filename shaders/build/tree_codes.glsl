@@ -1,4 +1,4 @@
-// Tree builder, 2: Morton codes. The sort comes after it.
+// Tree builder, step 2: Morton codes, which are sorted next.
 #include "build/tree_scratch.glsl"
 #include "common/morton.glsl"
 

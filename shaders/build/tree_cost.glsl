@@ -1,18 +1,20 @@
-// What each node costs a ray at the least, as one child of a wide node, or opened into up to 2..7 of them, and how (Ylitie, Karras
-// and Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 3.1).
+// The least cost of each binary node for a ray, as one child of a wide node or opened into up to 2..7
+// children, by dynamic programming (Ylitie, Karras and Laine 2017, "Efficient Incoherent Ray Traversal on
+// GPUs Through Compressed Wide BVHs", 3.1).
 #ifndef RTSTDB_BUILD_TREE_COST_GLSL
 #define RTSTDB_BUILD_TREE_COST_GLSL
 //
-// The texels of an inner node: low corner and cost as one child; high corner and cost as two; costs as 3..6; cost as 7, primitives
-// below, how it is had (see tree_choice.glsl). Only passes that define TREE_WRITES include this.
-#include "build/ray_price.glsl"
+// The texels of an inner node: low corner and cost as one child; high corner and cost as two; costs as 3..6;
+// cost as 7, number of primitives, decision word (tree_choice.glsl). Only passes that define TREE_WRITES
+// include this file.
+#include "build/sah_costs.glsl"
 #include "build/tree_choice.glsl"
 
-// A node with all that its parent wants to know of it.
+// A node with the values that its parent needs.
 struct Subtree {
   uint node;
   uint primitives;
-  uint how;  // see tree_choice.glsl
+  uint decision;  // decision word, see tree_choice.glsl
   Box box;
   float cost[7];  // as 1..7 children
 };
@@ -20,8 +22,8 @@ struct Subtree {
 Subtree load_subtree(uint node) {
   Subtree subtree;
   subtree.node = node;
-  subtree.how = 0u;
-  // Without a branch: masked invocations would load anyway.
+  subtree.decision = 0u;
+  // Without a branch, since masked invocations load anyway.
   const bool leaf = is_leaf(node);
   const int texel = texel_of(node);
   const uvec4 t0 = tree_texel(texel);
@@ -43,11 +45,11 @@ void store_subtree(Subtree subtree, uint left, uint right) {
   store_texel(to, 0u, uvec4(floatBitsToUint(subtree.box.lo), cost[0]));
   store_texel(to, 1u, uvec4(floatBitsToUint(subtree.box.hi), cost[1]));
   store_texel(to, 2u, uvec4(cost[2], cost[3], cost[4], cost[5]));
-  store_texel(to, 3u, uvec4(cost[6], subtree.primitives, subtree.how, 0u));
+  store_texel(to, 3u, uvec4(cost[6], subtree.primitives, subtree.decision, 0u));
   binary[subtree.node] = uvec2(left, right);
 }
 
-// The cheapest of all ways to make `node` from two subtrees.
+// The node that joins two subtrees at the least cost.
 Subtree join(uint node, Subtree a, Subtree b) {
   Subtree subtree;
   subtree.node = node;
@@ -69,19 +71,19 @@ Subtree join(uint node, Subtree a, Subtree b) {
   const bool leaf = subtree.primitives <= blas_always_leaf ||
                     (subtree.primitives <= max_triangles_per_leaf && as_leaf <= inner);
 #endif
-  subtree.how = wide_left << choice_wide_shift | (leaf ? choice_leaf_bit : 0u);
+  subtree.decision = wide_left << choice_wide_shift | (leaf ? choice_leaf_bit : 0u);
   subtree.cost[0] = leaf ? as_leaf : inner;
   [[unroll]] for (uint i = 2u; i < 8u; ++i) {
     float least = subtree.cost[i - 2u];
     uint left = 0u;
-    // Of constant length, or Mesa unrolls neither loop.
+    // A constant trip count, since Mesa otherwise unrolls neither loop.
     [[unroll]] for (uint k = 1u; k < 7u; ++k) {
       const float cost = k < i ? a.cost[k - 1u] + b.cost[max(i, k + 1u) - k - 1u] : 3e38;
       left = cost < least ? k : left;
       least = min(cost, least);
     }
     subtree.cost[i - 1u] = least;
-    subtree.how |= left << choice_shift(i);
+    subtree.decision |= left << choice_shift(i);
   }
   return subtree;
 }

@@ -1,5 +1,5 @@
-// Tree builder, per level of the wide tree, 1 of 2: the children of the wide nodes of the level, and where the inner ones of each
-// stand among those of its workgroup.
+// Tree builder, per level of the wide tree, step 1 of 2: selects the children of the level's wide nodes, and
+// the position of each node's inner children among those of its workgroup.
 #include "build/tree_choice.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,6 +1,6 @@
-// Tree builder, 3: what the binary tree is made from: boxes in sorted order, and how early neighbours' codes part. The
-// earlier, the larger: the highest bit that differs, below it that of the places where codes are the same. Codes that the sort
-// left in disorder are told of, and no tree is made from them.
+// Tree builder, step 3: the input of the binary tree: boxes in sorted order, and for each pair of neighbours
+// a number that is larger the earlier their codes differ (the highest differing bit, or that of the positions
+// if the codes are equal). Sets a flag if the sort left codes unsorted; the tree is then not built.
 #include "build/tree_scratch.glsl"
 
 layout(local_size_x = 64) in;
@@ -13,7 +13,7 @@ void main() {
     const Destination to = destination_of(args.target, uint(texel_of(args.count + i)), 16u);
     store_texel(to, 0u, uvec4(floatBitsToUint(box.lo), 0u));
     store_texel(to, 1u, uvec4(floatBitsToUint(box.hi), 0u));
-    arrivals[i] = nobody;
+    arrivals[i] = no_node;
     const uint next = min(i + 1u, args.count - 1u);
     const uvec2 there = sorted[next];
     const uint high = here.x ^ there.x;

@@ -1,5 +1,5 @@
-// Tree builder, per level of the wide tree, 2 of 2: queues the inner children, and leaves for the next level's passes where
-// it begins and how many it has. A TLAS's nodes are written on the way.
+// Tree builder, per level of the wide tree, step 2 of 2: queues the inner children, and records where the
+// next level begins and its size for the passes of that level. For a TLAS it also writes the nodes.
 #include "build/tree_choice.glsl"
 #ifdef BUILD_TLAS
 #include "build/tlas_node.glsl"
@@ -43,7 +43,7 @@ void main() {
   const uint level = blas_levels + args.level * blas_level_words;
   const uint level_first = state[level + blas_level_first];
   const uint level_count = state[level + blas_level_count];
-  // What the workgroups before this one have.
+  // The total of the workgroups before this one.
   uint before = 0u;
   for (uint group = lane; group < gl_WorkGroupID.x; group += 64u) before += offsets[group];
   sums[lane] = before;

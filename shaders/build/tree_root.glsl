@@ -1,4 +1,4 @@
-// Tree builder, 5: the cost of the root, and the first level of the wide tree.
+// Tree builder, step 5: the cost of the root, and the first level of the wide tree.
 #include "build/tree_cost.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,22 +1,26 @@
-// The buffers of the tree builder, the same bindings in every pass, and what each holds for n primitives: the triangles of a
-// geometry, or, with BUILD_TLAS defined, instances. Passes that write the tree include this with TREE_WRITES defined. They load it
-// by whole texels and store to it by address, two words at once: what goes by storage goes word by word on lavapipe.
+// The buffers of the tree builder. Every pass has the same bindings. The n primitives are the triangles of a
+// geometry or, with BUILD_TLAS defined, instances. Passes that write the tree include this file with
+// TREE_WRITES defined; they load the tree as whole texels and store to it by address, two words at once,
+// since storage accesses on lavapipe go word by word.
 //
-//   sorted        upper words of the Morton codes, each with its primitive's number, sorted, in the first half (see sort.glsl)
-//   words         lower words of the codes by primitive; afterwards, of a geometry, the order of the triangles in the leaves
-//   offsets       counts of the sort; then, per gap between neighbours in sorted order, how early their codes part; then the
-//                 inner children of each workgroup of a level
-//   bounds        of a TLAS, corners of boxes among which are those of its instances
-//   tree          4 texels for each of the n inner nodes, of which one is not used: its box and what it costs (see tree_cost.glsl);
-//                 then 2 for each of the n leaves in sorted order: its box. Inner node g parts the leaves in sorted order between
-//                 g and g + 1 (Apetrei 2014); nodes are named by their place here, leaves from n on
+//   sorted        upper words of the Morton codes with their primitives' numbers, sorted, in the first half
+//                 (see sort.glsl)
+//   words         lower words of the codes by primitive; later, for a geometry, the triangles in leaf order
+//   offsets       counts of the sort; then, per pair of neighbours in sorted order, how early their codes
+//                 differ; then the number of inner children of each workgroup of a level
+//   bounds        for a TLAS, corners of boxes, among them those of its instances
+//   tree          4 texels for each of n inner nodes, one of which is unused: box and costs (see
+//                 tree_cost.glsl); then 2 for each of the n leaves in sorted order: its box. Inner node g
+//                 separates the leaves g and g + 1 of the sorted order (Apetrei 2014). Nodes are identified
+//                 by their index here, leaves from n on
 //   binary        per inner node: left and right child
-//   arrivals      per inner node: where the range of the child ends that came first
-//   queue         per wide node: its binary node, its first primitive in the order of the leaves, which of its children are
-//                 inner (bits 0-7) and how many it has (from bit 8 on), and where the first inner child stands
+//   arrivals      per inner node: the end of the range of the child that arrived first
+//   queue         per wide node: its binary node, its first primitive in leaf order, which of its children
+//                 are inner (bits 0-7) and their number (from bit 8 on), and the index of the first inner
+//                 child
 //   children      per wide node: 8 binary nodes
-//   wide          of a TLAS: its nodes. Those of a geometry, and its triangles in the order of the leaves, are written to
-//                 args.target
+//   wide          for a TLAS: its nodes. The nodes of a geometry, and its triangles in leaf order, are
+//                 written to args.target
 #ifndef RTSTDB_BUILD_TREE_SCRATCH_GLSL
 #define RTSTDB_BUILD_TREE_SCRATCH_GLSL
 #include "common/bounds.glsl"
@@ -29,7 +33,7 @@
 layout(set = 0, binding = 0, scalar) readonly buffer BoundsBuffer { float bounds[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer WideBuffer { uvec4 wide[]; };
 #else
-layout(set = 0, binding = 0) uniform usamplerBuffer corners;  // with the triangle's own number
+layout(set = 0, binding = 0) uniform usamplerBuffer corners;  // and the triangle's index
 layout(set = 0, binding = 1) uniform samplerBuffer positions;
 #endif
 layout(set = 0, binding = 2, scalar) buffer SortedBuffer { uvec2 sorted[]; };
@@ -49,11 +53,11 @@ layout(set = 0, binding = 10, scalar) buffer ChildrenBuffer { uvec4 children[]; 
 
 layout(push_constant, scalar) uniform Push { BlasArgs args; };
 
-const uint nobody = 0xFFFFFFFFu;
+const uint no_node = 0xFFFFFFFFu;
 
 bool is_leaf(uint node) { return node >= args.count; }
 
-// A node's first texel.
+// The first texel of a node.
 int texel_of(uint node) { return int(is_leaf(node) ? 2u * (node + args.count) : 4u * node); }
 
 #ifdef TREE_WRITES
@@ -89,14 +93,14 @@ Box box_of_primitive(uint primitive) {
 }
 #endif
 
-// A pass may be several dispatches.
+// A pass may consist of several dispatches.
 uint workgroup() { return args.first + gl_WorkGroupID.x; }
 
-// The primitives that this workgroup visits.
+// The primitives that this workgroup processes.
 uint tile_begin() { return workgroup() * blas_tile + gl_LocalInvocationID.x; }
 uint tile_end() { return min((workgroup() + 1u) * blas_tile, args.count); }
 
-// Where the tree is climbed: the leaves from which this invocation sets out, one after the other.
+// The leaves from which this invocation climbs the tree, one after the other.
 uint run_begin() { return (workgroup() * 64u + gl_LocalInvocationID.x) * blas_run; }
 uint run_end() { return min(run_begin() + blas_run, args.count); }
 

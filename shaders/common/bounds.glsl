@@ -7,9 +7,10 @@ struct Box {
   vec3 hi;
 };
 
-// What the triangles of something cover at the begin of a window and at its end; in between, no more than the mixture of both. Where
-// the window is one instant, `end` is around the centres of the entities' bounds alone. Those bounds, which are turned boxes, are not
-// covered where they stand out: along each axis by `overhang` at most, at any instant of the window. 4 texels of vec4.
+// The boxes of a moving object at the begin and at the end of a window. At any instant in between, its
+// triangles lie inside the linear mix of both. For a window of one instant, `end` instead encloses the
+// centres of the entities' oriented bounds. Oriented bounds may exceed these boxes along each axis by at most
+// `overhang`, at any instant of the window. 4 texels of vec4.
 struct MotionBox {
   Box begin;
   Box end;
@@ -24,7 +25,7 @@ float box_half_area(Box b) {
   return e.x * e.y + e.y * e.z + e.z * e.x;
 }
 
-// Floats as unsigned integers of the same order, for atomic minimum and maximum.
+// Maps floats to unsigned integers in the same order, for atomic minimum and maximum.
 uint ordered(float x) {
   const uint bits = floatBitsToUint(x);
   return bits ^ ((bits >> 31) != 0u ? 0xFFFFFFFFu : 0x80000000u);

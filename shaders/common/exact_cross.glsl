@@ -1,10 +1,10 @@
-// A cross product of the differences between points as it is in about twice the digits of single precision, by sums and products
-// whose rounding is kept (Dekker 1971, Knuth 1969). Double precision says the same, in vectors of 64 bytes: on a Sapphire Rapids that
-// made scattered rays an eighth slower, and this nothing.
+// A cross product of differences of points in about twice single precision, by error-free sums and products
+// (Dekker 1971, Knuth 1969). Double precision gives the same result, but its 64-byte vectors are slow on some
+// processors.
 #ifndef RTSTDB_COMMON_EXACT_CROSS_GLSL
 #define RTSTDB_COMMON_EXACT_CROSS_GLSL
 
-// What b - a loses to rounding.
+// The rounding error of b - a.
 vec3 lost_by_difference(vec3 b, vec3 a) {
   precise vec3 difference = b - a;
   precise vec3 without_b = difference - b;
@@ -12,9 +12,9 @@ vec3 lost_by_difference(vec3 b, vec3 a) {
   return lost;
 }
 
-// What a * b loses.
+// The rounding error of a * b.
 vec3 lost_by_product(vec3 a, vec3 b) {
-  const float splits = 4097.0;  // into halves of 12 bits
+  const float splits = 4097.0;  // splits into halves of 12 bits
   precise vec3 product = a * b;
   precise vec3 a_wide = a * splits;
   precise vec3 b_wide = b * splits;
@@ -26,13 +26,14 @@ vec3 lost_by_product(vec3 a, vec3 b) {
   return lost;
 }
 
-// The power of two below one over the largest: by it no digit changes.
+// The largest power of two below the inverse of the largest component; multiplying by it changes no digit.
 float scale_to_one(vec3 v) {
   const vec3 size = abs(v);
   return uintBitsToFloat(254u - (floatBitsToUint(max(max(size.x, size.y), size.z)) >> 23) << 23);
 }
 
-// (b - a) x (c - a), its direction alone: of any length but zero. Where the three are as good as on a line, some direction across it.
+// The direction of (b - a) x (c - a), with any length but zero. If the points are nearly collinear, some
+// direction perpendicular to their line.
 vec3 direction_across(vec3 a, vec3 b, vec3 c) {
   const float to_b = scale_to_one(b - a);
   const float to_c = scale_to_one(c - a);

@@ -1,13 +1,15 @@
-// How far a geometry reaches along any direction at most, from what is known of it in 26; see rtstdb/geometry/extents.hpp.
+// An upper bound on the extent of a geometry along any direction, from its extents along 26 directions; see
+// rtstdb/geometry/extents.hpp.
 #ifndef RTSTDB_COMMON_EXTENTS_GLSL
 #define RTSTDB_COMMON_EXTENTS_GLSL
 #include "shared/entity.h"
 
-// All from the middle of the geometry's box, unscaled.
+// All measured from the centre of the geometry's box, unscaled.
 struct Extents {
-  vec3 faces;       // both ways
-  vec4 edges[3];    // by the axis along which the direction has no component; ++, +-, -+, -- along the others
-  vec4 corners[2];  // +x and -x; likewise along y and z
+  vec3 faces;  // in both directions
+  // Indexed by the axis without component; components: signs ++, +-, -+, -- along the other axes
+  vec4 edges[3];
+  vec4 corners[2];  // +x and -x; components likewise for y and z
 };
 
 Extents extents_of(GeometryRecord geometry) {
@@ -15,14 +17,14 @@ Extents extents_of(GeometryRecord geometry) {
                  vec4[2](geometry.corners_plus_x_m, geometry.corners_minus_x_m));
 }
 
-// Of what goes by two signs, that for these and that for the opposite ones.
+// Selects a component by two signs, for these signs and for the opposite ones.
 vec2 by_signs(vec4 these, vec4 opposite, bool first_negative, bool second_negative) {
   const vec2 here = first_negative ? these.zw : these.xy;
   const vec2 there = first_negative ? opposite.xy : opposite.zw;
   return second_negative ? vec2(here.y, there.x) : vec2(here.x, there.y);
 }
 
-// Along u, and along -u.
+// The extents along u and along -u.
 vec2 extent_along(vec3 u, Extents extents) {
   const vec3 size = abs(u);
   const float most = max(size.x, max(size.y, size.z));

@@ -1,5 +1,5 @@
-// Whether a triangle has an area in double precision, as rtstdb/geometry/has_area.hpp says it, to the bit: the same steps, none of them
-// fused. Rays meet none without.
+// Whether a triangle has an area in double precision. Gives the same result as rtstdb/geometry/has_area.hpp,
+// bit for bit: the same operations, none of them fused. Rays do not hit triangles without area.
 #ifndef RTSTDB_COMMON_HAS_AREA_GLSL
 #define RTSTDB_COMMON_HAS_AREA_GLSL
 

@@ -1,4 +1,4 @@
-// Making instances and their conservative bounds over a window, and reading instances back as texels.
+// Computes instances and their conservative bounds over a window, and reads instances from texels.
 #ifndef RTSTDB_COMMON_INSTANCE_GLSL
 #define RTSTDB_COMMON_INSTANCE_GLSL
 #include "common/bounds.glsl"
@@ -6,13 +6,14 @@
 #include "common/motion.glsl"
 #include "shared/entity.h"
 
-// The box of a geometry where it stands in the world: its centre, and the axes of the entity's frame, stretched by its scale.
+// The box of a geometry in the world: its centre, and the axes of the entity's frame, scaled to the half
+// extents.
 struct Placed {
   vec3 center;
   mat3 axes;
 };
 
-// `center`: stretched already.
+// `center` is already scaled.
 Placed placed(vec3 p, vec4 q, vec3 center, vec3 scale) {
   return Placed(p + rotate(q, center),
                 mat3(scale.x * rotate(q, vec3(1.0, 0.0, 0.0)), scale.y * rotate(q, vec3(0.0, 1.0, 0.0)),
@@ -24,7 +25,7 @@ Box box_of_oriented(Placed at, vec3 faces) {
   return Box(at.center - e, at.center + e);
 }
 
-// Of the geometry itself: no more than `oriented`, the box of its turned box.
+// The extent of the geometry itself, at most that of `oriented`, the box around its rotated box.
 Box box_of_turned(Placed at, Extents extents, Box oriented) {
   vec3 above;
   vec3 below;
@@ -36,16 +37,18 @@ Box box_of_turned(Placed at, Extents extents, Box oriented) {
   return Box(max(at.center - below, oriented.lo), min(at.center + above, oriented.hi));
 }
 
-// What an entity's points do while the window lasts.
+// Bounds on the motion of an entity's points during the window.
 struct Turning {
-  float rho;    // they stay in the ball of that radius about the origin,
-  float bulge;  // leave the chords between their ends by that at most,
-  float slop;   // and are found with that error
+  float rho;    // the points stay within a ball of this radius around the origin,
+  float bulge;  // deviate from the chords between their end positions by at most this,
+  float slop;   // and are computed with this error
 };
 
-// Boxes at both ends, grown so that the mixture of both covers what they hold in between. Points leave the chords between their ends by
-// at most rho phi^2 / 8 (paper, Eq. 1, forgets that), and never the ball of radius rho about the origin, which moves on a line. Along
-// each side the tighter of the two is taken, the same at both ends. Proof and reference: rtstdb/geometry/motion_bounds.hpp.
+// The boxes at both ends, enlarged so that their linear mix contains all positions in between. Points deviate
+// from the chords between their end positions by at most rho phi^2 / 8 (a term that the paper's Eq. 1 omits),
+// and stay within the ball of radius rho around the origin, which moves on a line. For each side the tighter
+// of the two bounds is taken, the same one at both ends. Proof and reference:
+// rtstdb/geometry/motion_bounds.hpp.
 MotionBox grown(Box begin, Box end, vec3 p, vec3 p_end, Turning turning) {
   const float rho = turning.rho;
   const bvec3 ball_above = greaterThan(p + p_end - 2.0 * rho, begin.lo + end.lo - 2.0 * turning.bulge);
@@ -60,7 +63,8 @@ MotionBox grown(Box begin, Box end, vec3 p, vec3 p_end, Turning turning) {
   return result;
 }
 
-// What an instance at the window's begin covers over [0, window_s]: its triangles, and how far its oriented bounds stand out of that.
+// The boxes over [0, window_s] of an instance given at the begin of the window, with the overhang of its
+// oriented bounds.
 MotionBox motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 scale, Extents extents,
                         float window_s) {
   const vec3 p_end = p + v * window_s;
@@ -72,7 +76,8 @@ MotionBox motion_bounds(vec3 p, vec4 q, vec3 v, vec3 w, vec3 center, vec3 scale,
   turning.rho = length(abs(center) + extents.faces * scale);
   const float phi = length(w) * window_s;
   turning.bulge = turning.rho * phi * phi * 0.125;
-  // Rounding of this and of the pose at query time, which is read from an epoch up to a second before.
+  // The rounding error of this computation and of the pose at query time, which is derived from an epoch up
+  // to a second earlier.
   const float rounded_s = window_s + 1.0;
   const float reach = max(max(abs(p.x), abs(p.y)), abs(p.z)) + length(v) * rounded_s + turning.rho;
   turning.slop = 2e-6 * (reach + turning.rho * length(w) * rounded_s);
@@ -94,13 +99,13 @@ struct Instance {
   uint entity;
   vec3 scale;
   bool closed;  // its geometry bounds a body
-  int from_ns;  // when it is where it is written down, since its epoch
+  int from_ns;  // time of the stored state, since its epoch
   vec3 box_center;
   vec3 box_half;
 };
 
-// Where a row is written down for the stretch that begins at `epoch`: where its motion begins, when that lies in the stretch, for
-// there a row says it best; else at the epoch.
+// The time for which a row's state is stored for the stretch that begins at `epoch`: the begin of the motion
+// if that lies in the stretch, since the row is most precise there; otherwise the epoch.
 int from_ns_of(uvec2 valid_from, uvec2 epoch) {
   const int64_t after_ns = int64_t(packUint2x32(valid_from)) - int64_t(packUint2x32(epoch));
   return after_ns > 0 && after_ns < int64_t(epoch_length_ns) ? int(after_ns) : 0;
@@ -131,8 +136,8 @@ MotionBox bounds_of(Instance i, Extents extents, float window_s) {
   return motion_bounds(i.p, i.q, i.v, i.w, i.box_center * i.scale, i.scale, extents, window_s);
 }
 
-// An instance at an instant, both counted from its epoch. Whole numbers are subtracted: nothing is lost between two that lie close
-// together.
+// An instance at an instant, with both times counted from its epoch. The subtraction is exact, since it is
+// one of integers.
 float since(Instance i, int t_ns) { return float(t_ns - i.from_ns) * 1e-9; }
 
 vec3 position_of(Instance i, int t_ns) { return i.p + i.v * since(i, t_ns); }
@@ -151,13 +156,13 @@ OrientedBox bounds_at(Instance i, int t_ns) {
   return OrientedBox(position_of(i, t_ns) + rotate(q, i.box_center * i.scale), q, i.box_half * i.scale);
 }
 
-// Of the centre of the instance's bounds.
+// The centre of the instance's bounds at an instant.
 vec3 center_velocity_at(Instance i, int t_ns) {
   precise vec3 velocity = i.v + cross(i.w, rotate(orientation_of(i, t_ns), i.box_center * i.scale));
   return velocity;
 }
 
-// What a query needs first of an instance, its first five texels; the box is read only where it is used.
+// The first five texels of an instance, which every query needs; the box is read only where it is used.
 Instance instance_from(vec4 t0, vec4 t1, vec4 t2, vec4 t3, vec4 t4) {
   Instance instance;
   instance.p = t0.xyz;

@@ -1,4 +1,4 @@
-// 63-bit Morton codes (paper, Section 5; Karras 2012): 21 bits an axis.
+// 63-bit Morton codes, 21 bits per axis (paper, Section 5; Karras 2012).
 #ifndef RTSTDB_COMMON_MORTON_GLSL
 #define RTSTDB_COMMON_MORTON_GLSL
 
@@ -13,7 +13,7 @@ uint64_t spread_by_three(uint x) {
 }
 
 uvec2 morton_code(vec3 center, vec3 lo, vec3 hi) {
-  // One scale for all axes keeps cells cubic, so that flat scenes are not cut along their thin side first.
+  // One scale for all axes keeps cells cubic, so that flat scenes are not split along their thin side first.
   const vec3 extent = hi - lo;
   const float largest = max(max(extent.x, extent.y), max(extent.z, 1e-30));
   const uvec3 cell = uvec3(clamp((center - lo) * (2097151.0 / largest), vec3(0.0), vec3(2097151.0)));

@@ -14,7 +14,8 @@ vec4 quat_product(vec4 a, vec4 b) {
   return vec4(a.w * b.xyz + b.w * a.xyz + cross(a.xyz, b.xyz), a.w * b.w - dot(a.xyz, b.xyz));
 }
 
-// Exponential map: the rotation by |w| t about w. Branch-free; the series takes over where the quotient loses digits.
+// Exponential map: the rotation by |w| t about w. Branch-free; the series replaces the quotient where that
+// loses precision.
 vec4 rotation_after(vec3 w, float t) {
   const float rate = length(w);
   const float half_angle = 0.5 * rate * t;
@@ -25,7 +26,7 @@ vec4 rotation_after(vec3 w, float t) {
 
 vec4 orientation_at(vec4 q, vec3 w, float t) { return normalize(quat_product(rotation_after(w, t), q)); }
 
-// The same for motions that have held for long: whole turns are taken off in double precision.
+// The same for long times: whole turns are removed in double precision.
 vec4 rotation_after_long(dvec3 w, double t) {
   const double rate = sqrt(dot(w, w));
   const double turn = 6.283185307179586476925LF;
@@ -34,7 +35,7 @@ vec4 rotation_after_long(dvec3 w, double t) {
   return vec4(vec3(w) * (sin(half_angle) / max(float(rate), 1e-30)), cos(half_angle));
 }
 
-// Difference of two int64 nanosecond instants in seconds.
+// The difference of two int64 nanosecond instants in seconds.
 double seconds_between(uvec2 from, uvec2 to) {
   return double(int64_t(packUint2x32(to)) - int64_t(packUint2x32(from))) * 1e-9LF;
 }

@@ -1,27 +1,28 @@
-// Edges of a node's children against planes across the axes, four children at once: an edge is a byte, and so is a plane that
-// has been rounded to whole quanta.
+// Compares the box edges of a node's children with planes perpendicular to the axes, four children at once.
+// An edge is one byte, and so is a plane rounded to whole quanta.
 #ifndef RTSTDB_COMMON_PACKED_EDGES_GLSL
 #define RTSTDB_COMMON_PACKED_EDGES_GLSL
 #include "shared/node.h"
 
-// Include with REGION_BOUNDS defined where the entities' oriented bounds are looked for.
+// Define REGION_BOUNDS before the include to search by the entities' oriented bounds.
 
-// The children's boxes at an instant in quanta from the origin, low edges in xy and high ones in zw; where the window is longer
-// than an instant, as mixed_edges makes them.
+// The children's boxes at an instant in quanta from the origin, low edges in xy and high ones in zw. For
+// windows longer than an instant mixed_edges() computes them.
 struct PackedNode {
   vec3 origin;
   vec3 per_quantum;
-  uint used;  // one bit a child
+  uint used;  // one bit per child
   uvec4 edges[3];
-  float below;    // quanta that mixing may have taken from an edge
-  float above;    // and added to it
-  vec3 overhang;  // of what is looked for, beside the children's boxes; in the unit of the origin
+  float below;    // quanta by which mixing may have lowered an edge
+  float above;    // and raised it
+  vec3 overhang;  // of oriented bounds beyond the children's boxes, in the unit of the origin
 #ifdef REGION_BOUNDS
-  uint leaves;  // one bit a child that is an entity
+  uint leaves;  // one bit per child that is an entity
 #endif
 };
 
-// `share` as 256ths: begin and end mixed, rounded down. Not more than half a quantum off before that.
+// The mix of begin and end at `share` in 256ths, rounded down. Its error before rounding is at most half a
+// quantum.
 uvec4 mixed_edges(uvec4 begin, uvec4 end, uint share) {
   const uint even = 0x00FF00FFu;
   const uint rest = 256u - share;
@@ -33,7 +34,7 @@ uvec4 mixed_edges(uvec4 begin, uvec4 end, uint share) {
 PackedNode packed_node_of(uvec4 head, uvec4 x, uvec4 y, uvec4 z) {
   PackedNode packed;
   packed.origin = uintBitsToFloat(head.xyz);
-  // One over a power of two.
+  // The inverse of a power of two.
   packed.per_quantum = vec3(uintBitsToFloat(254u - (head.w & 0xFFu) << 23),
                             uintBitsToFloat(254u - (head.w >> 8 & 0xFFu) << 23),
                             uintBitsToFloat(254u - (head.w >> 16 & 0xFFu) << 23));
@@ -63,7 +64,7 @@ PackedNode fetch_packed_node(usamplerBuffer tlas, uint node, uint share) {
   return packed;
 }
 
-// A node of a geometry that is stretched by `scale`.
+// A node of a geometry that is scaled by `scale`.
 PackedNode fetch_packed_geometry(usamplerBuffer nodes, uint node, vec3 scale) {
   const int base = int(node * node_texels);
   PackedNode packed = packed_node_of(texelFetch(nodes, base), texelFetch(nodes, base + 1),
@@ -73,14 +74,14 @@ PackedNode fetch_packed_geometry(usamplerBuffer nodes, uint node, vec3 scale) {
   return packed;
 }
 
-// Bit 7 of each byte: whether that of a is not below that of b.
+// Sets bit 7 of each byte in which a is not below b.
 uvec2 not_below(uvec2 a, uvec2 b) {
   const uint top = 0x80808080u;
   const uvec2 lower_bits = (a | top) - (b & ~top);
   return (a & ~b) | (~(a ^ b) & lower_bits);
 }
 
-// Bits 7, 15, 23 and 31 of both words as one bit a child.
+// Packs bits 7, 15, 23 and 31 of both words into one bit per child.
 uint child_mask(uvec2 bits) {
   const uvec2 apart = bits >> 7u & 0x01010101u;
   return (apart.x * 0x01020408u >> 24 & 0xFu) | (apart.y * 0x01020408u >> 20 & 0xF0u);
@@ -88,7 +89,7 @@ uint child_mask(uvec2 bits) {
 
 uvec2 in_each_byte(float quanta) { return uvec2(uint(int(quanta)) * 0x01010101u); }
 
-// The children whose boxes may meet the box between two corners, and at least all that do.
+// The children whose boxes may meet the box between two corners; never misses one.
 uint children_meeting(PackedNode node, vec3 lo, vec3 hi) {
   const vec3 first = ceil((lo - node.overhang - node.origin) * node.per_quantum - node.below);
   const vec3 last = floor((hi + node.overhang - node.origin) * node.per_quantum + node.above);
@@ -103,7 +104,7 @@ uint children_meeting(PackedNode node, vec3 lo, vec3 hi) {
   return beyond ? 0u : child_mask(meets) & node.used;
 }
 
-// Children whose boxes lie within the box between two corners for certain.
+// The children whose boxes certainly lie within the box between two corners.
 uint children_inside(PackedNode node, vec3 lo, vec3 hi) {
   const vec3 first = ceil((lo + node.overhang - node.origin) * node.per_quantum + node.above);
   const vec3 last = floor((hi - node.overhang - node.origin) * node.per_quantum - node.below);

@@ -1,5 +1,6 @@
-// Stores by address, for a binding may end at 128 MiB, and two words at once: lavapipe stores lane by lane, in a loop for each number.
-// Coherent: the climb of the tree builder loads in the same dispatch what other invocations have stored.
+// Stores of two words at once by address. Addresses avoid the size limit of a binding, and lavapipe stores
+// lane by lane in a loop per number. Coherent, since the climb of the tree builder loads what other
+// invocations of the same dispatch have stored.
 #ifndef RTSTDB_COMMON_PAIRS_GLSL
 #define RTSTDB_COMMON_PAIRS_GLSL
 
@@ -7,14 +8,15 @@ layout(buffer_reference, buffer_reference_align = 8, scalar) coherent writeonly 
   uint64_t pairs[];
 };
 
-// A round of lavapipe's loop takes one lane's part out of each vector that it needs, by way of the stack, and some processors are slow
-// to do so with vectors of 64 bytes (0004). So what differs from lane to lane has 32 bits until it has been taken out.
+// An iteration of lavapipe's loop extracts one lane of each vector through the stack, which is slow for
+// vectors of 64 bytes on some processors (0004). So values that differ between lanes have 32 bits until they
+// have been extracted.
 struct Destination {
-  uint64_t address;  // the same for all lanes, and known to be
+  uint64_t address;  // uniform over the subgroup, and known to be
   uint first_pair;   // below 2^31
 };
 
-// Of the `place`-th in a row of things that begins at `first`.
+// The `place`-th element of an array that begins at `first`.
 Destination destination_of(uvec2 first, uint place, uint size_bytes) {
   return Destination(subgroupBroadcastFirst(packUint2x32(first)), place * (size_bytes / 8u));
 }

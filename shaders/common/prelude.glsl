@@ -1,4 +1,4 @@
-// What every compute shader begins with.
+// Included first by every compute shader.
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 #extension GL_EXT_scalar_block_layout : require

@@ -1,4 +1,4 @@
-// Reading a wide node: the boxes and the references of its children.
+// Reads the boxes and references of the children of a wide node.
 #ifndef RTSTDB_COMMON_WIDE_NODE_GLSL
 #define RTSTDB_COMMON_WIDE_NODE_GLSL
 #include "shared/node.h"
@@ -39,16 +39,16 @@ vec3 child_hi(WideNode wide, uint k) {
          wide.quantum * vec3(edge_of(wide, 0u, 2u, k), edge_of(wide, 1u, 2u, k), edge_of(wide, 2u, 2u, k));
 }
 
-// ref_none where there is no child.
+// ref_none for a slot without a child.
 uint child_reference(WideNode wide, uint k) { return wide.references[k >> 2][k & 3u]; }
 
 // A node of a TLAS at one instant of its window.
 struct MotionNode {
   WideNode begin;
   uvec4 end_edges[3];
-  float share;    // of the window that has passed
-  uint used;      // one bit a child
-  vec3 overhang;  // of what is looked for, beside the children's boxes
+  float share;    // fraction of the window that has passed
+  uint used;      // one bit per child
+  vec3 overhang;  // of oriented bounds beyond the children's boxes
 };
 
 MotionNode fetch_motion_node(usamplerBuffer tlas, uint node, float share) {
@@ -61,7 +61,7 @@ MotionNode fetch_motion_node(usamplerBuffer tlas, uint node, float share) {
            uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
   [[unroll]] for (int axis = 0; axis < 3; ++axis) {
 #ifdef NEAREST_STILL
-    wide.begin.edges[axis] = texelFetch(tlas, base + 6 + axis);  // of centres
+    wide.begin.edges[axis] = texelFetch(tlas, base + 6 + axis);  // boxes around the centres
 #else
     wide.begin.edges[axis] = texelFetch(tlas, base + 1 + axis);
     wide.end_edges[axis] = texelFetch(tlas, base + 6 + axis);

@@ -1,5 +1,5 @@
-// Reads one shared struct under scalar layout and writes each of its fields, word by word, in the order of the field list.
-// Compiled once per struct: PROBE_STRUCT is its name, PROBE_FIELDS its field list.
+// Reads one shared struct in scalar layout and writes each of its fields, word by word, in the order of the
+// field list. Compiled once per struct: PROBE_STRUCT is its name, PROBE_FIELDS its field list.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

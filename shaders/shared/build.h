@@ -1,4 +1,4 @@
-// Arguments of the structure builder's passes.
+// Arguments of the passes that build structures.
 #ifndef RTSTDB_SHARED_BUILD_H
 #define RTSTDB_SHARED_BUILD_H
 #include "shared/interop.h"
@@ -7,9 +7,10 @@
 RTSTDB_CONSTANT(radix_bits, 8)
 RTSTDB_CONSTANT(radix_digits, 256)
 
-// No small tree of entities has more levels: each level of the binary tree tells a bit of the code (63) or of the place (11) apart.
+// Upper bound on the levels of a small TLAS: each level of its binary tree resolves one bit of the code (63)
+// or of the position (11).
 RTSTDB_CONSTANT(max_tlas_levels, 96)
-// Nodes that a TLAS's cost is judged by.
+// Number of nodes from which the cost of a TLAS is estimated.
 RTSTDB_CONSTANT(max_cost_nodes, 1024)
 
 // Largest number of instances that one workgroup builds alone.
@@ -31,7 +32,7 @@ RTSTDB_STRUCT(SortArgs)
   F(uint, node_boxes) /* where those of the nodes begin, behind those of the instances */
 RTSTDB_STRUCT(SmallBuildArgs)
 
-// Of the nodes `first` to `first + count`. tlas_cost: of the first `count`.
+// For the nodes `first` to `first + count`; tlas_cost: for the first `count` nodes.
 #define RTSTDB_FIELDS_RefitArgs(F) \
   F(uint, first)                   \
   F(uint, count)                   \
@@ -39,7 +40,7 @@ RTSTDB_STRUCT(SmallBuildArgs)
   F(uint, node_boxes) /* as above */
 RTSTDB_STRUCT(RefitArgs)
 
-// Most rows that are brought into a tree by themselves.
+// Largest number of instances of one patch.
 RTSTDB_CONSTANT(max_patched, 512)
 
 #define RTSTDB_FIELDS_PatchArgs(F)                                              \

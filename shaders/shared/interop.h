@@ -1,11 +1,11 @@
-// One definition of every struct that host and GPU share. A struct is a list of fields; the list makes the C++ struct, the
-// GLSL struct, the checks of size and offsets, and the probe shader that echoes every field.
+// Defines every struct that host and GPU share. A struct is a list of fields, from which macros generate the
+// C++ struct, the GLSL struct, the checks of size and offsets, and the probe shader that echoes every field.
 //
 //     #define RTSTDB_FIELDS_Foo(F) F(vec3, origin_m) F(float, lambda_min)
 //     RTSTDB_STRUCT(Foo)
 //
-// Layout is GLSL scalar layout: every scalar, vector and matrix is aligned to its component. Fields are float, int, uint,
-// vec2..4, ivec2..4, uvec2..4.
+// The layout is GLSL scalar layout: every scalar, vector and matrix is aligned to its component. Fields are
+// float, int, uint, vec2..4, ivec2..4, uvec2..4.
 #ifndef RTSTDB_SHARED_INTEROP_H
 #define RTSTDB_SHARED_INTEROP_H
 
@@ -47,7 +47,7 @@ struct Field {
 template <class Struct>
 struct Layout;
 
-/// Scalar layout of 4-byte components leaves no gaps: each field begins where the one before it ends.
+/// Scalar layout of 4-byte components has no padding: each field begins where the previous one ends.
 template <std::size_t count>
 constexpr bool has_scalar_layout(const std::array<Field, count>& fields, std::size_t size_bytes,
                                  std::size_t alignment) {

@@ -1,9 +1,9 @@
-// What nearest queries carry to the device and back.
+// Requests and results of nearest queries.
 #ifndef RTSTDB_SHARED_NEAREST_H
 #define RTSTDB_SHARED_NEAREST_H
 #include "shared/interop.h"
 
-// As max_neighbors of rtstdb/limits.hpp.
+// Equals max_neighbors of rtstdb/limits.hpp.
 RTSTDB_CONSTANT(list_size, 32)
 
 #define RTSTDB_FIELDS_NearestRecord(F)                             \
@@ -23,7 +23,8 @@ RTSTDB_STRUCT(NearestRecord)
   F(uint, incomplete)
 RTSTDB_STRUCT(NearestCount)
 
-// `k` of them for each place. As the caller reads them: rtstdb/query.hpp, Neighbor. Written as pairs of words.
+// `k` results per point in the layout that the caller reads (rtstdb/query.hpp, Neighbor). Written as pairs of
+// words.
 #define RTSTDB_FIELDS_NeighborRecord(F)    \
   F(uvec2, entity) /* index, generation */ \
   F(uint, mask)                            \

@@ -1,4 +1,4 @@
-// What queries carry to the device and back.
+// Requests and results of queries.
 #ifndef RTSTDB_SHARED_QUERY_H
 #define RTSTDB_SHARED_QUERY_H
 #include "shared/interop.h"
@@ -8,16 +8,18 @@ RTSTDB_CONSTANT(status_miss, 0)
 RTSTDB_CONSTANT(status_hit, 1)
 RTSTDB_CONSTANT(status_incomplete, 2)
 
-// A ray lies as the caller filled it in (rtstdb::Ray), 4 texels:
-//   0 origin, direction x    1 direction yz, lambda range    2 time (int64 ns, low word first), mask, carrier's index    3 -
+// A ray in the layout of the caller (rtstdb::Ray), 4 texels:
+//   0 origin, direction x                                     1 direction yz, lambda range
+//   2 time (int64 ns, low word first), mask, carrier's index  3 -
 RTSTDB_CONSTANT(ray_texels, 4)
-// A hit lies as the caller reads it (rtstdb::RayHit), 8 pairs of words:
-//   0 status, lambda    2 entity's index and generation    4 triangle, front    6 normal z, relative velocity x
-//   1 u, v              3 mask, material                   5 normal xy          7 relative velocity yz
+// A hit in the layout of the caller (rtstdb::RayHit), 8 pairs of words:
+//   0 status, lambda    2 entity's index, generation    4 triangle, front    6 normal z, relative velocity x
+//   1 u, v              3 mask, material                5 normal xy          7 relative velocity yz
 RTSTDB_CONSTANT(hit_pairs, 8)
 
-// So many rays are asked again at a time. What is left of the search of one takes so many words, two stacks of 96 groups and 18 more, and 5
-// for each hit that it may have a list of. The upper bit of its word in `again` says that it begins.
+// The number of rays that are retried at a time. The saved state of one search has two stacks of 96 groups
+// and 18 more words, and 5 for each hit of its list. The upper bit of its word in `again` marks the begin of
+// a search.
 RTSTDB_CONSTANT(paused_rays, 256)
 RTSTDB_CONSTANT(paused_ray_groups, 96)
 RTSTDB_CONSTANT(paused_ray_words, 210)
@@ -61,7 +63,7 @@ RTSTDB_CONSTANT(region_wants_inside, 2)
   F(float, near_m) /* frustum */
 RTSTDB_STRUCT(RegionRecord)
 
-// Followed in the id buffer by `capacity` ids of each region.
+// In the id buffer `capacity` ids of each region follow.
 #define RTSTDB_FIELDS_RegionCount(F) \
   F(uint, found)                     \
   F(uint, incomplete)

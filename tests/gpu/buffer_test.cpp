@@ -50,17 +50,17 @@ TEST_F(BufferTest, BytesTravelThroughEveryKindOfMemory) {
   }
 }
 
-/// Taken in, or copied where that is wanted of the device.
+/// Both with memory that the device imports and with a device that works on a copy.
 TEST(BufferOverMemoryOfTheHost, IsReadAndWrittenByTheDeviceAndOutlivesIt) {
   constexpr std::size_t count = 5000;  // no whole number of pages
-  for (const bool takes_in : {true, false}) {
+  for (const bool imports : {true, false}) {
     HostMemory memory(4 * count);
     const auto words = memory.as<std::uint32_t>();
     ASSERT_EQ(words.size(), count);
     std::iota(words.begin(), words.end(), 5u);
     {
       DeviceOptions options = test_device_options(true);
-      options.takes_in_host_memory = takes_in;
+      options.imports_host_memory = imports;
       auto device = std::move(Device::open(options)).value();
       auto shared = device->create_buffer(
           {.name = "shared", .size_bytes = 4 * count, .memory = Memory::readback, .host = &memory});
@@ -75,11 +75,11 @@ TEST(BufferOverMemoryOfTheHost, IsReadAndWrittenByTheDeviceAndOutlivesIt) {
       recorder.barrier();
       recorder.fill(shared.value(), 4 * 7, 4, 99);
       recorder.end();
-      shared.value().push(0, 4 * count);
+      shared.value().flush(0, 4 * count);
       ASSERT_EQ(timeline.wait(timeline.submit(recorder), test_timeout_ns), WaitResult::done);
       EXPECT_TRUE(std::ranges::equal(other.value().host_as<std::uint32_t>(), words.subspan(0),
                                      [&](auto a, auto b) { return a == b || (a == 12 && b == 99); }));
-      shared.value().pull(4 * 7, 4);
+      shared.value().invalidate(4 * 7, 4);
       EXPECT_TRUE(device->validation_messages().empty());
     }
     EXPECT_EQ(words[6], 11u);

@@ -9,10 +9,10 @@
 namespace rtstdb::gpu {
 namespace {
 
-Candidate candidate(const char* name, DeviceKind kind, const char* unfit = "") {
+Candidate candidate(const char* name, DeviceKind kind, const char* unsuitable = "") {
   return {.info = {.name = name, .driver = "", .api = "1.3.0", .software = kind == DeviceKind::cpu},
           .kind = kind,
-          .unfit = unfit};
+          .unsuitable = unsuitable};
 }
 
 const std::vector<Candidate> laptop{
@@ -52,7 +52,7 @@ TEST(DeviceChoice, AutoPrefersDiscreteThenIntegratedThenVirtualThenCpu) {
 
 TEST(DeviceChoice, AutoPassesOverUnfitDevices) {
   auto list = laptop;
-  list[2].unfit = list[3].unfit = "without timelineSemaphore";
+  list[2].unsuitable = list[3].unsuitable = "without timelineSemaphore";
   EXPECT_EQ(chosen("auto", list), 1u);
 }
 
@@ -92,7 +92,7 @@ TEST(DeviceChoice, AnUnfitDeviceIsRefusedWithItsReason) {
   const std::vector<Candidate> old{candidate("Old GPU", DeviceKind::discrete, "Vulkan 1.1.0, not 1.3")};
   for (const char* select : {"auto", "0", "old"}) {
     const std::string message = refusal(select, old);
-    EXPECT_NE(message.find("unfit: Vulkan 1.1.0, not 1.3"), std::string::npos) << message;
+    EXPECT_NE(message.find("unsuitable: Vulkan 1.1.0, not 1.3"), std::string::npos) << message;
     EXPECT_NE(message.find("install"), std::string::npos) << message;
   }
 }

@@ -102,8 +102,8 @@ TEST(DeviceOpen, ByIndexAndByPartOfItsName) {
   ASSERT_FALSE(devices.empty());
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const auto by_index = Device::open({.select = std::to_string(i)});
-    if (!by_index) {  // a device may be listed that does not fit
-      expect_text(by_index.error().message, "unfit");
+    if (!by_index) {  // open() refuses an unsuitable device
+      expect_text(by_index.error().message, "unsuitable");
       continue;
     }
     EXPECT_EQ(by_index.value()->info().name, devices[i].name);

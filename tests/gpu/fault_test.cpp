@@ -89,13 +89,13 @@ TEST_F(FaultTest, MemoryOfTheHostThatCanNotBeTakenInIsCopied) {
     const Buffer shared = std::move(made).value();
     memory.as<std::uint32_t>()[1] = 17;
     memory.as<std::uint32_t>()[2] = 0;
-    shared.push(0, size_bytes);
+    shared.flush(0, size_bytes);
     recorder_.begin();
     recorder_.copy(shared, 4, shared, 8, 4);
     recorder_.end();
     ASSERT_EQ(timeline_.wait(timeline_.submit(recorder_), test_timeout_ns), WaitResult::done);
     EXPECT_EQ(memory.as<std::uint32_t>()[2], 0u) << "it is no copy";
-    shared.pull(0, size_bytes);
+    shared.invalidate(0, size_bytes);
     EXPECT_EQ(memory.as<std::uint32_t>()[2], 17u);
   }
 }
@@ -148,7 +148,7 @@ TEST_F(FaultTest, LostWhenCreatingAPipeline) {
 
 TEST_F(FaultTest, LostWhereAPipelineIsCompiledByItsFirstDispatch) {
   make_work();
-  device().compile_late(true);
+  device().compile_on_first_dispatch(true);
   auto add = device().create_pipeline(test_shader_info(TestShader::add));
   ASSERT_TRUE(add.ok());
   auto words = device().create_buffer({.name = "added", .size_bytes = 256, .memory = Memory::readback});

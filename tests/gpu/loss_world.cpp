@@ -87,7 +87,7 @@ LossWorld::LossWorld(On device, DatabaseOptions options) {
   options.max_entities = 64;
   gpu::DeviceOptions device_options;
   if (device == On::failing_device) device_options.loader_library = FAULT_LOADER;
-  device_options.takes_in_host_memory = device != On::copying_device;
+  device_options.imports_host_memory = device != On::copying_device;
   auto opened = open_database(options, device_options);
   EXPECT_TRUE(opened.ok()) << opened.error().message;
   if (opened) database_ = std::move(opened).value();

@@ -45,9 +45,9 @@ std::vector<Ray> rays_down_to_a_floor(double size_m, double height_m, Random& ra
 }
 
 TEST_F(RayBounds, ARangeThatEndsAtAHitHoldsIt) {
-  for (const bool lanes_work_together : {true, false}) {
+  for (const bool use_subgroup_kernels : {true, false}) {
     for (const double size_m : {20.0, 2000.0, 20'000.0}) {
-      open({}, {.lanes_work_together = lanes_work_together});
+      open({}, {.use_subgroup_kernels = use_subgroup_kernels});
       create(row_of(add(make_rectangle(size_m, size_m))));
       Random random(110);
       for (const double height_m : {0.01, 1.5, 30.0}) {
@@ -66,7 +66,7 @@ TEST_F(RayBounds, ARangeThatEndsAtAHitHoldsIt) {
           from.back().lambda_min = hits[i].lambda;
         }
         SCOPED_TRACE(testing::Message()
-                     << size_m << " m, from " << height_m << " m, shuffles " << lanes_work_together);
+                     << size_m << " m, from " << height_m << " m, shuffles " << use_subgroup_kernels);
         EXPECT_EQ(differences(trace(*query, until), wanted), 0u);
         EXPECT_EQ(differences(trace(*query, from), wanted), 0u);
         EXPECT_EQ(differences(trace_beside(until, [](Ray& ray) { ray.lambda_max = 1e30f; }), wanted), 0u);
@@ -79,9 +79,9 @@ TEST_F(RayBounds, ARangeThatEndsAtAHitHoldsIt) {
 }
 
 TEST_F(RayBounds, TheNearestOfTwoThatAreCloseIsSoWhoeverRunsBeside) {
-  for (const bool lanes_work_together : {true, false}) {
+  for (const bool use_subgroup_kernels : {true, false}) {
     for (const double size_m : {200.0, 2000.0, 20'000.0}) {
-      open({}, {.lanes_work_together = lanes_work_together});
+      open({}, {.use_subgroup_kernels = use_subgroup_kernels});
       create(row_of(add(make_rectangle(size_m, size_m))));
       const GeometryId plate = add(make_rectangle(0.2, 0.2));
       Random random(1);

@@ -108,7 +108,7 @@ TEST_F(SharedEntries, AnswerAsLoneRays) {
     const auto rays = image(seed, seed % 2 == 0 ? 320 : 509, 4000);
     ASSERT_TRUE(query::run_side_by_side(rays)) << "seed " << seed;
     const auto together = trace_all(rays);
-    make(seed, far_m, {.lanes_work_together = false});
+    make(seed, far_m, {.use_subgroup_kernels = false});
     const auto alone = trace_all(rays);
     for (std::size_t kind = 0; kind < together.size(); ++kind) {
       for (std::size_t i = 0; i < rays.size(); ++i)
@@ -135,9 +135,9 @@ TEST_F(SharedEntries, AreThoseOfLoneRaysInAnyScene) {
     const std::size_t bodies = random.below(40);
     std::vector<Ray> rays;
     std::vector<std::vector<RayHit>> hits;
-    for (const bool lanes_work_together : {true, false}) {
+    for (const bool use_subgroup_kernels : {true, false}) {
       Random same(seed + 1);
-      open({}, {.lanes_work_together = lanes_work_together});
+      open({}, {.use_subgroup_kernels = use_subgroup_kernels});
       std::vector<GeometryId> geometries;
       for (const TriangleMesh& mesh : mixed_meshes(same))
         geometries.push_back(add(mesh));

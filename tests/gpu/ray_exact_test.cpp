@@ -58,8 +58,8 @@ TEST_F(RayTies, CoincidingTrianglesGiveTheLowest) {
 
 /// What rounding may have taken from the nearest hit is much where its triangle is large, and little of one a hair behind.
 TEST_F(RayTies, OfALargeTriangleWithASmallOneBehind) {
-  for (const bool lanes_work_together : {true, false}) {
-    open({}, {.lanes_work_together = lanes_work_together});
+  for (const bool use_subgroup_kernels : {true, false}) {
+    open({}, {.use_subgroup_kernels = use_subgroup_kernels});
     const TriangleMesh large{{{-3000, -3000, 0}, {3000, -3000, 0}, {0, 3000, 0}}, {{0, 1, 2}}};
     TriangleMesh both = large;
     for (const float z : {2e-5f, -2e-5f}) {
@@ -80,7 +80,7 @@ TEST_F(RayTies, OfALargeTriangleWithASmallOneBehind) {
     for (std::size_t i = 0; i < hits.size(); ++i) {
       if (hits[i].status != HitStatus::hit || hits[i].triangle != 0) continue;
       ++ties;
-      ASSERT_EQ(hits[i].entity, ids[0]) << "ray " << i << ", lanes work together: " << lanes_work_together;
+      ASSERT_EQ(hits[i].entity, ids[0]) << "ray " << i << ", lanes work together: " << use_subgroup_kernels;
     }
     EXPECT_GT(ties, 500u);
   }
@@ -462,8 +462,8 @@ TEST_F(RayExtremes, TinyAndHugeScales) {
 
 /// From the edge of the world a box that holds nothing, and is inside out, looks like any other: its slot is no child all the same.
 TEST_F(RayExtremes, EmptySlotsAreNotEnteredFromFarAway) {
-  for (const bool lanes_work_together : {true, false}) {
-    open({}, {.lanes_work_together = lanes_work_together});
+  for (const bool use_subgroup_kernels : {true, false}) {
+    open({}, {.use_subgroup_kernels = use_subgroup_kernels});
     create(row_of(add(make_sphere(0.5, 6))));
     Random random(12);
     const auto far_m = [&] { return (random.one_in(2) ? 1e5 : -1e5) * random.uniform(0.6, 1.0); };
@@ -473,7 +473,7 @@ TEST_F(RayExtremes, EmptySlotsAreNotEnteredFromFarAway) {
       rays.push_back(ray_from(from_m, 0.3 * random.direction() - from_m));
     }
     for (const RayHit& hit : trace(rays))
-      ASSERT_EQ(hit.status, HitStatus::hit) << "lanes work together: " << lanes_work_together;
+      ASSERT_EQ(hit.status, HitStatus::hit) << "lanes work together: " << use_subgroup_kernels;
   }
 }
 

@@ -128,7 +128,7 @@ TEST_F(RandomFirstHits, AgreeWithTheOracle) {
 
 /// As on a device whose lanes do not work together.
 TEST_F(RandomFirstHits, OfLoneLanesAgreeWithTheOracle) {
-  open({}, {.lanes_work_together = false});
+  open({}, {.use_subgroup_kernels = false});
   expect_those_of_the_oracle();
 }
 

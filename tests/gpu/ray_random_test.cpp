@@ -55,7 +55,7 @@ TEST_P(RandomRays, AgreeWithTheOracle) {
 
 /// As on a device whose lanes do not work together.
 TEST_P(RandomRays, OfLoneLanesAgreeWithTheOracle) {
-  open({}, {.lanes_work_together = false});
+  open({}, {.use_subgroup_kernels = false});
   fill(GetParam().world);
   expect_telling(ask_all_kinds(GetParam().rays / 4), 0.005);
 }
@@ -177,7 +177,7 @@ TEST_F(SameAnswers, WhoeverRunsBeside) {
     ASSERT_FALSE(query::run_side_by_side(apart));
     const auto beside = trace_as_each_kind(rays_);
     const auto by_lanes = trace_as_each_kind(apart);
-    make(entities, neighbours, {.lanes_work_together = false});
+    make(entities, neighbours, {.use_subgroup_kernels = false});
     const auto alone = trace_as_each_kind(rays_);
     for (std::size_t kind = 0; kind < beside.size(); ++kind) {
       EXPECT_EQ(differences(beside[kind], shuffled_back(by_lanes[kind], order)), 0u)

@@ -71,8 +71,8 @@ TEST_F(ThinTriangles, WithoutAreaAreHitByNobody) {
   const std::vector<Ray> rays = aimed_at(corners, 20, random);
   // A mesh of nothing else would be refused.
   corners.insert(corners.end(), {{900, 900, 900}, {901, 900, 900}, {900, 901, 900}});
-  for (const bool lanes_work_together : {true, false}) {
-    open({}, {.lanes_work_together = lanes_work_together});
+  for (const bool use_subgroup_kernels : {true, false}) {
+    open({}, {.use_subgroup_kernels = use_subgroup_kernels});
     create(row_of(add(mesh_of(corners))));
     expect_no_hits(rays);
   }

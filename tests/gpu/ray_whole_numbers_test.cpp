@@ -170,10 +170,11 @@ class WholeNumbers : public DatabaseTest {
 };
 
 TEST_F(WholeNumbers, NothingIsHitThatIsNotMetAndNothingNearerPassedBy) {
-  for (const bool lanes_work_together : {true, false}) {
+  for (const bool use_subgroup_kernels : {true, false}) {
     for (std::uint64_t seed = 0; seed < 12; ++seed) {
-      SCOPED_TRACE(testing::Message() << "seed " << seed << ", lanes work together: " << lanes_work_together);
-      open({}, {.lanes_work_together = lanes_work_together});
+      SCOPED_TRACE(testing::Message()
+                   << "seed " << seed << ", lanes work together: " << use_subgroup_kernels);
+      open({}, {.use_subgroup_kernels = use_subgroup_kernels});
       Random random(seed);
       strew(random);
       const std::vector<Ray> rays = draw(random, 8000);

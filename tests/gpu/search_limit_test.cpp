@@ -92,7 +92,7 @@ class LongSearches : public SearchLimits, public testing::WithParamInterface<Lan
 
 TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
   Random random(21);
-  open({}, {.lanes_work_together = GetParam() != Lanes::alone});
+  open({}, {.use_subgroup_kernels = GetParam() != Lanes::alone});
   const EntityId wall = create(row_of(add(make_box({50.0, 50.0, 1.0})), {0.0, 0.0, 20.5}));
   // Few entities are searched by a lane alone.
   if (GetParam() == Lanes::work_sharing)
@@ -160,7 +160,7 @@ TEST_P(LongSearches, FindAnyHitBeforeAndBehindWhatIsCostly) {
     for (const bool in_one_mesh : {false, true}) {
       Random random(21);
       std::vector<Ray> rays = LongSearches::rays(random, GetParam() == Lanes::packet);
-      open({}, {.lanes_work_together = GetParam() != Lanes::alone});
+      open({}, {.use_subgroup_kernels = GetParam() != Lanes::alone});
       TriangleMesh costly = thicket(random, 800'000);
       if (in_one_mesh)
         join(costly, wall, {0.0f, 0.0f, wall_z_m});
@@ -408,9 +408,9 @@ TEST_F(DeepTrees, NeighboursAreAnsweredAsEachAlone) {
 
 /// A body before or behind them shows the one side that is asked for, the heaps the other.
 TEST_F(DeepTrees, AnyHitBeforeAndBehindThemIsFound) {
-  for (const bool lanes_work_together : {false, true}) {
+  for (const bool use_subgroup_kernels : {false, true}) {
     for (const double body_z_m : {-3.0, 3.0}) {
-      open({}, {.lanes_work_together = lanes_work_together});
+      open({}, {.use_subgroup_kernels = use_subgroup_kernels});
       fill(9, 64);
       create(row_of(add(make_box({1.0, 1.0, 1.0})), {0.5, 0.1, body_z_m}));
       for (const Faces faces : {Faces::front, Faces::back}) {
@@ -438,9 +438,9 @@ TEST_F(DeepTrees, WhatWasPutAsideIsComeBackTo) {
   }
   ASSERT_FALSE(query::run_side_by_side(rays));
   std::vector<RayHit> hits[2];
-  for (const bool lanes_work_together : {false, true}) {
+  for (const bool use_subgroup_kernels : {false, true}) {
     for (const int turned : {10, 20}) {
-      open({}, {.lanes_work_together = lanes_work_together});
+      open({}, {.use_subgroup_kernels = use_subgroup_kernels});
       fill(21, 9, turned);
       for (const RayMode mode : {RayMode::closest, RayMode::any}) {
         for (const Faces faces : {Faces::front, Faces::back}) {
@@ -448,7 +448,7 @@ TEST_F(DeepTrees, WhatWasPutAsideIsComeBackTo) {
               RayQueryOptions{.name = "one side", .capacity = 160, .mode = mode, .faces = faces});
           ASSERT_TRUE(query.ok());
           const auto some = trace(*query.value(), rays);
-          auto& all = hits[lanes_work_together ? 1 : 0];
+          auto& all = hits[use_subgroup_kernels ? 1 : 0];
           all.insert(all.end(), some.begin(), some.end());
         }
       }

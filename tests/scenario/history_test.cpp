@@ -102,9 +102,9 @@ TEST_F(TwoBlocks, WhatCanNotBeAnsweredIsRefusedWithItsReason) {
     EXPECT_NE(said.find(words), std::string::npos) << said;
   };
   says(refusal({"near", "pst", "--at", "1s"}), "no entity 'pst'; did you mean 'post'?");
-  says(refusal({"near", "7.1", "--at", "1s"}), "'7.1' is not in the world then");
-  says(refusal({"near", "post", "--at", "4.001s"}), "the run was over after 4 s, and asked is 4.001 s");
-  says(refusal({"near", "post", "--at", "-1s"}), "a run begins at 0 s, and asked is -1 s");
+  says(refusal({"near", "7.1", "--at", "1s"}), "'7.1' does not exist at that time");
+  says(refusal({"near", "post", "--at", "4.001s"}), "the time 4.001 s lies after the end of the run at 4 s");
+  says(refusal({"near", "post", "--at", "-1s"}), "the time -1 s lies before the begin of the run at 0 s");
   says(refusal({"near", "post", "--at", "1"}), "no unit");
   says(refusal({"near", "post", "--at", "1s", "--until", "2s"}), "need each other");
   says(refusal({"near", "post", "--at", "1s", "--until", "2s", "--every", "0s"}), "is not above zero");
@@ -116,8 +116,8 @@ TEST_F(TwoBlocks, WhatCanNotBeAnsweredIsRefusedWithItsReason) {
   says(refusal({"near", "post", "--at", "1s", "--within", "101km"}), "no world is larger");
   says(refusal({"near", "post", "--at", "1s", "--from", "nan,0,0"}), "--from: not every number is finite");
   says(refusal({"near", "post", "--at", "1s", "--until", "5s", "--every", "3s"}),
-       "the run was over after 4 s");
-  says(refusal({"near", "post", "--at", "9223372036.8s"}), "no run lasts as long");
+       "the end of the run at 4 s");
+  says(refusal({"near", "post", "--at", "9223372036.8s"}), "is longer than any run");
   says(refusal({"region", "--at", "1s"}), "give one of --sphere and --box");
   says(refusal({"region", "--sphere", "0,0,0,-1", "--at", "1s"}),
        "--sphere: a size of -1.000000 m is negative");
@@ -150,13 +150,14 @@ TEST_F(TwoBlocks, WhatTheLogLacksIsNotMadeUp) {
   const auto write_report = [&] { write_text(out() + "/report.json", report::with_checksum(report.dump())); };
   report["database_log"]["latest_version"] = 7;
   write_report();
-  EXPECT_NE(refusal({"near", "post", "--at", "1s"}).find("the run went on to version 7"), std::string::npos);
+  EXPECT_NE(refusal({"near", "post", "--at", "1s"}).find("the run continued to version 7"),
+            std::string::npos);
   EXPECT_EQ(run_hil({"history", out(), "near", "post", "--at", "0s"}).code, 0) << "of that time all is known";
   report["database_log"]["durable_version"] = 7;
   write_report();
   const Ended verified = run_hil({"db", "verify", out()});
   EXPECT_EQ(verified.code, 4);
-  EXPECT_NE(verified.output.find("by the run's report version 7 was on disk"), std::string::npos)
+  EXPECT_NE(verified.output.find("according to the run's report version 7 was on disk"), std::string::npos)
       << verified.output;
   EXPECT_NE(refusal({"near", "post", "--at", "0s"}, 4).find(" to 7 are missing"), std::string::npos);
   report["database_log"]["durable_version"] = durable;

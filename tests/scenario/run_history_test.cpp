@@ -91,7 +91,7 @@ TEST(RunHistory, OfARunThatIsUnderWayAndOfOneThatWasKilled) {
     const Ended near = run_hil({"history", out, "near", "post", "--within", "50m", "--at", "1s"});
     EXPECT_EQ(near.code, 0) << when << near.errors;
     EXPECT_NE(near.output.find("block       16.000"), std::string::npos) << when << near.output;
-    EXPECT_NE(near.errors.find("without a report of the run nothing tells how long it went on"),
+    EXPECT_NE(near.errors.find("the run left no report, so it is unknown how long it continued"),
               std::string::npos)
         << when << near.errors;
   };

@@ -1,5 +1,5 @@
 #pragma once
-// What the tests of this room share: clocks, sockets without libmodbus, a server that does what a script
+// What the tests of this folder share: clocks, sockets without libmodbus, a server that does what a script
 // says, processes.
 
 #include <gtest/gtest.h>

@@ -135,7 +135,7 @@ TEST(ClientDevice, ExchangeWithoutAReleaseMovesNothing) {
   EXPECT_EQ(pair.client->counters().requests, before);
 }
 
-TEST(ClientDevice, OnlyWhatChangedIsWrittenUnlessToldOtherwise) {
+TEST(ClientDevice, WritesChangedRegistersOnlyByDefault) {
   const std::vector<double> values{1, 2, 0, 1};
   for (const bool write_unchanged : {false, true}) {
     Pair pair(Pacing::lockstep, {.write_unchanged = write_unchanged});

@@ -41,7 +41,7 @@ TEST(ClientFaults, ASilentServerIsATimeOut) {
         connection.receive();
         connection.receive();  // waits for the client to give up
       },
-      true, "writing holding 0: no whole reply within 30 ms");
+      true, "writing holding 0: no complete reply within 30 ms");
 }
 
 TEST(ClientFaults, AServerKilledMidReplyIsAnError) {
@@ -62,7 +62,7 @@ TEST(ClientFaults, ASlowLorisIsBoundedByTheResponseTimeOut) {
           std::this_thread::sleep_for(milliseconds(10));  // whole after 120 ms, each gap far below the limit
         }
       },
-      true, "no whole reply within 30 ms");
+      true, "no complete reply within 30 ms");
 }
 
 TEST(ClientFaults, AWrongTransactionIdIsNoAnswer) {
@@ -153,7 +153,7 @@ TEST(ClientFaults, NoiseIsNoAnswer) {
 TEST(ClientFaults, AHalfOpenConnectionIsNoticed) {
   // The server accepts and goes away without a word, as after a power cut: nothing is read, nothing answered.
   expect_one_lost_exchange([](FakeConnection&) { std::this_thread::sleep_for(milliseconds(60)); }, true,
-                           "no whole reply within 30 ms");
+                           "no complete reply within 30 ms");
 }
 
 /// The reply to each request comes after the time-out, with the value of the request's order. No reply may

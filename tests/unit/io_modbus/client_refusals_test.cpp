@@ -106,7 +106,7 @@ TEST(ClientRefusals, AReadAcrossAGapThatIsRefusedIsSplitAndStaysSplit) {
   client.stop();
 }
 
-TEST(ClientRefusals, NoReadCrossesAGapUnlessItIsTold) {
+TEST(ClientRefusals, ReadsCrossGapsOnlyIfAllowed) {
   FakeServer server([](FakeConnection& connection, int) { behave_with_gaps(connection); });
   bench::HandClock clock;
   ClientDevice client(patient(server.port()), with_gaps());

@@ -154,7 +154,7 @@ TEST(ServerDevice, LockstepMovesOnlyInExchange) {
   device.stop();
 }
 
-TEST(ServerDevice, AnInputGoesStaleOnlyWhenTold) {
+TEST(ServerDevice, InputsAgeOnlyWithMaxAge) {
   for (const milliseconds max_age : {milliseconds(0), milliseconds(30)}) {
     Served served({.name = "panel", .max_age = max_age});
     RawClient client(served.device.port());

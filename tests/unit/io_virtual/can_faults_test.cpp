@@ -1,5 +1,5 @@
-// A CAN device on a virtual bus that drops, corrupts and delays frames on purpose: what is counted, and what the
-// log shows.
+// A CAN device on a virtual bus that drops, corrupts and delays frames on purpose: what is counted, and what
+// the log shows.
 
 #include <gtest/gtest.h>
 #include <unistd.h>

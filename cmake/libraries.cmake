@@ -1,10 +1,10 @@
-# A room is one folder with one library target. Its headers are seen only by targets that name the room in USES:
-# each room has an include root of its own (a link farm in the build tree), so a wrong arrow does not compile.
-# Headers are included by their path in the repository: #include "rtstdb/gpu/device.hpp".
+# A library is one folder with one target. Only targets that name the library in USES see its headers: each
+# library has an include root of its own (a folder of symbolic links in the build tree), so a wrong dependency
+# does not compile. Headers are included by their path in the repository: #include "rtstdb/gpu/device.hpp".
 
-# What most sources include is compiled once, and up to eight sources as one: a third of the time that they take alone. Not in
-# the dev preset: its tree is also for ccache and tools that can not read GCC's precompiled headers, few sources are compiled
-# behind a change, and a source that lacks an include is found.
+# With HIL_COMPILE_TOGETHER, headers that most sources include are precompiled and up to eight sources are
+# compiled as one. The dev preset leaves it off: tools that can not read GCC's precompiled headers use its
+# tree, a change recompiles few sources, and a source that lacks an include does not compile.
 function(hil_precompile name collection)
   if(NOT HIL_COMPILE_TOGETHER)
     return()
@@ -25,8 +25,8 @@ function(hil_precompile name collection)
   target_precompile_headers(${name} REUSE_FROM ${collection})
 endfunction()
 
-# Several sources of a target as one, but for those that are named `separate`: they have names of their own in common with others, or
-# a test has another one in their place (hil_broken in tests/torture).
+# Compiles several sources of a target as one, except those in `separate`: their file-local names collide with
+# those of other sources, or a test replaces them (hil_broken in tests/torture).
 function(hil_compile_as_one name separate)
   if(HIL_COMPILE_TOGETHER)
     set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
@@ -34,25 +34,29 @@ function(hil_compile_as_one name separate)
   endif()
 endfunction()
 
-#   SEPARATE  those of its sources that are not compiled as one with others
-function(hil_room name)
-  cmake_parse_arguments(ROOM "" "PATH" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
-  set(root ${PROJECT_BINARY_DIR}/rooms/${name})
-  get_filename_component(parent ${ROOM_PATH} DIRECTORY)
+# Declares the library of folder PATH.
+#   SOURCES   its sources; a library without sources has headers alone
+#   SEPARATE  sources that are compiled alone
+#   USES      libraries of this project whose headers it sees
+#   LIBS      libraries of others
+function(hil_library name)
+  cmake_parse_arguments(LIBRARY "" "PATH" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
+  set(root ${PROJECT_BINARY_DIR}/libraries/${name})
+  get_filename_component(parent ${LIBRARY_PATH} DIRECTORY)
   file(REMOVE_RECURSE ${root})  # a stale link would be written through
   file(MAKE_DIRECTORY ${root}/${parent})
-  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${ROOM_PATH} ${root}/${ROOM_PATH} SYMBOLIC)
-  if(ROOM_SOURCES)
-    add_library(${name} STATIC ${ROOM_SOURCES})
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${LIBRARY_PATH} ${root}/${LIBRARY_PATH} SYMBOLIC)
+  if(LIBRARY_SOURCES)
+    add_library(${name} STATIC ${LIBRARY_SOURCES})
     target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${root}>)
-    target_link_libraries(${name} PRIVATE hil_compile_options PUBLIC ${ROOM_USES} ${ROOM_LIBS})
+    target_link_libraries(${name} PRIVATE hil_compile_options PUBLIC ${LIBRARY_USES} ${LIBRARY_LIBS})
     set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-    hil_precompile(${name} hil_room_headers)
-    hil_compile_as_one(${name} "${ROOM_SEPARATE}")
+    hil_precompile(${name} hil_library_headers)
+    hil_compile_as_one(${name} "${LIBRARY_SEPARATE}")
   else()
     add_library(${name} INTERFACE)
     target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${root}>)
-    target_link_libraries(${name} INTERFACE ${ROOM_USES} ${ROOM_LIBS})
+    target_link_libraries(${name} INTERFACE ${LIBRARY_USES} ${LIBRARY_LIBS})
   endif()
 endfunction()
 
@@ -64,7 +68,7 @@ endfunction()
 #   RUNNER   a program that sets the stage: the whole of it then runs as one test, RUNNER PROGRAM
 #   PREFIX   stands before the tests' names where another program has tests of the same; ctest would give both the properties
 #            of one of them. Those of torture have "Long/".
-#   SEPARATE as for rooms
+#   SEPARATE as for hil_library
 #   TIMEOUT  in seconds, 300 unless told; three times as long with sanitizers. It ends what hangs, on slow machines too.
 # The target hil_tests_<label> builds all programs of a label; what sanitizers take is told in tools/test.
 function(hil_test name)
