@@ -1,5 +1,5 @@
-// The public face put together: a device, the executor that answers queries on it, and the engine that orders
-// transactions.
+// Implements Database: it connects the query executor with its device, the transaction engine, the log, and
+// the follower of standing queries.
 
 #include <pthread.h>
 
@@ -40,9 +40,9 @@ constexpr bool validation_default = true;
 constexpr bool validation_default = false;
 #endif
 
-/// The driver makes its threads while the device opens, and threads inherit scheduling: a software device
-/// then computes with real-time priority, below the database's own thread. Where that is refused the engine
-/// says so.
+/// Opens the device on a thread with real-time priority below that of the engine thread. The driver creates
+/// its threads meanwhile, and they inherit the priority, so a software device computes with it. If the
+/// priority is refused, the engine reports that for its own threads.
 Result<std::unique_ptr<gpu::Device>> open_device(const gpu::DeviceOptions& options, int thread_priority) {
   std::optional<Result<std::unique_ptr<gpu::Device>>> device;
   std::exception_ptr failure;
@@ -62,7 +62,7 @@ Result<std::unique_ptr<gpu::Device>> open_device(const gpu::DeviceOptions& optio
   return std::move(*device);
 }
 
-/// Where not even a sentence fits; this does without memory of its own.
+/// Falls back to a message that is short enough to need no allocation.
 Error out_of_memory(std::string_view what, std::string_view name, std::string_view why) noexcept {
   try {
     std::string sentence(what);
@@ -73,7 +73,7 @@ Error out_of_memory(std::string_view what, std::string_view name, std::string_vi
   }
 }
 
-/// Setup answers with an error when memory runs out; the tick allocates nothing.
+/// Executes `work`; returns an Error if memory runs out or no thread can be created.
 template <class Value, class Work>
 Result<Value> unless_out_of_memory(std::string_view what, std::string_view name, const Work& work) noexcept {
   try {
@@ -85,7 +85,7 @@ Result<Value> unless_out_of_memory(std::string_view what, std::string_view name,
   }
 }
 
-/// None: nothing is to survive.
+/// Null: the options name no directory.
 Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& options) {
   const std::filesystem::path& directory = options.durability.directory;
   if (directory.empty()) return std::unique_ptr<transaction::CommitLog>();
@@ -102,14 +102,14 @@ Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& 
   return opened;
 }
 
-/// A geometry as it was added.
+/// A geometry with its mesh as it was added.
 struct Added {
   std::shared_ptr<const TriangleMesh> mesh;
   std::string name;
   bool deforms = false;
 };
 
-/// Brings what a log told of to the device, in its order.
+/// Adds the recovered geometries to the device, in the order of their ids.
 Result<std::vector<Added>> add_recovered(const log::World& world, query::GpuExecutor& executor) {
   std::vector<Added> known;
   for (const log::WorldGeometry& geometry : world.geometries) {
@@ -129,7 +129,7 @@ constexpr Nanoseconds longest_wait_for_log{10'000'000'000};
 
 class DatabaseImpl final : public Database {
  public:
-  /// `known`: what the log told of, on the device already. `past`: see EngineOptions.
+  /// `known`: recovered geometries, already on the device. `past`: see EngineOptions.
   DatabaseImpl(std::unique_ptr<query::GpuExecutor> executor, const DatabaseOptions& options,
                std::unique_ptr<transaction::CommitLog> log, std::vector<Added> known,
                std::function<void(store::Store&)> past)
@@ -305,7 +305,7 @@ class DatabaseImpl final : public Database {
 
   Result<GeometryId> add_valid(const TriangleMesh& mesh, std::string_view name,
                                const GeometryOptions& options) {
-    // Held over both, so that meshes stand in the order of their ids.
+    // Held until the mesh is in the list, so that meshes are in the order of their ids.
     const std::lock_guard lock(adding_mutex_);
     Added copy{std::make_shared<const TriangleMesh>(mesh), std::string(name), options.deforms};
     {
@@ -329,7 +329,7 @@ class DatabaseImpl final : public Database {
       added.emplace(unless_out_of_memory<GeometryId>(
           "it", {}, [&] { return executor_->add_geometry(copy.mesh, options); }));
       if (!*added) return;
-      // Before any version can be read that names it.
+      // Before any version that uses the geometry can be read.
       follower_.add_geometry(executor_->last_bounds(), options.deforms);
       if (shapes != nullptr) {
         engine_.keep_shapes(added->value(), std::move(shapes));
@@ -386,7 +386,7 @@ class DatabaseImpl final : public Database {
   standing::Follower follower_;
 };
 
-/// With a stretch of the past, or none.
+/// `stretch`: the range of a history; null: a live database.
 Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu::DeviceOptions device,
                                             log::Stretch* stretch) {
   return unless_out_of_memory<std::unique_ptr<Database>>(

@@ -19,7 +19,7 @@ Error no_database(const std::filesystem::path& directory) {
   return {ErrorCode::file, directory.string() + ": there is no database's log"};
 }
 
-/// Room for the stretch and no more.
+/// Sets the capacities of the options to what the range needs.
 Result<void> make_room(DatabaseOptions& options, log::Stretch& stretch) {
   std::uint64_t changes = 1;
   std::size_t entities = std::max<std::size_t>(stretch.begin.rows.size(), 1);

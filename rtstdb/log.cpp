@@ -33,7 +33,7 @@ LogWrite::Kind kind_of(store::WriteKind kind) {
   return LogWrite::Kind::remove;
 }
 
-/// From the log's words to the caller's.
+/// Converts the internal types of the log into the public ones.
 class Telling final : public log::ChronicleListener {
  public:
   explicit Telling(LogListener& listener) : listener_(listener) {}

@@ -1,5 +1,5 @@
 #pragma once
-// A database that begins and ends with a stretch of a log.
+// A read-only database that holds a range of versions of a log (rtstdb/history.hpp).
 
 #include <memory>
 
@@ -9,7 +9,7 @@
 
 namespace rtstdb {
 
-/// The options have room for the stretch.
+/// The options must have room for the range.
 Result<std::unique_ptr<Database>> open_past(const DatabaseOptions& options, log::Stretch stretch);
 
 }  // namespace rtstdb

@@ -8,7 +8,7 @@
 namespace rtstdb::store {
 namespace {
 
-/// Where the shape lies that is `age` shapes older than the newest.
+/// The slot of the shape that is `age` shapes older than the newest.
 std::size_t slot_of(const ShapeHistory::Kept& kept, std::size_t age) noexcept {
   return (kept.newest + kept.versions.size() - age) % kept.versions.size();
 }

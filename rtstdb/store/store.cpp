@@ -40,7 +40,7 @@ BadInput time_out_of_limits(WorldTime time) {
   return refusal(BadInputReason::out_of_limits, seconds(time));
 }
 
-/// What is left where an entity was removed.
+/// The state of an index whose entity was removed.
 EntityState nobody(EntityId last) {
   EntityState state;
   state.id.generation = last.generation;
@@ -337,7 +337,6 @@ std::optional<BadInput> Store::check_shape(const ShapeWrite& write) const noexce
   return check_positions(write.positions_m);
 }
 
-/// Takes back the staged shapes too.
 void Store::unwind(std::size_t count) noexcept {
   for (const ShapeWrite& write : staged_->shapes)
     if (write.geometry.index < staged_shape_.size()) staged_shape_[write.geometry.index] = 0;

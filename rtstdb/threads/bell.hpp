@@ -1,5 +1,9 @@
 #pragma once
-// One thread sleeps, others wake it when there is something to look at. Ringing neither allocates nor waits.
+// An event count: one thread sleeps until another thread has notified it. To notify neither allocates nor
+// blocks.
+//
+// The sleeping thread reads heard(), then looks for work, and sleeps only if nothing was notified since that
+// reading, so that no notification is lost.
 
 #include <atomic>
 #include <cstdint>
@@ -11,11 +15,12 @@ namespace rtstdb::threads {
 class Bell {
  public:
   void ring() noexcept {
-    // Pairs with sleep_unless_rung: either the ring is heard there or the sleeper is seen here.
+    // Pairs with sleep_unless_rung by sequential consistency: either that sees the new count, or this sees
+    // the sleeper.
     rung_.fetch_add(1, std::memory_order_seq_cst);
     if (asleep_.load(std::memory_order_seq_cst)) futex_wake_all(&rung_);
   }
-  /// The one thread: before it looks at what there is.
+  /// The sleeping thread calls it before it looks for work.
   std::uint32_t heard() const noexcept { return rung_.load(std::memory_order_seq_cst); }
   void sleep_unless_rung(std::uint32_t heard) noexcept {
     asleep_.store(true, std::memory_order_seq_cst);

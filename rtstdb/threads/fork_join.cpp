@@ -12,7 +12,8 @@ ForkJoin::ForkJoin(int priority) {
   const SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { lend_a_hand(); });
   pthread_setname_np(thread_.native_handle(), "rtstdb second");
-  // In any case: a thread inherits its creator's policy. The thread that waits for this one gets the same answer.
+  // Set in any case, since a thread inherits its creator's policy. A refusal is reported for the calling
+  // thread, which requests the same priority.
   const sched_param parameters{.sched_priority = priority};
   pthread_setschedparam(thread_.native_handle(), priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameters);
 }
@@ -34,7 +35,8 @@ void ForkJoin::share(Loop&& loop) noexcept {
   open_.store(&loop);
   bell_.ring();
   loop.take_blocks(0);
-  // Either the other thread is seen inside here, or it finds no loop any more: both first store, then load what the other stores.
+  // Both threads store first and then load what the other stores, so either this sees the helper inside, or
+  // the helper sees no loop.
   open_.store(nullptr);
   wait_for_the_other();
 }

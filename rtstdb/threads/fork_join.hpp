@@ -1,8 +1,9 @@
 #pragma once
-// A second thread for loops of one's own: both take blocks of the loop until none is left. Where the other thread does not come to
-// run, the caller does it all; what the other has begun is waited for.
+// A helper thread for loops: it and the calling thread take blocks of the loop until none is left. If the
+// helper does not get a processor, the caller executes all blocks; the caller waits for blocks that the
+// helper has begun.
 //
-// Threads: one, which makes it too; the loop's body is called on it and on the other.
+// Threads: one calls each, and constructs the object; the body of the loop runs on it and on the helper.
 
 #include <atomic>
 #include <cstdint>
@@ -14,17 +15,18 @@ namespace rtstdb::threads {
 
 class ForkJoin {
  public:
-  /// `priority`: SCHED_FIFO, as of the thread that waits for this one; 0, or where it is refused: ordinary. Throws
-  /// std::system_error when there can be no thread.
+  /// `priority`: SCHED_FIFO priority of the helper, that of the calling thread; 0, or if it is refused:
+  /// ordinary scheduling. Throws std::system_error if no thread can be created.
   explicit ForkJoin(int priority);
   ~ForkJoin();
   ForkJoin(const ForkJoin&) = delete;
   ForkJoin& operator=(const ForkJoin&) = delete;
 
-  /// Who calls the body: 0 is the caller's own thread, 1 the other.
+  /// Number of threads. Thread 0 is the caller's, 1 the helper.
   static constexpr std::uint32_t hands = 2;
-  /// Calls body(block, hand) once for each block below `count` and returns when all calls have; what they did is seen then. The
-  /// body does not throw. Neither allocates nor takes a lock.
+  /// Calls body(block, hand) once for each block below `count`, where `hand` is the thread, and returns when
+  /// all calls have returned; their effects are visible then. The body must not throw. Neither allocates nor
+  /// takes a lock.
   template <class Body>
   void each(std::uint32_t count, const Body& body) noexcept {
     share(
@@ -48,8 +50,9 @@ class ForkJoin {
 
   Bell bell_;
   std::atomic<bool> closing_{false};
-  std::atomic<Loop*> open_{nullptr};  // takes in who comes
-  /// Where the other thread is: at no loop, at one perhaps, or at one that the caller sleeps for.
+  std::atomic<Loop*> open_{nullptr};  // the loop that the helper may enter
+  /// The helper: outside any loop, possibly inside one, or inside one while the caller sleeps until it
+  /// leaves.
   enum Other : std::uint32_t { outside, inside, waited_for };
   std::atomic<std::uint32_t> other_{outside};
   std::thread thread_;
