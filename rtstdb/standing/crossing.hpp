@@ -1,12 +1,15 @@
 #pragma once
-// The first instant at which a gap changes its sign for good enough, by halving intervals in which it may, the earlier half first.
+// Root finding: the first instant at which a function of time changes its sign by more than its noise.
+// Intervals that may contain a change are halved, the earlier half first.
 //
 // A Gap is a function of time that knows on which side of a border it is and how fast it can change:
-//     Look at(ns)                        what it is at an instant; Look has `ns`
-//     bool inside(look)                  its side of the border
-//     bool beyond(look, member)          whether it is certainly on the other side than a member / no member: past its noise
-//     bool stays(a, b, member)           true only if it is beyond nowhere within the interval
-// Who rests on the border, within the noise, stays what it was. The instant is that of the sign, not of the noise's end.
+//     Look at(ns)                        its value at an instant; Look has a member `ns`
+//     bool inside(look)                  whether the value is on the inner side
+//     bool beyond(look, member)          whether the value is on the other side than a member (or non-member)
+//                                        should be, by more than the noise
+//     bool stays(a, b, member)           true only if it is beyond nowhere in the interval
+// A value within the noise of the border leaves the state unchanged. The reported instant is that of the
+// change of sign, not that at which the noise is exceeded.
 
 #include <array>
 #include <cstddef>
@@ -22,17 +25,18 @@ namespace rtstdb::standing {
 
 struct Crossing {
   enum class What : std::uint8_t {
-    none,       ///< nothing until ns, the end
-    flip,       ///< at ns: the first nanosecond of the other state
-    undecided,  ///< nothing until ns; many looks were taken, go on from there
+    none,       ///< no crossing up to ns, the end of the interval
+    flip,       ///< a crossing at ns, the first nanosecond of the other state
+    undecided,  ///< no crossing up to ns; the search reached max_looks and has to be continued from there
   } what = What::none;
   std::int64_t ns = 0;
 };
 
-/// So many looks are taken at once: some milliseconds.
+/// Evaluations of the function in one search, which then takes at most some milliseconds.
 inline constexpr int max_looks = 2048;
 
-/// Looks that come later, the next one on top. They are made when they are pushed: there is room for more than most searches need.
+/// A stack of evaluations, the earliest on top. Elements are constructed when they are pushed, since most
+/// searches use few.
 template <class Look, std::size_t most>
 class LookStack {
   static_assert(std::is_trivially_destructible_v<Look>);
@@ -55,7 +59,8 @@ class LookStack {
   std::size_t count_ = 0;
 };
 
-/// The last change of sign before `beyond_ns`, where the gap is on the other side; at `old_ns` its sign is still the old one.
+/// Bisects to the first nanosecond of the new sign: the function has its old sign at `old_ns` and the new one
+/// at `beyond_ns`.
 template <class Gap>
 std::int64_t change_of_sign(const Gap& gap, std::int64_t old_ns, std::int64_t beyond_ns, bool member) {
   while (beyond_ns - old_ns > 1) {
@@ -65,13 +70,14 @@ std::int64_t change_of_sign(const Gap& gap, std::int64_t old_ns, std::int64_t be
   return beyond_ns;
 }
 
-/// Within (from_ns, to_ns]; a flip within its noise of the beginning is at from_ns.
+/// Searches (from_ns, to_ns]. If the value is already within the noise of the new side at from_ns, the
+/// crossing is at from_ns.
 template <class Gap>
 Crossing first_flip(const Gap& gap, std::int64_t from_ns, std::int64_t to_ns, bool member) {
   using Look = typename Gap::Look;
   RTSTDB_ASSERT(from_ns <= to_ns);
   if (from_ns == to_ns) return {Crossing::What::none, to_ns};
-  LookStack<Look, 66> later;  // intervals get half as long each: 63 at most
+  LookStack<Look, 66> later;  // each interval is half as long as the one before: at most 63
   later.push(gap.at(to_ns));
   Look before = gap.at(from_ns);
   std::optional<std::int64_t> old_ns;

@@ -46,7 +46,8 @@ double SquaredDistance::value_of_same_corner_m2(const Look& look, const Look& ch
 }
 
 SquaredDistance::Leaves SquaredDistance::leaves(const Look& a, const Look& b) const noexcept {
-  // d^2'' = 2 |d'|^2 + 2 d . d''. A centre is looked at from the point, a box the other way round, where it is at rest.
+  // d^2'' = 2 |d'|^2 + 2 d . d''. A centre is taken in the frame of the point; a box in its own frame, in
+  // which it is at rest.
   const RelativeMotion::Bounds moves = entity_.is_point ? motion_.of_seen(a.view, b.view, entity_reach_m_)
                                                         : motion_.from_seen(a.view, b.view, point_reach_m_);
   const double farthest_m = std::sqrt(std::max(glm::dot(a.view.apart_m, a.view.apart_m),
@@ -80,7 +81,7 @@ Nearer::Look Nearer::at(std::int64_t ns) const noexcept {
   look.challenger = challenger_.at(ns);
   look.holder = holder_.at(ns);
   look.value_m2 = look.challenger.value_m2 - look.holder.value_m2 - bias_m2_;
-  // In square metres, what noise_m is at these distances.
+  // The noise of the squared distances that corresponds to noise_m.
   look.noise_m2 = 1e-18 + noise_m_ * (std::sqrt(look.challenger.value_m2) + std::sqrt(look.holder.value_m2));
   return look;
 }

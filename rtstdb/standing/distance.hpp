@@ -1,9 +1,10 @@
 #pragma once
-// Squared distances of an entity from a point, as both move; who is within a radius of it, and who of two is nearer: Gaps for
-// crossing.hpp. A squared distance has a continuous slope, also to a box. Within an interval of length h it lies below its chord by
-// at most down h^2 / 8 and above it by at most up h^2 / 8.
+// Squared distances between an entity and a point, both moving, and two Gaps for crossing.hpp: whether an
+// entity is within a radius, and which of two entities is nearer. A squared distance has a continuous
+// derivative, to a box too. Over an interval of length h it is at most down h^2 / 8 below its chord, and at
+// most up h^2 / 8 above it.
 //
-// Pure: any thread, no allocation.
+// Threads: pure; no allocation.
 
 #include <glm/ext/vector_double3.hpp>
 
@@ -15,27 +16,28 @@
 namespace rtstdb::standing {
 
 enum class Measure : std::uint8_t {
-  nearest,   ///< to the box; zero inside
-  farthest,  ///< to the corner that is farthest
+  nearest,   ///< to the nearest point of the box; zero inside
+  farthest,  ///< to the farthest corner of the box
 };
 
 class SquaredDistance {
  public:
-  /// `motion`: of the entity, seen from the frame that carries the point.
+  /// `motion`: the entity relative to the frame of the point.
   SquaredDistance(const RelativeMotion& motion, const glm::dvec3& point_m, const EntityBox& entity,
                   Measure measure) noexcept;
 
   struct Look {
     std::int64_t ns = 0;
     RelativeMotion::View view;
-    glm::dvec3 beside_m{0.0};  ///< the point seen from the box's centre, in its axes
+    glm::dvec3 beside_m{0.0};  ///< from the box's centre to the point, in the box's axes
     double value_m2 = 0.0;
   };
   Look at(std::int64_t ns) const noexcept;
-  /// To the corner that is farthest at the other look.
+  /// The squared distance at `look` to the corner that is farthest at `chosen_at`.
   double value_of_same_corner_m2(const Look& look, const Look& chosen_at) const noexcept;
   Measure measure() const noexcept { return measure_; }
 
+  /// Bounds of the second derivative that limit the distance from the chord.
   struct Leaves {
     double down = 0.0, up = 0.0;  ///< m^2 / s^2
   };
@@ -50,7 +52,7 @@ class SquaredDistance {
   double entity_reach_m_, point_reach_m_;
 };
 
-/// Whether the entity is within a radius, the border counting.
+/// Whether the entity is within a radius, border included.
 class WithinRadius {
  public:
   WithinRadius(const SquaredDistance& distance, double radius_m, double noise_m) noexcept
@@ -72,11 +74,11 @@ class WithinRadius {
   double in_m2_, border_m2_, out_m2_;
 };
 
-/// Distances up to this are as good as none.
+/// Distances up to this count as zero.
 inline constexpr double touching_m = 4e-9;
 
-/// Whether one entity is nearer than another: "a member" is the one that is. Where both are as good as touched by the point, the one
-/// with the lower index.
+/// Whether the challenger is nearer than the holder; it is "a member" if it is. If the point touches both
+/// (touching_m), the entity with the lower index is nearer.
 class Nearer {
  public:
   Nearer(const SquaredDistance& challenger, const SquaredDistance& holder, bool lower_index,

@@ -25,7 +25,7 @@ std::string named(const StandingOptions& options) {
 
 }  // namespace
 
-/// What the user has: lets go of the watch before that goes.
+/// The user's object. Its destructor unregisters the watch and then destroys it.
 class Follower::Handle final : public StandingQuery {
  public:
   Handle(Follower& follower, std::unique_ptr<Watch> watch) : follower_(follower), watch_(std::move(watch)) {}
@@ -85,7 +85,8 @@ void Follower::begin_thread() {
   if (thread_.joinable()) return;
   feed_.make_room(options_.feed_capacity);
   engine_.listen(&feed_);
-  // It inherits what its creator has: signals are the program's business, and priority the tick's.
+  // A thread inherits signal mask and priority of its creator. Signals are for the program's threads, and
+  // real-time priority is for the tick.
   const threads::SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run(); });
   pthread_setname_np(thread_.native_handle(), "rtstdb follower");
@@ -197,7 +198,7 @@ void Follower::each(Use use) noexcept {
 bool Follower::follow_one_version() {
   if (!feed_.take_version(changes_)) return false;
   const VersionInfo version = changes_.front().version;
-  if (version.version <= mirror_.version().version) return true;  // read whole before
+  if (version.version <= mirror_.version().version) return true;  // already included
   each([&](Watch& watch) { watch.advance(version); });
   mirror_.apply(changes_, changed_);
   each([&](Watch& watch) { watch.follow(changed_, EventCause::write); });
@@ -228,7 +229,7 @@ bool Follower::carry_out_command() noexcept {
     const std::lock_guard lock(commands_mutex_);
     command = first_command_;
     if (command == nullptr) return false;
-    // Who asks knows a version; what it looks at is not older.
+    // The first list of members must not be older than the latest version that the caller could know.
     const bool waits =
         command->kind == Command::Kind::add && fed_ && command->latest > mirror_.version().version;
     if (waits) return false;
@@ -247,7 +248,7 @@ bool Follower::carry_out_command() noexcept {
       closed_ = true;
       break;
   }
-  command->done.set_and_wake(1);  // from here on it may be gone
+  command->done.set_and_wake(1);  // afterwards the command may be destroyed
   return true;
 }
 

@@ -29,7 +29,7 @@ void MembershipWatch::examine(std::uint32_t index, std::int64_t now_ns, EventCau
   entry.doublings = 0;
   const MembershipPredictor now = sight(*state);
   const MembershipPredictor::Place place = now.place(now_ns);
-  // Who rests on the border stays what it was.
+  // An entity on the border keeps its state.
   const bool member = place.certain || !same_one ? place.inside : entry.member;
   if (member != entry.member) set_member(index, member, now_ns, cause);
   schedule(index, now.next(now_ns, first_look_ahead_ns, member));

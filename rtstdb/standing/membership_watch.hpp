@@ -1,5 +1,5 @@
 #pragma once
-// A standing query whose members are found one by one: regions and rays.
+// A standing query whose entities are examined independently of one another: regions and rays.
 
 #include "rtstdb/standing/watch.hpp"
 

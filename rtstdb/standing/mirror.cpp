@@ -91,7 +91,7 @@ void Mirror::apply(std::span<const Change> changes, std::vector<std::uint32_t>& 
     }
     version_ = change.version;
   }
-  // When all rows are there.
+  // After all rows are applied, so that the users of a geometry are known.
   for (const Change& change : changes) {
     if (change.kind == Change::Kind::shape)
       name_users(geometries_[change.geometry.index], change.geometry.index, changed);

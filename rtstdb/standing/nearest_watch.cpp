@@ -10,7 +10,7 @@
 namespace rtstdb::standing {
 namespace {
 
-/// A member keeps its place until another one is nearer by this.
+/// A member is replaced only by an entity that is nearer by at least this.
 constexpr double keeps_place_m = 1e-9;
 
 }  // namespace
@@ -90,11 +90,11 @@ void NearestWatch::choose_guard(std::int64_t now_ns) {
     set_candidate(ranked.index, ranked.key_m <= guarded_.radius_m);
     watch_guard(ranked.index, *seen(ranked.index), now_ns);
   }
-  // Many may be as far away as one.
+  // Many entities may have the same distance, so the guard may contain more than wanted_.
   max_candidates_ = 2 * std::max(wanted_, candidates_.size());
 }
 
-// ---- what happens
+// ---- changes and certificates
 
 void NearestWatch::forget(std::span<const std::uint32_t>) noexcept {
   clear_certificates();
@@ -173,7 +173,7 @@ void NearestWatch::rank(std::int64_t now_ns, EventCause cause) {
   for (const Ranked& ranked : ranking_)
     new_members_.push_back(ranked.index);
   std::ranges::sort(new_members_);
-  // Who was one and who becomes one, by index.
+  // Merge of the old and the new members, both by ascending index.
   auto before = members_.begin();
   auto after = new_members_.begin();
   while (before != members_.end() || after != new_members_.end()) {
@@ -212,7 +212,7 @@ void NearestWatch::watch_order(std::int64_t from_ns) {
           first_flip(Nearer(challenger, holder, other < member, noise_m), from_ns, end_ns, false);
       if (found.what == Crossing::What::none) continue;
       flip = found.what == Crossing::What::flip;
-      end_ns = std::max(found.ns, from_ns + 1);  // later ones do not matter
+      end_ns = std::max(found.ns, from_ns + 1);  // later crossings are irrelevant
     }
   }
   push({end_ns, order_index, order_stamp_, flip});

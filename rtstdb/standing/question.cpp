@@ -50,7 +50,7 @@ Error unknown_target(const std::string& name, StandingTarget target) {
   return refusal(name, "its target is none of the enumerators", {static_cast<double>(target)});
 }
 
-/// Whether there is room for something that passes through.
+/// Whether the region has no volume.
 bool is_flat(const Region& region) {
   const glm::vec3& half = region.half_extent_m;
   if (region.shape == RegionShape::sphere) return half.x == 0.0f;
@@ -155,30 +155,30 @@ Result<Question> question_of(const StandingNearest& asked, const std::string& na
   return question;
 }
 
-// ---- one entity
+// ---- membership of one entity
 
 Meeting meeting(const glm::dvec3& apart_m, const glm::dvec3& velocity_mps, double reach_m,
                 std::int64_t from_ns) noexcept {
-  // A little more than that, since this only says where to look.
+  // Slightly enlarged, since the result only limits the search.
   const double reach = reach_m * (1.0 + 1e-9) + 1e-6;
   const double c = glm::dot(apart_m, apart_m) - reach * reach;
   const double b = glm::dot(apart_m, velocity_mps);
   const double a = glm::dot(velocity_mps, velocity_mps);
-  constexpr double most_s = 4e9;  // longer than there is world time from zero on, and no sum overflows
+  constexpr double most_s = 4e9;  // just below max_world_time_ns, so that no sum overflows
   const auto at = [&](double s) {
     return s >= most_s ? max_world_time_ns
                        : std::min(max_world_time_ns, from_ns + static_cast<std::int64_t>(s * 1e9));
   };
   const double root = b * b - a * c;
   if (c <= 0.0) {
-    // Within reach now: until the larger root.
+    // Within reach now, up to the larger root.
     if (a == 0.0) return {from_ns, max_world_time_ns};
     return {from_ns, at((-b + std::sqrt(std::max(root, 0.0))) / a + 1e-6)};
   }
   if (b >= 0.0 || a == 0.0 || root < 0.0) return {never_ns, never_ns};
   const double first_s = c / (-b + std::sqrt(root));
   const double last_s = (-b + std::sqrt(root)) / a;
-  // Relative errors of the roots are some units; one part in 1e9 is more.
+  // One part in 1e9 is larger than the rounding error of the roots.
   return {at(std::max(0.0, first_s * (1.0 - 1e-9) - 1e-6)), at(last_s * (1.0 + 1e-9) + 1e-6)};
 }
 
@@ -195,7 +195,8 @@ ConvexBody MembershipPredictor::body(std::int64_t from_ns, std::int64_t to_ns) c
   if (question_.kind == Question::Kind::box) return box_body(place_m_, question_.q, question_.half_extent_m);
   if (question_.kind == Question::Kind::frustum)
     return frustum_body(place_m_, question_.q, question_.near_m, question_.half_extent_m);
-  // A ray is cut behind everything that the entity can reach meanwhile: at an end, since the way between the origins is straight.
+  // The ray is cut beyond the reach of the entity. The distance of the origins is largest at an end of the
+  // interval, since their relative path is straight.
   const double far_m =
       std::max(glm::length(motion_.at(from_ns).apart_m), glm::length(motion_.at(to_ns).apart_m)) +
       box_.reach_m() + glm::length(place_m_) + 1.0;

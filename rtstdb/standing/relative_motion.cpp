@@ -11,7 +11,7 @@
 namespace rtstdb::standing {
 namespace {
 
-/// [x], by which x cross is multiplied.
+/// [x], the matrix of the cross product with x.
 glm::dmat3 cross_matrix(const glm::dvec3& x) noexcept {
   return {0.0, x.z, -x.y, -x.z, 0.0, x.x, x.y, -x.x, 0.0};
 }
@@ -83,9 +83,9 @@ RelativeMotion::View RelativeMotion::at(std::int64_t ns) const noexcept {
 
 double RelativeMotion::bend(const Side& side, const glm::dvec3& apart_a_m, const glm::dvec3& apart_b_m,
                             const glm::dvec3& n, double lever_m) noexcept {
-  // A body that does not turn sees n where it is, for good, and A is zero.
+  // If the frame does not rotate, n is constant in the world and A is zero.
   if (side.u == glm::dvec3(0.0)) return glm::length(glm::transpose(side.k) * (side.q * n)) * lever_m;
-  // In the world n turns about u: the part along u stays, and A has none along u.
+  // In the world n rotates about u: its component along u is constant, and A has no component along u.
   const double along = glm::dot(n, side.u_local);
   const double across = glm::length(n - along * side.u_local);
   const auto a = [&](const glm::dvec3& apart_m) {
@@ -127,7 +127,7 @@ RelativeMotion::Turn RelativeMotion::turn(const glm::dvec3& e) const noexcept {
     const glm::dvec3 e_world = q_of_ * e;
     return {glm::length(glm::cross(turning_, e_world)), glm::length(k * e_world)};
   }
-  // In the world e turns about w: its parts along and across stay as long as they are.
+  // In the world e rotates about w: the lengths of its components along and across w are constant.
   const double along = glm::dot(e, w_local_);
   const double across = glm::length(e - along * w_local_);
   const glm::dvec3 w_world = direction(of_.w_world_radps);

@@ -10,7 +10,7 @@
 namespace rtstdb::standing {
 namespace {
 
-/// Edges that are more parallel than this span no direction of their own: the faces' have looked there already.
+/// The product of nearly parallel edges is no usable axis; the normals of the faces cover its direction.
 constexpr double min_sine = 1e-9;
 
 double side_of(int side) noexcept {
@@ -123,7 +123,7 @@ Separation::Bend Separation::bend(std::size_t axis, const Look& a, const Look& b
     own[of.first] = 1.0;
     return {motion_.from_bend(a.view, b.view, own, body_.reach_m), 1.0, 1.0};
   }
-  // (e x b) . (y - s) with b and s at rest: e'' and e' times what they are multiplied with, and y''.
+  // The second derivative of (e x b) . (y - s) with constant b and s: its terms contain e'', e' and y''.
   glm::dvec3 edge(0.0);
   edge[of.first] = 1.0;
   const RelativeMotion::Turn turn = motion_.turn(edge);
@@ -142,7 +142,8 @@ double Separation::least(std::size_t axis, int side, const Look& a, const Look& 
                          double leaves_m) const noexcept {
   const auto& end_a = a.ends[axis][static_cast<std::size_t>(side)];
   const auto& end_b = b.ends[axis][static_cast<std::size_t>(side)];
-  // The least of the corners' gaps is at no end less than there; the largest is at least that of one corner.
+  // touching: each corner's gap is at least the smallest one at both ends. inside: the largest gap is at
+  // least that of any one corner.
   if (touching_) return std::min(end_a.gap, end_b.gap) - leaves_m;
   const double same_as_a = std::min(end_a.gap, gap_of(axes_[axis], side, end_a, b.view));
   const double same_as_b = std::min(end_b.gap, gap_of(axes_[axis], side, end_b, a.view));
@@ -163,7 +164,7 @@ bool Separation::stays(const Look& a, const Look& b, bool member) const noexcept
   const double h_s = static_cast<double>(b.ns - a.ns) * 1e-9;
   for (std::size_t axis = 0; axis < axes_.size(); ++axis) {
     const int sides = touching_ ? 2 : 1;
-    // Nobody who is no member at both ends along this axis can be shown to be none by it.
+    // An axis can prove that the entity stays outside only if it separates them at both ends.
     const auto parts = [&](int side) {
       const auto s = static_cast<std::size_t>(side);
       return a.ends[axis][s].gap > 0.0 && b.ends[axis][s].gap > 0.0;
@@ -171,7 +172,7 @@ bool Separation::stays(const Look& a, const Look& b, bool member) const noexcept
     if (!member && !parts(0) && !(sides == 2 && parts(1))) continue;
     const Bend bends = bend(axis, a, b);
     const double leaves_m = bends.bend * h_s * h_s / 8.0;
-    // No direction, no proof: neither that it parts them nor that it does not.
+    // An axis of almost zero length proves nothing.
     if ((member ? bends.max_length : bends.min_length) <= min_sine) continue;
     for (int side = 0; side < sides; ++side) {
       if (!member && least(axis, side, a, b, leaves_m) >= in * noise_m_ * bends.max_length) return true;

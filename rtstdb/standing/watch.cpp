@@ -35,7 +35,8 @@ Watch::Watch(const Question& question, const StandingOptions& options, const Mir
 
 std::size_t Watch::next_events(std::span<StandingEvent> events) noexcept {
   const std::size_t count = ring_.pop(events);
-  // Pairs with pump: either it sees the room or is seen to wait for it.
+  // Pairs with pump by sequential consistency: either pump sees the room, or this sees that it waits for
+  // room.
   if (count > 0 && waits_for_room_.load(std::memory_order_seq_cst)) follower_.ring();
   return count;
 }
@@ -50,7 +51,7 @@ std::string Watch::reason() const {
   return *reason_ == '\0' ? std::string() : "standing query '" + name_ + "': " + reason_;
 }
 
-// ---- time passes
+// ---- versions
 
 void Watch::grow_entries() {
   if (entries_.size() < mirror_.index_limit()) entries_.resize(mirror_.index_limit());
@@ -111,7 +112,7 @@ void Watch::end(EventCause cause) {
 }
 
 void Watch::fail(const char* why) noexcept {
-  // Gives back what it has: others may need it.
+  // Releases its memory, which other queries may need.
   std::vector<Certificate>().swap(certificates_);
   std::vector<Entry>().swap(entries_);
   telling_ = Telling::steadily;
@@ -121,7 +122,7 @@ void Watch::fail(const char* why) noexcept {
   status_.store(StandingStatus::failed, std::memory_order_release);
 }
 
-// ---- members and what comes next
+// ---- members and certificates
 
 const EntityState* Watch::seen(std::uint32_t index) const noexcept {
   const EntityState* state = mirror_.row(index);
@@ -142,7 +143,7 @@ void Watch::schedule(std::uint32_t index, const MembershipPredictor::Next& next)
 }
 
 void Watch::push(const Certificate& certificate) {
-  // Those that are not current any more are thrown away when they are most.
+  // Invalid certificates are removed when they are the majority.
   if (certificates_.size() > 2 * entries_.size() + 64) {
     std::erase_if(certificates_, [this](const Certificate& old) { return !is_current(old); });
     std::ranges::make_heap(certificates_, Later{});
@@ -158,12 +159,12 @@ void Watch::set_member(std::uint32_t index, bool member, std::int64_t ns, EventC
   tell(member ? EventKind::enter : EventKind::exit, cause, {index, entry.generation}, ns);
 }
 
-// ---- telling
+// ---- events
 
 void Watch::tell(EventKind kind, EventCause cause, EntityId entity, std::int64_t ns) noexcept {
   if (silent_) return;
   work_.events.fetch_add(1, std::memory_order_relaxed);
-  if (telling_ == Telling::members && entity.index >= told_below_) return;  // comes with its row of the list
+  if (telling_ == Telling::members && entity.index >= told_below_) return;  // the list will contain its state
   if (telling_ == Telling::reset_next || ring_.room() == 0) return lose();
   push_event({.kind = kind,
               .cause = cause,
@@ -193,7 +194,8 @@ void Watch::pump() {
                 .lost = kind == EventKind::reset ? lost_since_reset_ : 0});
   };
   while (telling_ != Telling::steadily) {
-    // Not at the first free place: who fetches is back when half of the ring is.
+    // A reset waits until half of the ring is free, since a list that starts in a nearly full ring would be
+    // lost again.
     const std::size_t needed =
         telling_ == Telling::reset_next ? std::max<std::size_t>(1, ring_.capacity() / 2) : 1;
     if (ring_.room() < needed) {

@@ -1,8 +1,10 @@
 #pragma once
-// One standing query: who is a member, the instants that come next, and the way to who fetches events.
+// One standing query: its members, its next instants of change, and its queue of events. A kinetic data
+// structure (Basch, Guibas, Hershberger, 1997): a certificate names the next instant at which a membership
+// changes or has to be examined again.
 //
-// Threads: the public face as standing.hpp says; all else is the follower's. Where memory runs out std::bad_alloc is thrown, and the
-// watch can only fail() from then on.
+// Threads: the user's side as in standing.hpp; everything else is called by the follower. If memory runs out,
+// std::bad_alloc is thrown; from then on only fail() may be called.
 
 #include <atomic>
 #include <cstdint>
@@ -21,11 +23,12 @@
 
 namespace rtstdb::standing {
 
-/// Looked at ahead at first; twice as far each time that nothing was there.
+/// How far ahead a search for a crossing looks at first. The time doubles after each search without a
+/// crossing.
 inline constexpr std::int64_t first_look_ahead_ns = 250'000'000;
 inline constexpr std::uint8_t max_doublings = 8;
 
-/// Of all watches; read by any thread.
+/// Counts over all standing queries; any thread may read them.
 struct Work {
   std::atomic<std::uint64_t> examinations{0}, events{0};
 };
@@ -48,43 +51,44 @@ class Watch {
   // ---- the follower
   const Question& question() const noexcept { return question_; }
   bool follows() const noexcept { return status() == StandingStatus::following; }
-  /// The membership as the mirror stands.
+  /// Determines the members in the mirror's version.
   void begin();
-  /// What is known of how these will move is not to be used any more.
+  /// Invalidates the certificates of these entities.
   virtual void forget(std::span<const std::uint32_t> indices) noexcept;
-  /// Tells the crossings before that version's time, which is known now.
+  /// Publishes the crossings before the time of that version.
   void advance(VersionInfo to);
-  /// The mirror has gone there, and these stand differently.
+  /// The mirror is at a new version, in which these entities have changed.
   void follow(std::span<const std::uint32_t> changed, EventCause cause);
-  /// Tells what found no room before, as far as there is some now.
+  /// Publishes the list of members after a loss, as far as the ring has room.
   void pump();
   void fail(const char* why) noexcept;
 
  protected:
   struct Entry {
-    std::uint32_t stamp = 0;       ///< of its newest certificate
-    std::uint32_t generation = 0;  ///< of the entity that was seen there last
-    std::uint8_t doublings = 0;
-    bool seen = false;  ///< and is
+    std::uint32_t stamp = 0;       ///< of its valid certificate
+    std::uint32_t generation = 0;  ///< of the entity that the query found there last
+    std::uint8_t doublings = 0;    ///< of the time that a search looks ahead
+    bool seen = false;             ///< the query considers the entity
     bool member = false;
-    bool candidate = false;  ///< nearest: within the guard
+    bool candidate = false;  ///< nearest: within the guard radius
   };
   struct Certificate {
     std::int64_t ns = 0;
     std::uint32_t index = 0, stamp = 0;
-    bool flip = false;  ///< else to be looked at again
+    bool flip = false;  ///< true: the membership changes; false: to be examined again
   };
 
+  /// Handles a certificate whose instant has come.
   virtual void due(const Certificate& certificate) = 0;
   virtual bool is_current(const Certificate& certificate) const noexcept {
     return entries_[certificate.index].stamp == certificate.stamp;
   }
-  /// Rows at these have changed, or the question has.
+  /// The rows at these indices have changed; the carrier of the query has moved differently.
   virtual void changed_rows(std::span<const std::uint32_t> indices, std::int64_t now_ns,
                             EventCause cause) = 0;
   virtual void changed_question(std::int64_t now_ns, EventCause cause) = 0;
 
-  /// No state: an entity is not seen by the question.
+  /// Null: no entity there, or the query does not consider it.
   const EntityState* seen(std::uint32_t index) const noexcept;
   MembershipPredictor sight(const EntityState& state) const noexcept { return sight(state, question_); }
   MembershipPredictor sight(const EntityState& state, const Question& question) const noexcept;
@@ -112,13 +116,13 @@ class Watch {
   Work& work_;
   const std::string name_;
 
-  std::vector<Certificate> certificates_;  ///< a heap, the next one first; some are not current any more
+  std::vector<Certificate> certificates_;  ///< a heap, the earliest first; includes invalid ones
   VersionInfo known_in_;
-  bool silent_ = true;  ///< at the begin
+  bool silent_ = true;  ///< true during begin: the first members come as a list, not as events
 
   EventRing ring_;
   Telling telling_ = Telling::reset_next;
-  std::uint32_t told_below_ = 0;  ///< members: indices below have been told
+  std::uint32_t told_below_ = 0;  ///< during the list of members: indices below it are in the ring
   std::uint64_t seq_ = 0, lost_since_reset_ = 0;
   std::atomic<bool> waits_for_room_{false};
   std::atomic<std::uint64_t> all_lost_{0};
