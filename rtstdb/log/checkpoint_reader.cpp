@@ -19,7 +19,7 @@ const char* check_header(const CheckpointHeader& header, std::uint64_t number) {
   return possible ? check_time(header.world_time_ns) : "its header is none that is written";
 }
 
-/// Chunk by chunk into a world.
+/// Reads the chunks of a checkpoint into a world.
 class CheckpointReading {
  public:
   CheckpointReading(const CheckpointHeader& header, std::span<const std::byte> bytes)

@@ -22,7 +22,7 @@ Checkpointer::Step Checkpointer::begin_file(ClockTime now, std::int64_t real_tim
   auto head = source_.begin(asked_->not_before);
   if (!head) return {};
   source_has_begun_ = true;
-  if (head->version.version < asked_->not_before) {  // that version is being taken back
+  if (head->version.version < asked_->not_before) {  // the version not_before is being taken back
     give_up();
     return {Did::given_up, 0, std::nullopt};
   }
@@ -69,7 +69,7 @@ Checkpointer::Step Checkpointer::go_on_writing(const Synced& synced, ClockTime n
 }
 
 void Checkpointer::give_up() noexcept {
-  // What the source may be about to give goes with the place of the next one, or is older than that asks for.
+  // A version that the source delivers later belongs to the next request, or is older than that requires.
   asked_.reset();
   file_.reset();
   if (std::exchange(source_has_begun_, false)) source_.end();

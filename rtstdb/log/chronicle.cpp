@@ -12,7 +12,7 @@
 namespace rtstdb::log {
 namespace {
 
-/// The oldest whole checkpoint of a version from `not_before` on, with its meshes.
+/// The oldest undamaged checkpoint whose version is at least `not_before`, with its meshes.
 Result<std::optional<Checkpoint>> checkpoint_from(Disk& disk, const Listing& listing, Version not_before) {
   auto checkpoint = oldest_checkpoint(disk, listing, not_before);
   if (!checkpoint) return checkpoint;
@@ -40,7 +40,7 @@ class Following final : public RecordVisitor {
     if (record.kind == RecordKind::gap) return gap({record.version, record.to});
     return "a record is of no known kind";
   }
-  /// There is no more: the last one can not be taken back.
+  /// End of the log: the last commit can no longer be taken back.
   void end() {
     tell();
     arrive();
@@ -100,7 +100,7 @@ class Following final : public RecordVisitor {
     if (!lost_) next_ = std::move(checkpoint.value()->world);
     return nullptr;
   }
-  /// At the world behind a gap, if one is ahead.
+  /// Continues with the world after a gap, if there is one.
   void arrive() {
     if (!next_) return;
     tell_of_untold();
@@ -121,13 +121,13 @@ class Following final : public RecordVisitor {
   ChronicleListener& listener_;
   World now_;
   Version begun_with_ = 0;
-  std::optional<World> next_;  // behind a gap: the one to go on from
-  bool lost_ = false;          // behind a gap, and there is none
-  Gap behind_gap_{};           // where commits lie that have no world
-  Version before_last_ = 0;    // of them
+  std::optional<World> next_;  // after a gap: the world with which the history continues
+  bool lost_ = false;          // after a gap without such a world
+  Gap behind_gap_{};           // range of the commits whose world is unknown
+  Version before_last_ = 0;    // the last but one of them
   std::uint64_t commits_behind_gap_ = 0;
   std::optional<KeptCommit> untold_;
-  std::uint64_t segment_ = 0;  // of `untold_`
+  std::uint64_t segment_ = 0;  // segment of `untold_`
   std::string fault_;
 };
 

@@ -1,7 +1,7 @@
 #pragma once
-// All that a log tells, from the first world that can be had to the last, as one history: commits that were taken back are left out,
-// and behind versions that are missing it goes on with the first checkpoint that knows the world again. It changes nothing in the
-// directory.
+// Reads a whole log as one history, from the first readable world to the last. Versions that were taken back
+// are omitted. After a gap it continues with the first checkpoint behind the gap. Nothing in the directory is
+// changed.
 
 #include <cstdint>
 
@@ -14,23 +14,23 @@
 
 namespace rtstdb::log {
 
-/// Told in the order of versions.
+/// Receives the history in the order of versions.
 class ChronicleListener {
  public:
   virtual ~ChronicleListener() = default;
-  /// What the history begins with, and what it goes on with behind a gap.
+  /// The world at which the history begins, and the one with which it continues after a gap.
   virtual void world(const World& world) = 0;
-  /// Added to the world that was told of.
+  /// A geometry was added to the current world.
   virtual void geometry(const WorldGeometry& geometry) = 0;
-  /// `now`: the world that it left. `segment`: where it stands.
+  /// `now`: the world after the commit. `segment`: the segment of its record.
   virtual void commit(const store::WriteSet& set, const World& now, std::uint64_t segment) = 0;
-  /// The log says that these were not recorded. Up to the next world, or to the end, nothing can be said of the world.
+  /// These versions were not recorded. The world is unknown up to the next call of `world`, or to the end.
   virtual void gap(const Gap& gap) = 0;
-  /// Behind a gap, before the next world: so many commits between these versions were recorded, and there is no world to add them to.
+  /// After a gap and before the next world: number of recorded commits in this range, whose world is unknown.
   virtual void unresolved(const Gap& between, std::uint64_t commits) = 0;
 };
 
-/// Errors: file, as recover; with `salvage` damage ends the history and is told in the report.
+/// Errors: file, as in recover. With `salvage`, damage ends the history and is described in the report.
 Result<ReadReport> read_chronicle(Disk& disk, bool salvage, ChronicleListener& listener);
 
 }  // namespace rtstdb::log

@@ -21,7 +21,7 @@ std::int64_t in_ns(WorldTime time) noexcept {
   return time.time_since_epoch().count();
 }
 
-// ---- what a motion leaves out
+// ---- omitted words of a motion
 
 std::uint16_t left_out_of(const Write& write, WorldTime world_time) noexcept {
   const std::uint16_t with_it = write.unchanged | holds_from_world_time;
@@ -29,7 +29,7 @@ std::uint16_t left_out_of(const Write& write, WorldTime world_time) noexcept {
   return !as_before && write.state.row.motion.valid_from == world_time ? with_it : write.unchanged;
 }
 
-/// What is told of the row before.
+/// The low bits of the version of the base row; 0 if no word depends on it.
 std::uint16_t followed_by(const Write& write) noexcept {
   return write.unchanged == 0 ? std::uint16_t{0} : write.follows;
 }
@@ -59,7 +59,7 @@ std::size_t write_bytes(WriteKind kind, std::uint16_t left_out) noexcept {
   return sizeof(StoredWrite);
 }
 
-/// `left_out`: of a write.
+/// `left_out(write)`: the omitted words of a write.
 template <class LeftOut>
 std::size_t bytes_of(const store::WriteSet& set, LeftOut left_out) noexcept {
   std::size_t bytes = sizeof(RecordHeader) + sizeof(CommitBody);
@@ -158,7 +158,7 @@ std::size_t max_commit_bytes(const store::WriteSet& set) noexcept {
 void encode_commit(const store::WriteSet& set, const CommitForm& form, std::span<std::byte> room) noexcept {
   RTSTDB_ASSERT(room.size() == form.bytes && form.bytes <= max_record_bytes);
   ByteWriter writer(room);
-  // Headers and bodies number by number (see put_motion).
+  // Headers and bodies are written member by member, for the reason given in put_motion.
   writer.put(form.kind, form.left_out, static_cast<std::uint32_t>(form.bytes));
   if (form.kind == RecordKind::move) {
     const Write& write = set.writes.front();
@@ -204,7 +204,7 @@ const char* CommitDecoder::decode_commit(std::span<const std::byte> bytes, store
     set.shapes.push_back(shape);
   }
   if (reader.left() != 0) return "a commit has bytes left over";
-  std::size_t first = 0;  // only now do the positions stay where they are
+  std::size_t first = 0;  // spans are set last, since positions_m_ may have reallocated
   for (store::ShapeWrite& shape : set.shapes) {
     shape.positions_m = std::span(positions_m_).subspan(first, shape.given);
     first += shape.given;

@@ -68,7 +68,7 @@ DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database
   auto file = disk.create(name);
   if (!file) return file.error();
   if (auto fault = write_to(disk, *file.value(), bytes)) {
-    disk.remove(name);  // if it stays, no record names it
+    disk.remove(name);  // if that fails, no record refers to the file
     return *fault;
   }
   GeometryHeader header;

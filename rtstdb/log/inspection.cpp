@@ -30,8 +30,9 @@ bool same_state(const EntityState& a, const EntityState& b) {
                            bytes_of(a.row) == bytes_of(b.row));
 }
 
-/// How two worlds of one version differ, in words; empty: not at all. Indices that never lived count as not there. Geometries that the
-/// checkpoint alone has may have been added behind the commit.
+/// A sentence on how two worlds of one version differ; empty: they do not. An index that was never used
+/// equals a missing one. Geometries of the checkpoint alone are ignored, since they may have been added after
+/// the commit.
 std::string difference(const World& commits, const World& checkpoint) {
   const std::size_t indices = std::max(commits.rows.size(), checkpoint.rows.size());
   const auto generation = [](const World& world, std::size_t index) {
@@ -95,7 +96,7 @@ class Inspecting final : public ChronicleListener {
     contents_.unresolved_commits += commits;
   }
 
-  /// All has been told.
+  /// End of the history.
   void end() {
     for (const auto& [place, geometry] : added_later_)
       if (name_of(geometry.file) != geometry.name)
@@ -103,7 +104,7 @@ class Inspecting final : public ChronicleListener {
             "it has geometry " + std::to_string(geometry.id.index) + ", which no record adds";
   }
 
-  /// None: no record that was read names that file.
+  /// None: no readable record refers to that file.
   std::optional<std::string> name_of(std::uint64_t geometry_file) const {
     const auto found = names_.find(geometry_file);
     return found == names_.end() ? std::nullopt : std::optional(found->second);
@@ -119,7 +120,7 @@ class Inspecting final : public ChronicleListener {
     if (found == checkpoints_of_.end()) return;
     for (const auto& [number, place] : found->second) {
       auto checkpoint = read_checkpoint(disk_, number, contents_.database_id);
-      if (!checkpoint) continue;  // taken away meanwhile
+      if (!checkpoint) continue;  // removed meanwhile
       ++contents_.compared_checkpoints;
       const World& world = checkpoint.value().world;
       contents_.files[place].damage = difference(now, world);
@@ -132,14 +133,14 @@ class Inspecting final : public ChronicleListener {
   LogContents& contents_;
   bool begun_ = false;
   std::map<Version, std::vector<std::pair<std::uint64_t, std::size_t>>>
-      checkpoints_of_;                          // number, place in files
+      checkpoints_of_;                          // number, index in LogContents::files
   std::map<std::uint64_t, std::string> names_;  // by geometry file
   std::map<std::uint64_t, std::pair<Version, Version>> versions_of_;
   std::vector<std::pair<std::size_t, LoggedGeometry>>
-      added_later_;  // of checkpoints, by their place in files
+      added_later_;  // index of the checkpoint in LogContents::files, geometry
 };
 
-/// Without its name, which a message that was made for it alone begins with.
+/// Removes the name of the file at the beginning of the message.
 std::string without_name(const std::string& message, const std::string& name) {
   return message.starts_with(name) ? message.substr(std::min(message.size(), name.size() + 2)) : message;
 }
@@ -190,7 +191,7 @@ class Inspection {
         if (size) file.bytes = size.value();
         if (!size) file.damage = size.error().in_words();
       } else if (kind == LogFileKind::unfinished) {
-        continue;  // it has its name by now
+        continue;  // renamed to its final name meanwhile
       } else {
         file.damage = opened.error().in_words();
       }

@@ -15,7 +15,7 @@
 namespace rtstdb::log {
 namespace {
 
-/// One system call moves at most this much, so that none is cut at the kernel's own limit.
+/// Largest size of one system call, below the kernel's limit (2 GiB), at which it would be cut short.
 constexpr std::size_t max_bytes_per_call = std::size_t{1} << 30;
 
 template <class Call>
@@ -45,15 +45,16 @@ class Descriptor {
   int number_;
 };
 
-/// A second way into a file, past the page cache: what a log writes nobody reads soon, and a copy of it there costs as much as the
-/// disk itself. Closed where the file system has no such way.
+/// A second descriptor of a file for direct I/O, which bypasses the page cache: the log is not read soon, and
+/// the copy in the cache costs as much time as the disk. Not open if the file system does not support direct
+/// I/O.
 class DirectWay {
  public:
   DirectWay() = default;
   explicit DirectWay(Descriptor descriptor) : descriptor_(std::move(descriptor)) {
     struct statx told {};
     if (!is_open() || ::statx(descriptor_.get(), "", AT_EMPTY_PATH, STATX_DIOALIGN, &told) != 0) return;
-    if ((told.stx_mask & STATX_DIOALIGN) == 0) return;  // an older kernel: it refuses what it does not take
+    if ((told.stx_mask & STATX_DIOALIGN) == 0) return;  // older kernel: it fails with EINVAL instead
     sector_bytes_ = told.stx_dio_offset_align;
     memory_alignment_ = told.stx_dio_mem_align;
     if (sector_bytes_ == 0) close();
@@ -109,17 +110,18 @@ class PosixFile final : public DiskFile {
         unless_interrupted([&] { return ::fallocate(descriptor_.get(), 0, 0, static_cast<off_t>(bytes)); });
     if (refused == 0) return std::nullopt;
     if (errno != EOPNOTSUPP && errno != ENOSYS) return fault(DiskCall::preallocate, errno);
-    // The file system knows no blocks beforehand: then it is only made as long.
+    // The file system cannot allocate ahead: only the length is set.
     if (unless_interrupted([&] { return ::ftruncate(descriptor_.get(), static_cast<off_t>(bytes)); }) != 0)
       return fault(DiskCall::preallocate, errno);
     return std::nullopt;
   }
 
-  // A failed call may have dropped what it could not write, so it is not tried again; an interrupted one did nothing.
+  // A failed fdatasync may have dropped the dirty pages, so it is not retried. An interrupted one has done
+  // nothing.
   DiskFault sync() override {
     if (unless_interrupted([&] { return ::fdatasync(descriptor_.get()); }) != 0)
       return fault(DiskCall::sync, errno);
-    // A file that was deleted takes everything, and is gone with this process.
+    // A deleted file accepts all writes and is lost at the end of the process.
     if (names_are_counted_ && names() == 0) return fault(DiskCall::sync, ENOENT);
     return std::nullopt;
   }
@@ -154,7 +156,7 @@ class PosixFile final : public DiskFile {
   Descriptor descriptor_;
   DirectWay direct_;
   std::string name_;
-  bool names_are_counted_;  // there are file systems that do not
+  bool names_are_counted_;  // false: the file system reports no link count
 };
 
 class PosixLock final : public DiskLock {
@@ -162,7 +164,7 @@ class PosixLock final : public DiskLock {
   explicit PosixLock(Descriptor descriptor) : descriptor_(std::move(descriptor)) {}
 
  private:
-  Descriptor descriptor_;  // flock goes with it
+  Descriptor descriptor_;  // closing it releases the flock
 };
 
 class PosixDisk final : public Disk {
@@ -178,14 +180,15 @@ class PosixDisk final : public Disk {
         std::string(name)));
   }
   DiskResult<std::unique_ptr<DiskFile>> open(std::string_view name) override {
-    auto opened = descriptor(DiskCall::open, name, O_RDONLY | O_NONBLOCK);  // a pipe of that name has no end
+    auto opened =
+        descriptor(DiskCall::open, name, O_RDONLY | O_NONBLOCK);  // O_NONBLOCK: opening a pipe must not block
     if (!opened) return opened.error();
     return std::unique_ptr<DiskFile>(
         std::make_unique<PosixFile>(std::move(opened.value()), DirectWay(), std::string(name)));
   }
 
   DiskResult<std::vector<std::string>> list() override {
-    // A descriptor of its own: the stream moves and closes what it reads from.
+    // A separate descriptor, since closedir closes it.
     Descriptor own(unless_interrupted(
         [&] { return ::openat(directory_.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC); }));
     if (!own.valid()) return fault(DiskCall::list, ".");

@@ -27,7 +27,7 @@ class Reading {
   ReadReport report;
 
   enum class Step : std::uint8_t { go_on, end };
-  /// A fault of the disk is an error; damage is told in `report.damage`.
+  /// Errors: read errors of the disk. Damage is described in `report.damage`.
   Result<Step> segment(const SegmentChain::Link& link, const Position& from);
 
  private:
@@ -41,7 +41,7 @@ class Reading {
   RecordDecoder decoder_;
   const std::uint64_t from_group_;
   std::uint64_t segment_ = 0, offset_ = 0;
-  std::uint64_t group_, link_;  // that come next
+  std::uint64_t group_, link_;  // of the next group
   Version newest_version_ = 0;
 };
 
@@ -52,7 +52,7 @@ Result<Reading::Step> Reading::segment(const SegmentChain::Link& link, const Pos
   ++report.segments;
   segment_ = link.header.number;
   offset_ = segment_ == from.segment && link.header.first_group <= from.group ? from.offset : sector_bytes;
-  if (segment_ != from.segment && link.header.first_group < group_) {  // the first link alone
+  if (segment_ != from.segment && link.header.first_group < group_) {  // only for the first link
     group_ = link.header.first_group;
     link_ = link.header.link;
   }
@@ -120,7 +120,8 @@ Reading::Step Reading::records(const SegmentWalk::Found& found) {
 }
 
 Reading::Step Reading::no_group(const SegmentWalk& walk, const SegmentChain::Link& link, const char* fault) {
-  // A group's own header that is whole counts as no later one, so that a group with torn records is no damage.
+  // The search starts after this group's header, so that a valid header with incomplete records counts as
+  // torn, not as damage.
   const auto later = walk.later_group(offset_ + sector_bytes, group_);
   if (later)
     return damaged(fault, "group " + std::to_string(later->header.number) + " with " +

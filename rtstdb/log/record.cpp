@@ -69,7 +69,7 @@ const char* RecordDecoder::decode_geometry(std::span<const std::byte> body) {
   return reader.left() == 0 ? nullptr : "a geometry has bytes left over";
 }
 
-// ---- versions that came to nothing, and such that are missing
+// ---- versions taken back, gaps
 
 void encode_taken_back(Version version, std::span<std::byte> room) noexcept {
   ByteWriter writer(room);

@@ -8,7 +8,7 @@
 namespace rtstdb::log {
 namespace {
 
-/// A few commits of one row.
+/// Enough for a few commits of one row.
 constexpr std::size_t max_collected_bytes = 2048;
 
 }  // namespace
@@ -38,7 +38,7 @@ bool Recorder::collect(const store::WriteSet& set) noexcept {
 bool Recorder::hand_over() noexcept {
   if (collected_bytes_ == 0) return false;
   const auto room = ring_.reserve(collected_bytes_);
-  RTSTDB_ASSERT(!room.empty());  // there was some when they were collected
+  RTSTDB_ASSERT(!room.empty());  // collect() checked it
   std::memcpy(room.data(), collected_.data(), collected_bytes_);
   ring_.commit();
   collected_bytes_ = 0;
@@ -62,7 +62,7 @@ bool Recorder::record(const store::WriteSet& set) noexcept {
 }
 
 void Recorder::take_back(Version version) noexcept {
-  if (in_gap()) return;  // the gap covers it
+  if (in_gap()) return;  // the version is in the gap
   hand_over();
   const auto room = ring_.reserve(taken_back_bytes);
   RTSTDB_ASSERT(!room.empty());
@@ -87,7 +87,8 @@ void Recorder::tend() noexcept {
 
 bool Recorder::end_gap() noexcept {
   if (!in_gap()) return true;
-  // Not at the first free bytes: a disk that is back has emptied the ring.
+  // Half of the ring must be free, since a gap that ends in a nearly full ring would be followed by another
+  // one.
   if (ring_.used() > ring_.capacity() / 2 || !ring_.room_for(gap_bytes, taken_back_bytes)) return false;
   encode_gap(gap_from_, gap_to_, ring_.reserve(gap_bytes));
   commit();

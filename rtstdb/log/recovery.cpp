@@ -9,21 +9,21 @@
 namespace rtstdb::log {
 namespace {
 
-/// Applies records to a world, up to the version or time that is asked for, or to the first gap.
+/// Applies records to a world, up to the requested version or time, or to the first gap.
 class Replay final : public RecordVisitor {
  public:
   Replay(Disk& disk, const RecoveryOptions& options, Recovered& recovered)
       : disk_(disk), options_(options), recovered_(recovered), begun_with_(recovered.world.latest.version) {}
 
   const char* record(Record& record, const RecordPlace& place) override {
-    // The checkpoint has what led to it, and who reads it from elsewhere reads something else.
+    // The checkpoint already contains the groups before its position.
     if (place.group->number < recovered_.report.read_from.group) return nullptr;
     if (place.group->number != group_) {
       group_ = place.group->number;
       version_before_group_ = recovered_.world.latest.version;
     }
     if (beyond_ != 0) {
-      // A version taken back says nothing about those after it.
+      // The version beyond the limit may be taken back; then a later one may still be within it.
       enough_ = record.kind != RecordKind::taken_back || record.version != beyond_;
       if (!enough_) beyond_ = 0;
       return nullptr;
@@ -37,18 +37,18 @@ class Replay final : public RecordVisitor {
         return taken_back(record.version);
       case RecordKind::gap:
         return gap(record);
-      case RecordKind::move:  // comes as a commit
+      case RecordKind::move:  // decoded as a commit
       case RecordKind::none:
         break;
     }
     return "a record is of no known kind";
   }
   bool enough() const override { return enough_; }
-  /// A file that the disk did not read, which says nothing about the log.
+  /// A read error of a geometry file, which does not mean that the log is damaged.
   const std::optional<Error>& unreadable() const { return unreadable_; }
 
   Version version_of_groups() const {
-    // A checkpoint may lie within the gap.
+    // The checkpoint may be within the gap.
     const RecoveryReport& report = recovered_.report;
     if (report.gap_from != 0 && report.gap_from <= recovered_.world.latest.version)
       return report.gap_from - 1;
@@ -101,7 +101,7 @@ class Replay final : public RecordVisitor {
   const RecoveryOptions& options_;
   Recovered& recovered_;
   Version begun_with_;
-  Version beyond_ = 0;  // a version that was met and is after what is asked for
+  Version beyond_ = 0;  // a version found beyond the requested one
   bool enough_ = false;
   std::uint64_t group_ = 0;
   Version version_before_group_ = 0;
@@ -114,7 +114,7 @@ bool is_asked_for(const CheckpointHeader& header, const RecoveryOptions& options
   return !options.up_to_time || world_time_ns(header.world_time_ns) <= *options.up_to_time;
 }
 
-/// With its meshes.
+/// Reads a checkpoint with its meshes.
 Result<Checkpoint> read_world(Disk& disk, std::uint64_t number, std::uint64_t database_id) {
   auto checkpoint = read_checkpoint(disk, number, database_id);
   if (!checkpoint) return checkpoint;
@@ -123,7 +123,8 @@ Result<Checkpoint> read_world(Disk& disk, std::uint64_t number, std::uint64_t da
   return checkpoint;
 }
 
-/// The newest checkpoint that is whole and not newer than what is asked for, into `recovered`; where reading goes on.
+/// Reads the newest undamaged checkpoint that is not newer than requested into `recovered`. Returns the
+/// position after it.
 Result<Position> begin_from_checkpoint(Disk& disk, const RecoveryOptions& options, Recovered& recovered) {
   RecoveryReport& report = recovered.report;
   const auto& numbers = recovered.listing.checkpoints;
@@ -147,7 +148,8 @@ Result<Position> begin_from_checkpoint(Disk& disk, const RecoveryOptions& option
   return Position{};
 }
 
-/// A gap ends what can be known, and is no news to a log that was never said to be safe behind it; unless a checkpoint was there.
+/// A gap limits the recovery. That is an error only if a damaged checkpoint could have continued after it,
+/// since without that checkpoint no later version was ever durable.
 std::optional<Error> refused_gap(const RecoveryReport& report, const RecoveryOptions& options) {
   if (report.gap_from == 0 || report.damaged_checkpoints.empty() || options.salvage) return std::nullopt;
   return Error{ErrorCode::file, report.damaged_checkpoints.front() +
@@ -189,7 +191,8 @@ Result<Recovered> recover(Disk& disk, const RecoveryOptions& options) {
   const Position& next = report.log.next;
   const Position& place = report.read_from;
   if (next.group < place.group || (next.group == place.group && next.link != place.link)) {
-    // What leads to the checkpoint is lost, or something else. It goes on itself.
+    // The groups before the checkpoint are missing or different. The log continues at the checkpoint's
+    // position.
     report.log.next = place;
     report.log.last.reset();
   }

@@ -24,7 +24,8 @@ struct FoundHeader {
   std::string damage;  ///< why there is none
 };
 
-/// A segment has its name only after its header was on disk.
+/// A segment gets its final name after its header is on disk, so a damaged header is damage and not a torn
+/// write.
 Result<FoundHeader> read_header(Disk& disk, std::uint64_t number) {
   auto file = disk.open(segment_name(number));
   if (!file) return Error{ErrorCode::file, file.error().in_words()};
@@ -37,16 +38,16 @@ Result<FoundHeader> read_header(Disk& disk, std::uint64_t number) {
   if (!is_known_format(header.format))
     return refuse(number, "it has format " + std::to_string(header.format) + ", and known are " +
                               std::to_string(oldest_format) + " to " + std::to_string(format_version));
-  // Nobody renames segments, or copies one over another: what had this name is lost.
+  // The file is a copy of another segment: the segment of this name is lost.
   if (header.number != number)
     return FoundHeader{.header = {}, .damage = "it was written as " + segment_name(header.number)};
   return FoundHeader{.header = header, .damage = {}};
 }
 
-/// Newest first.
+/// The readable headers, newest first.
 struct Headers {
   std::vector<SegmentHeader> readable;
-  std::string damage;  ///< of a segment that is newer than all of them
+  std::string damage;  ///< damage of a segment that is newer than all of them
 };
 
 Result<Headers> read_headers(Disk& disk, const std::vector<std::uint64_t>& segments) {

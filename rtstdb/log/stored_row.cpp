@@ -14,7 +14,7 @@ namespace {
 
 using store::MotionWords;
 
-/// What normalising leaves: a few last bits away from one.
+/// Whether the quaternion is normalised, up to a few last bits.
 bool is_unit(const glm::dquat& q) noexcept {
   return std::abs(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z - 1.0) < 1e-12;
 }
@@ -23,7 +23,7 @@ glm::dvec3 vector(const double (&v)[3]) noexcept {
   return {v[0], v[1], v[2]};
 }
 
-/// The words that are told.
+/// The words that the record holds.
 std::uint32_t told_words(std::uint32_t left_out) noexcept {
   if ((left_out & holds_from_world_time) != 0) left_out |= valid_from_word;
   return unchanged_words & ~left_out;
@@ -38,7 +38,8 @@ void for_each_word(std::uint32_t words, Visit visit) noexcept {
 }  // namespace
 
 void put_motion(ByteWriter& writer, const Motion& motion) noexcept {
-  // Part by part: a StoredMotion made first would be copied by wide loads, which wait for the narrow stores that made it.
+  // Member by member: copying a StoredMotion that was just built would use wide loads, which wait for the
+  // narrow stores before them (store forwarding).
   const auto& [p, q, v, w, valid_from] = motion;
   writer.put(p, q.w, q.x, q.y, q.z, v, w, std::int64_t{valid_from.time_since_epoch().count()});
 }

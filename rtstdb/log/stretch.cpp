@@ -24,7 +24,8 @@ std::string in_words(const Gap& gap) {
   return "versions " + std::to_string(gap.first) + " to " + std::to_string(gap.last) + " are not in the log";
 }
 
-/// What there is, one commit after the other. Meshes are read, for without them nothing behind can be had.
+/// Determines the extent of a log record by record. Meshes are read too, since a missing mesh makes all later
+/// versions unreadable.
 class Survey final : public RecordVisitor {
  public:
   Survey(Disk& disk, Extent& extent) : disk_(disk), extent_(extent), begun_with_(extent.first.version) {}
@@ -57,7 +58,7 @@ class Survey final : public RecordVisitor {
   std::string fault_;
 };
 
-/// With its meshes; none: there is no checkpoint that is whole.
+/// The oldest undamaged checkpoint with its meshes; none: there is none.
 std::optional<Checkpoint> oldest_world(Disk& disk, const Listing& listing) {
   auto oldest = oldest_checkpoint(disk, listing, 0);
   while (oldest && !read_meshes(disk, oldest->header.database_id, oldest->world))
@@ -65,7 +66,7 @@ std::optional<Checkpoint> oldest_world(Disk& disk, const Listing& listing) {
   return oldest;
 }
 
-/// The commits behind a world, held to it one by one.
+/// Collects the commits after a world and checks each one against it.
 class Collecting final : public RecordVisitor {
  public:
   Collecting(Disk& disk, std::uint64_t database_id, const ReadAt& to, Stretch& stretch)
@@ -73,7 +74,7 @@ class Collecting final : public RecordVisitor {
 
   const char* record(Record& record, const RecordPlace&) override {
     if (stretch_.ends) {
-      // It ends with a version that may yet be taken back.
+      // The version after the range may still be taken back.
       enough_ = record.kind != RecordKind::taken_back || record.version != beyond_;
       if (!enough_) stretch_.ends.reset();
       return nullptr;
@@ -87,14 +88,14 @@ class Collecting final : public RecordVisitor {
         return taken_back(record.version);
       case RecordKind::gap:
         return met(Gap{record.version, record.to});
-      case RecordKind::move:  // comes as a commit
+      case RecordKind::move:  // decoded as a commit
       case RecordKind::none:
         break;
     }
     return "a record is of no known kind";
   }
   bool enough() const override { return enough_; }
-  /// That the stretch would lead over.
+  /// A gap within the range.
   const std::optional<Gap>& gap() const noexcept { return gap_; }
 
  private:
@@ -140,7 +141,7 @@ class Collecting final : public RecordVisitor {
     const bool before_it = (to_.kind == ReadAt::Kind::version && to_.version < gap.first) ||
                            (to_.kind == ReadAt::Kind::time && to_.time < now_.latest.time);
     if (!before_it) gap_ = gap;
-    // Nothing tells when the version behind it began: it may be of the same time.
+    // The time of the version after the gap is unknown; it may be the same time.
     stretch_.ends = now_.latest.time;
     return nullptr;
   }
@@ -182,7 +183,7 @@ RecoveryOptions up_to(const ReadAt& read_at, bool salvage) {
 
 KeptCommit::KeptCommit(const store::WriteSet& set) : set_(set) {
   for (store::ShapeWrite& shape : set_.shapes) {
-    // A vector's memory goes with it where it is moved to.
+    // Moving a vector keeps the address of its elements.
     positions_m_.emplace_back(shape.positions_m.begin(), shape.positions_m.end());
     shape.positions_m = positions_m_.back();
   }
@@ -221,7 +222,7 @@ Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, b
   const ReadAt& begin = from.kind == ReadAt::Kind::latest ? to : from;
   auto recovered = recover(disk, up_to(begin, salvage));
   if (!recovered) {
-    // A world before the oldest checkpoint can not be had; anything else is what recovery says.
+    // A world before the oldest checkpoint is bad input; any other error is that of the recovery.
     auto extent = read_extent(disk, salvage);
     if (!extent || extent.value().first.version == 0) return recovered.error();
     const VersionInfo& first = extent.value().first;
@@ -256,7 +257,8 @@ Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, b
                         .salvage = salvage},
                        collecting);
   if (!read) return read.error();
-  // One that was met behind the last may have been taken back, and the next one may be of the last one's time.
+  // Damage: whether a later version follows, and at what time, is unknown; it may be the time of the last
+  // one.
   if (!read.value().damage.empty()) stretch.ends = stretch.last().time;
   if (collecting.gap())
     return Error{ErrorCode::bad_input,

@@ -1,6 +1,6 @@
 #pragma once
-// A stretch of the past as a log tells of it: the world as one version left it, and the commits behind that one. It changes nothing in
-// the directory, and needs no right to write there: it reads beside whoever has it.
+// Reads a range of versions from a log: the world at the first version, and the commits after it. Nothing in
+// the directory is changed; no lock is needed, and another process may be writing the log.
 
 #include <cstdint>
 #include <optional>
@@ -16,11 +16,11 @@
 
 namespace rtstdb::log {
 
-/// A commit with memory of its own.
+/// A commit that owns the memory of its shapes.
 class KeptCommit {
  public:
   explicit KeptCommit(const store::WriteSet& set);
-  /// Its shapes point into this.
+  /// Its shapes point into this object.
   store::WriteSet& set() noexcept { return set_; }
   const store::WriteSet& set() const noexcept { return set_; }
 
@@ -34,25 +34,26 @@ struct Gap {
   Version first = 0, last = 0;
 };
 
-/// What a log tells of, without its worlds.
+/// The versions that a log holds.
 struct Extent {
-  std::uint64_t database_id = 0;  ///< 0: there is no database yet
-  /// From this one on worlds can be had: the empty one, or that of the oldest checkpoint where older segments are gone.
+  std::uint64_t database_id = 0;  ///< 0: there is no log yet
+  /// The first readable world: the empty one, or that of the oldest checkpoint if older segments were
+  /// removed.
   VersionInfo first;
   VersionInfo last;
-  std::uint64_t commits = 0;  ///< in the segments
+  std::uint64_t commits = 0;  ///< number of commits in the segments
   std::vector<Gap> gaps;
   LogEnd end = LogEnd::end_of_data;
-  std::string damage;  ///< salvage alone
+  std::string damage;  ///< only with salvage
 };
-/// Errors: file, as recover.
+/// Errors: file, as in recover.
 Result<Extent> read_extent(Disk& disk, bool salvage);
 
 struct Stretch {
-  World begin;  ///< with the geometries of the whole stretch
-  /// By version; the first comes right after `begin`.
+  World begin;  ///< with all geometries of the range
+  /// In the order of versions; the first follows `begin`.
   std::vector<KeptCommit> commits;
-  /// When the version behind the stretch begins; none: the log has none.
+  /// The time of the version after the range; none: the log has no later version.
   std::optional<WorldTime> ends;
 
   VersionInfo last() const noexcept {
@@ -61,11 +62,12 @@ struct Stretch {
   }
 };
 
-/// From the version that `from` names to the one that `to` names; latest is the log's last. Errors: file, as recover, and where a gap
-/// lies within; bad_input for what the log does not have, with what it has, and for `to` before `from`.
+/// Reads the range from `from` to `to`; ReadAt::latest is the last version of the log. Errors: file, as in
+/// recover; bad_input for a version or time that the log does not hold (the message says what it holds), for
+/// a range that spans a gap, and for `to` before `from`.
 Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, bool salvage);
 
-/// A store that has lived through nothing yet, and has room, lives through it.
+/// Applies the range to an empty store with enough capacity.
 void live_through(Stretch& stretch, store::Store& store);
 
 }  // namespace rtstdb::log

@@ -23,7 +23,7 @@ WholePages::WholePages(std::size_t bytes) : count_(bytes), start_(nullptr, Delet
   const std::size_t page = page_for(bytes);
   const std::size_t whole = round_up(bytes, page);
   start_.reset(static_cast<std::byte*>(::operator new (whole, std::align_val_t{page})));
-  if (page == large_page_bytes) ::madvise(start_.get(), whole, MADV_HUGEPAGE);  // a wish
+  if (page == large_page_bytes) ::madvise(start_.get(), whole, MADV_HUGEPAGE);  // a hint; may be ignored
   std::memset(start_.get(), 0, whole);
 }
 

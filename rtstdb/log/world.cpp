@@ -14,7 +14,7 @@ bool same(const LoggedGeometry& a, const LoggedGeometry& b) {
          a.options.rebuild_growth == b.options.rebuild_growth;
 }
 
-/// From the row before it.
+/// Fills in the omitted words from the row before.
 const char* complete_write(store::Write& write, const EntityState& before) {
   if (write.follows != static_cast<std::uint16_t>(before.written_by))
     return "it leaves out what was so in another version than the one before it";

@@ -43,13 +43,14 @@ Result<std::unique_ptr<Writer>> Writer::start(Disk& disk, const Clock& clock, Ri
   RTSTDB_ASSERT(start.database_id != 0);
   auto listing = list_log(disk);
   if (!listing) return in_words(listing.error());
-  // What was not finished counts for nothing where it stays.
+  // Unfinished files are ignored by readers, so a failed removal does not matter.
   for (const std::uint64_t number : listing.value().unfinished_segments)
     disk.remove(unfinished_segment_name(number));
   for (const std::uint64_t number : listing.value().unfinished_checkpoints)
     disk.remove(unfinished_checkpoint_name(number));
 
-  // On disk before the log goes on: what comes then has their groups' numbers.
+  // The renames must be on disk before the log continues, since new groups reuse the group numbers that these
+  // checkpoints refer to.
   for (const std::uint64_t number : start.abandoned_checkpoints) {
     if (auto fault = disk.rename(checkpoint_name(number), abandoned_checkpoint_name(number)))
       return in_words(*fault);
@@ -86,11 +87,12 @@ DiskFault Writer::begin(const LogStart& start) {
   if (start.last) {
     auto file = disk_.open(segment_name(start.last->segment));
     if (!file) return file.error();
-    first_groups.resize(start.last_bytes);  // padding behind the last record may end with the file
+    first_groups.resize(start.last_bytes);  // zeros where the file ends within the padding of the group
     auto read = file.value()->read(start.last->offset, first_groups);
     if (!read) return read.error();
   }
-  // Together with the segment's name, which takes the place of what told of the gap before.
+  // The gap record must be part of the new segment's first write, since that segment replaces the one that
+  // contained the gap.
   const bool has_gap = start.version_of_groups < start.version;
   std::span<const std::byte> gap_group;
   if (has_gap) {
@@ -106,7 +108,7 @@ DiskFault Writer::begin(const LogStart& start) {
   group_number_ = number_after;
   link_ = link_after;
   if (!fault && has_gap) group_is_on_disk(gap_group.size(), Nanoseconds(0));
-  records_on_disk_ = 0;  // that one came out of no ring
+  records_on_disk_ = 0;  // the gap record did not come from the ring
   return fault;
 }
 
@@ -133,7 +135,7 @@ DiskFault Writer::write_group(std::int64_t real_time_ns) {
 DiskFault Writer::write_group_or_throw(std::int64_t real_time_ns) {
   const auto bytes =
       group_.seal({.database_id = database_id_, .number = group_number_, .link = link_}, real_time_ns);
-  // A group that is longer than a segment has one of its own.
+  // A group that is larger than a segment gets a segment of its own.
   const bool full = segment_ != nullptr && segment_->offset() > sector_bytes &&
                     segment_->offset() + bytes.size() > options_.segment_bytes;
   if (segment_ == nullptr || full) {
@@ -171,7 +173,7 @@ void Writer::group_is_on_disk(std::size_t bytes, Nanoseconds took) {
 
 void Writer::segment_failed(const DiskError& fault, ClockTime now) {
   segment_.reset();
-  checkpointer_.give_up();  // one that begins behind the fault is needed
+  checkpointer_.give_up();  // a checkpoint that begins after the failure is needed
   waits_for_checkpoint_ = true;
   refused_by_disk_ = true;
   retry_.failed(now);
@@ -184,7 +186,7 @@ void Writer::note_fault(const DiskError& fault) {
   try {
     statistics_.last_fault = fault.in_words();
   } catch (const std::bad_alloc&) {
-    statistics_.last_fault = "out of memory";  // short enough to need none
+    statistics_.last_fault = "out of memory";  // short enough to need no allocation
   }
 }
 
@@ -196,7 +198,8 @@ void Writer::move_watermark() noexcept {
 
 bool Writer::checkpoint_is_due(ClockTime now) const noexcept {
   if (segment_ == nullptr || !checkpointer_.may_begin(now)) return false;
-  // What the next group takes back may have been committed before the place that would be noted, where nobody looks.
+  // The pending group takes back a version whose commit may be in an earlier group, before the checkpoint's
+  // position: the checkpoint would contain it.
   if (group_.newest_version() > group_.newest_standing()) return false;
   const bool many_bytes =
       options_.checkpoint_every_bytes != 0 && bytes_since_checkpoint_ >= options_.checkpoint_every_bytes;
@@ -242,7 +245,7 @@ void Writer::prune() {
   statistics_.pruned_segments += pruned.value();
 }
 
-// ---- driven from outside
+// ---- called by the thread that drives it
 
 Writer::Step Writer::step(std::int64_t real_time_ns) {
   Step step;
