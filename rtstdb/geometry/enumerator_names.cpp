@@ -1,4 +1,4 @@
-// The names of those public enumerators that no other file names; "unknown" for a value that is no
+// to_string of the public enumerations that have none in another file; "unknown" for a value that is no
 // enumerator.
 
 #include <rtstdb/database.hpp>

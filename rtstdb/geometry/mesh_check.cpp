@@ -26,7 +26,7 @@ std::string number(std::size_t n) {
   return std::to_string(n);
 }
 
-/// What is wrong with a position, or nothing.
+/// The fault of a position; none: it is valid.
 std::optional<std::string> fault_of(const glm::vec3& p) {
   if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
     return in_words(p) + ", which is not finite";
@@ -57,8 +57,8 @@ Result<void> check_triangles(const TriangleMesh& mesh) {
   return {};
 }
 
-/// Whether all that can be wrong with triangles and positions is right; says nothing of what is not. In loops without
-/// branches, since nearly all meshes are right.
+/// Whether all triangles and positions are valid, without the fault. Uses loops without branches, since
+/// nearly all meshes are valid.
 bool is_in_range(const TriangleMesh& mesh) {
   constexpr auto largest = static_cast<float>(max_coordinate_m);
   static_assert(static_cast<double>(largest) == max_coordinate_m);
@@ -71,7 +71,7 @@ bool is_in_range(const TriangleMesh& mesh) {
   return right && highest < mesh.positions_m.size();
 }
 
-/// What is wrong first.
+/// The first fault of an invalid mesh.
 Result<void> check_each(const TriangleMesh& mesh) {
   if (Result<void> checked = check_triangles(mesh); !checked) return checked;
   for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) {

@@ -77,7 +77,7 @@ Property property_of(const std::vector<std::string_view>& words, std::size_t lin
 }  // namespace
 
 Header read_header(std::string_view bytes) {
-  // Not where every line ends with "\r\n".
+  // Lines end with "\r" alone only if the first one does.
   const char line_end = bytes.starts_with("ply\r") && !bytes.starts_with("ply\r\n") ? '\r' : '\n';
   Header header;
   bool has_format = false;

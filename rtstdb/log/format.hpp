@@ -219,10 +219,9 @@ static_assert(sizeof(CheckpointHeader) == 104 && offsetof(CheckpointHeader, chec
 
 enum class ChunkKind : std::uint32_t {
   geometry = 1,  ///< one StoredGeometry with its name
-  rows =
-      2,  ///< for each index a StoredIndex, and the row if an entity lives there
-  shape = 3,  ///< the version that made the shape (64 bits), then a StoredShape with its positions
-  end = 4,    ///< empty
+  rows = 2,      ///< a StoredIndex for each index, followed by the row of a living entity
+  shape = 3,     ///< the version that made the shape (64 bits), then a StoredShape with its positions
+  end = 4,       ///< empty
 };
 
 struct ChunkHeader {
