@@ -27,7 +27,7 @@
 #include "rtstdb/query/ray_query.hpp"
 #include "rtstdb/query/region_query.hpp"
 #include "rtstdb/standing/follower.hpp"
-#include "rtstdb/standing/question.hpp"
+#include "rtstdb/standing/query_spec.hpp"
 #include "rtstdb/transaction/engine.hpp"
 #include "rtstdb/transaction/monotonic_clock.hpp"
 
@@ -187,17 +187,17 @@ class DatabaseImpl final : public Database {
     return prepare_on_engine<OverlapQuery, query::GpuOverlapQuery>(options);
   }
 
-  Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& asked,
+  Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& query,
                                                const StandingOptions& options) override {
-    return watch_question(asked, options);
+    return watch_spec(query, options);
   }
-  Result<std::unique_ptr<StandingQuery>> watch(const StandingRay& asked,
+  Result<std::unique_ptr<StandingQuery>> watch(const StandingRay& query,
                                                const StandingOptions& options) override {
-    return watch_question(asked, options);
+    return watch_spec(query, options);
   }
-  Result<std::unique_ptr<StandingQuery>> watch(const StandingNearest& asked,
+  Result<std::unique_ptr<StandingQuery>> watch(const StandingNearest& query,
                                                const StandingOptions& options) override {
-    return watch_question(asked, options);
+    return watch_spec(query, options);
   }
 
   std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) override {
@@ -366,13 +366,13 @@ class DatabaseImpl final : public Database {
         });
   }
 
-  template <class Asked>
-  Result<std::unique_ptr<StandingQuery>> watch_question(const Asked& asked, const StandingOptions& options) {
+  template <class StandingKind>
+  Result<std::unique_ptr<StandingQuery>> watch_spec(const StandingKind& query, const StandingOptions& options) {
     require_open("Database::watch");
-    const auto question = standing::question_of(asked, options.name);
-    if (!question) return question.error();
+    const auto spec = standing::make_query_spec(query, options.name);
+    if (!spec) return spec.error();
     return unless_out_of_memory<std::unique_ptr<StandingQuery>>(
-        "standing query", options.name, [&] { return follower_.watch(question.value(), options); });
+        "standing query", options.name, [&] { return follower_.watch(spec.value(), options); });
   }
 
   transaction::MonotonicClock monotonic_clock_;

@@ -7,7 +7,7 @@
 namespace rtstdb::standing {
 
 void ChangeFeed::committed(const store::WriteSet& set) noexcept {
-  if (!on_) return;
+  if (!active_) return;
   const std::uint64_t first = pushed_.load(std::memory_order_relaxed);
   const std::uint64_t waiting = first - popped_.load(std::memory_order_acquire);
   const std::size_t count = set.writes.size() + set.shapes.size();
@@ -40,7 +40,7 @@ void ChangeFeed::committed(const store::WriteSet& set) noexcept {
 
 void ChangeFeed::start() noexcept {
   gap_.store(false, std::memory_order_relaxed);
-  on_ = true;
+  active_ = true;
 }
 
 Bounds ChangeFeed::bounds(GeometryId geometry, std::span<const glm::vec3> positions_m) const noexcept {

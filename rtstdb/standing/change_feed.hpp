@@ -37,7 +37,7 @@ class ChangeFeed final : public transaction::CommitListener {
   void committed(const store::WriteSet& set) noexcept override;
   /// From now on, every commit is queued.
   void start() noexcept;
-  void stop() noexcept { on_ = false; }
+  void stop() noexcept { active_ = false; }
   /// Registers a deforming geometry, whose triangles use these positions (at least one). Setup.
   void keep_bounds(GeometryId geometry, std::vector<std::uint32_t> used_positions) noexcept {
     used_positions_[geometry.index] = std::move(used_positions);
@@ -58,7 +58,7 @@ class ChangeFeed final : public transaction::CommitListener {
   std::vector<Change> changes_;
   std::vector<std::vector<std::uint32_t>> used_positions_;  ///< by geometry; empty: it does not deform
   threads::Bell& follower_;
-  bool on_ = false;  ///< accessed by the engine only
+  bool active_ = false;  ///< accessed by the engine only
   std::atomic<bool> gap_{false};
   std::atomic<std::uint64_t> skipped_{0};
   alignas(64) std::atomic<std::uint64_t> pushed_{0};

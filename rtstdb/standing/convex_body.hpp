@@ -13,7 +13,7 @@ namespace rtstdb::standing {
 
 /// A vector of at most `most` values, without heap memory.
 template <class Value, std::size_t most>
-class Few {
+class FixedVector {
  public:
   void add(const Value& value) { values_[count_++] = value; }
   std::size_t size() const { return count_; }
@@ -32,11 +32,11 @@ struct Face {
 };
 
 struct ConvexBody {
-  Few<glm::dvec3, 8> corners_m;
-  Few<Face, 6> faces;          ///< of boxes and frusta only
-  Few<glm::dvec3, 5> normals;  ///< unit normals of the faces, each direction once
-  Few<glm::dvec3, 6> edges;    ///< unit directions of the edges, each once
-  double reach_m = 0.0;        ///< distance of the farthest corner from the frame's origin
+  FixedVector<glm::dvec3, 8> corners_m;
+  FixedVector<Face, 6> faces;          ///< of boxes and frusta only
+  FixedVector<glm::dvec3, 5> normals;  ///< unit normals of the faces, each direction once
+  FixedVector<glm::dvec3, 6> edges;    ///< unit directions of the edges, each once
+  double reach_m = 0.0;                ///< distance of the farthest corner from the frame's origin
 };
 
 /// A box with its centre at center_m and the orientation q (unit quaternion).

@@ -41,7 +41,7 @@ class Follower {
   /// Registers a checked query. Errors: bad_input for options outside their range, or if the carrier or the
   /// excluded entity does not exist in the latest version; out_of_memory. Throws std::bad_alloc if memory
   /// runs out in the calling thread.
-  Result<std::unique_ptr<StandingQuery>> watch(const Question& question, const StandingOptions& options);
+  Result<std::unique_ptr<StandingQuery>> watch(const QuerySpec& spec, const StandingOptions& options);
 
   void make_room_for_geometry() { mirror_.make_room_for_geometry(); }
   /// Adds a geometry, in the order of ids. To be called inside Engine::call together with the addition
@@ -63,35 +63,40 @@ class Follower {
   struct Command {
     enum class Kind : std::uint8_t { add, remove, close } kind = Kind::add;
     Watch* watch = nullptr;
-    enum class Reply : std::uint8_t { done, dead_carrier, dead_excluded, out_of_memory } reply = Reply::done;
+    enum class Reply : std::uint8_t {
+      done,
+      unknown_carrier,
+      unknown_excluded,
+      out_of_memory
+    } reply = Reply::done;
     Version latest = 0;  ///< latest version when the command was issued
     threads::FutexCell done{0};
     Command* next = nullptr;
   };
   class Handle;
 
-  void begin_thread();
+  void start_thread();
   /// Queues a command and waits until the follower has executed it.
-  void give(Command& command) noexcept;
+  void execute(Command& command) noexcept;
   void run() noexcept;
   bool work_once() noexcept;
-  bool carry_out_command() noexcept;
+  bool execute_next_command() noexcept;
   Command::Reply add(Watch& watch) noexcept;
   void remove(Watch& watch) noexcept;
   bool follow_one_version();
   /// Copies the latest version whole and continues from there.
   void catch_up();
-  void rest() noexcept;
+  void stop_feed() noexcept;
   /// Calls use(watch) for each query that is followed. A query that runs out of memory fails; the others
   /// continue.
   template <class Use>
-  void each(Use use) noexcept;
+  void for_each_followed(Use use) noexcept;
   void fail_all(const char* why) noexcept;
 
   transaction::Engine& engine_;
   const FollowerOptions options_;
   threads::Bell bell_;
-  Work work_;
+  WorkCounts work_;
   Mirror mirror_;
   ChangeFeed feed_;
 
@@ -104,7 +109,7 @@ class Follower {
   std::vector<Watch*> watches_;
   std::vector<Change> changes_;
   std::vector<std::uint32_t> changed_;
-  bool fed_ = false;
+  bool feed_active_ = false;
   bool closed_ = false;
 
   std::atomic<std::uint64_t> queries_{0}, versions_{0}, rows_{0}, gaps_{0};

@@ -57,11 +57,11 @@ class Mirror {
     Bounds bounds;
     bool deforms = false;
     std::vector<std::uint32_t>
-        shown_by;  ///< deforms: entities with this geometry; may contain others that had it before
+        users;  ///< deforms: entities with this geometry; may contain others that had it before
   };
-  void learn_geometries();
+  void take_added_geometries();
   void set_row(const EntityState& state);
-  void name_users(const Geometry& geometry, std::uint32_t id, std::vector<std::uint32_t>& changed) const;
+  void append_users(const Geometry& geometry, std::uint32_t id, std::vector<std::uint32_t>& changed) const;
 
   std::uint32_t max_entities_;
   VersionInfo version_;

@@ -1,13 +1,13 @@
 #pragma once
 // The signed distance between an entity's box (or its centre) and a convex body, both moving, for the tests
-// touching and inside: a Gap for crossing.hpp.
+// touching and inside: a border function for crossing.hpp.
 //
 // touching: separating axis theorem (Gottschalk et al., "OBBTree", 1996). Along an axis, the gap between body
 // and box is the smallest difference of two of their corners. They touch if no axis separates them; the axes
 // are the normals of the faces of both and the products of their edges.
 // inside: every corner is behind every face; the farthest corner decides.
 // Along each axis, the difference of two corners is a smooth function of time. Over an interval of length h
-// it is at most bend h^2 / 8 away from its chord, where bend bounds its second derivative.
+// it is at most bend h^2 / 8 away from its chord, where a bound limits its second derivative.
 //
 // Threads: pure; no allocation.
 
@@ -23,10 +23,10 @@
 
 namespace rtstdb::standing {
 
-/// Thresholds in units of the noise. A body that touches is inside, so the border has a thickness: below `in`
-/// an entity is inside, above `out` outside, and in between its state does not change. `border` separates the
-/// two sides.
-inline constexpr double in = 1.0, border = 1.5, out = 2.0;
+/// Thresholds in units of the noise. A body that touches is inside, so the border has a thickness: below
+/// inside_threshold an entity is inside, above outside_threshold outside, and in between its state does not
+/// change. border_threshold separates the two sides.
+inline constexpr double inside_threshold = 1.0, border_threshold = 1.5, outside_threshold = 2.0;
 
 /// Scaled bounds of an entity in its frame. is_point: only its centre is tested, and the half extents are
 /// zero.
@@ -43,7 +43,7 @@ class Separation {
   Separation(const RelativeMotion& motion, const ConvexBody& body, const EntityBox& entity, RegionTest test,
              double noise_m) noexcept;
 
-  struct Look {
+  struct Sample {
     std::int64_t ns = 0;
     RelativeMotion::View view;
     double worst_m = 0.0;  ///< the largest gap over all axes
@@ -56,30 +56,33 @@ class Separation {
     };
     std::array<std::array<Corners, 2>, 26> ends;  ///< along the axis and against it
   };
-  Look at(std::int64_t ns) const noexcept;
-  bool inside(const Look& look) const noexcept { return look.worst_m <= border * noise_m_; }
-  bool beyond(const Look& look, bool member) const noexcept {
-    return member ? look.worst_m > out * noise_m_ : look.worst_m < in * noise_m_;
+  Sample at(std::int64_t ns) const noexcept;
+  bool inside(const Sample& sample) const noexcept { return sample.worst_m <= border_threshold * noise_m_; }
+  bool has_crossed(const Sample& sample, bool member) const noexcept {
+    return member ? sample.worst_m > outside_threshold * noise_m_
+                  : sample.worst_m < inside_threshold * noise_m_;
   }
-  bool stays(const Look& a, const Look& b, bool member) const noexcept;
+  bool certainly_stays(const Sample& a, const Sample& b, bool member) const noexcept;
 
  private:
   struct Axis {
     enum class Kind : std::uint8_t { body, entity, product } kind;
     std::uint8_t first = 0, second = 0;
   };
-  struct Bend {
-    double bend = 0.0;
+  struct AxisBounds {
+    double second_derivative = 0.0;
     double min_length = 1.0, max_length = 1.0;  ///< of the axis, within the interval
   };
   glm::dvec3 direction(const Axis& axis, const RelativeMotion::View& view) const noexcept;
   glm::dvec3 entity_corner_m(const RelativeMotion::View& view, std::uint8_t corner) const noexcept;
-  double gap_of(const Axis& axis, int sign, const Look::Corners& corners,
+  double gap_of(const Axis& axis, int sign, const Sample::Corners& corners,
                 const RelativeMotion::View& view) const noexcept;
-  Bend bend(std::size_t axis, const Look& a, const Look& b) const noexcept;
+  AxisBounds axis_bounds(std::size_t axis, const Sample& a, const Sample& b) const noexcept;
   /// Lower and upper bound of the gap along one axis within the interval.
-  double least(std::size_t axis, int side, const Look& a, const Look& b, double leaves_m) const noexcept;
-  double most(std::size_t axis, int side, const Look& a, const Look& b, double leaves_m) const noexcept;
+  double min_gap_m(std::size_t axis, int side, const Sample& a, const Sample& b,
+                   double deviation_m) const noexcept;
+  double max_gap_m(std::size_t axis, int side, const Sample& a, const Sample& b,
+                   double deviation_m) const noexcept;
 
   const RelativeMotion& motion_;
   const ConvexBody& body_;
@@ -87,7 +90,7 @@ class Separation {
   bool touching_;
   double noise_m_;
   double entity_reach_m_;
-  Few<Axis, 26> axes_;
+  FixedVector<Axis, 26> axes_;
 };
 
 }  // namespace rtstdb::standing

@@ -69,7 +69,7 @@ namespace {
 template <class Asked>
 std::unique_ptr<StandingQuery> registered(Follower& follower, const Asked& asked,
                                           const StandingOptions& options) {
-  const auto question = question_of(asked, options.name);
+  const auto question = make_query_spec(asked, options.name);
   EXPECT_TRUE(question) << (question ? "" : question.error().message);
   auto made = follower.watch(question.value(), options);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);

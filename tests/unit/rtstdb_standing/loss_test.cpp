@@ -253,7 +253,7 @@ TEST(Loss, MemoryThatRunsOutAnywhereIsNoEnd) {
     StandingNearest nearest;
     nearest.k = 3;
     const auto question =
-        after % 2 == 0 ? question_of(nearest, "gate") : question_of(around_origin(5.0f), "gate");
+        after % 2 == 0 ? make_query_spec(nearest, "gate") : make_query_spec(around_origin(5.0f), "gate");
     auto made = world.follower().watch(question.value(), {.name = "gate"});
     for (int k = 0; k < 60; ++k)
       world.create(row_of(cube, {-30.0 - k, 0.0, 0.0}, {10.0, 0.0, 0.0}), 1'000'000 * k);

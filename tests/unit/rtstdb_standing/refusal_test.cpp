@@ -14,7 +14,7 @@ namespace {
 
 template <class Asked>
 void expect_refused(const Asked& asked, const std::string& words) {
-  const auto question = question_of(asked, "gate");
+  const auto question = make_query_spec(asked, "gate");
   ASSERT_FALSE(question) << words;
   EXPECT_EQ(question.error().code, ErrorCode::bad_input);
   EXPECT_NE(question.error().message.find("standing query 'gate'"), std::string::npos);
@@ -24,7 +24,7 @@ void expect_refused(const Asked& asked, const std::string& words) {
 TEST(Refusal, OfRegions) {
   StandingRegion good;
   good.region.half_extent_m = {1.0f, 2.0f, 3.0f};
-  ASSERT_TRUE(question_of(good, "gate"));
+  ASSERT_TRUE(make_query_spec(good, "gate"));
   const auto with = [&](const auto& change) {
     StandingRegion asked = good;
     change(asked);
@@ -48,7 +48,7 @@ TEST(Refusal, OfRegions) {
 TEST(Refusal, OfRegionsThatHoldNobody) {
   StandingRegion flat;
   flat.region.half_extent_m = {1.0f, 0.0f, 3.0f};
-  EXPECT_TRUE(question_of(flat, "gate")) << "bounds can touch a curtain";
+  EXPECT_TRUE(make_query_spec(flat, "gate")) << "bounds can touch a curtain";
   flat.target = StandingTarget::center;
   expect_refused(flat, "empty");
   flat.target = StandingTarget::bounds;
@@ -65,7 +65,7 @@ TEST(Refusal, OfRegionsThatHoldNobody) {
 
 TEST(Refusal, OfRays) {
   StandingRay asked;
-  ASSERT_TRUE(question_of(asked, "gate"));
+  ASSERT_TRUE(make_query_spec(asked, "gate"));
   asked.ray.direction = {};
   expect_refused(asked, "direction");
   asked.ray.direction = {0.0f, NAN, 1.0f};
@@ -83,7 +83,7 @@ TEST(Refusal, OfRays) {
 
 TEST(Refusal, OfNearest) {
   StandingNearest asked;
-  ASSERT_TRUE(question_of(asked, "gate"));
+  ASSERT_TRUE(make_query_spec(asked, "gate"));
   asked.k = 0;
   expect_refused(asked, "0, 32");
   asked.k = max_neighbors + 1;
@@ -94,7 +94,7 @@ TEST(Refusal, OfNearest) {
   asked.point.radius_m = NAN;
   expect_refused(asked, "nan");
   asked.point.radius_m = 0.0f;
-  EXPECT_TRUE(question_of(asked, "gate")) << "bounds can hold the point";
+  EXPECT_TRUE(make_query_spec(asked, "gate")) << "bounds can hold the point";
   asked.target = StandingTarget::center;
   expect_refused(asked, "zero");
 }
@@ -107,15 +107,15 @@ TEST(Refusal, OfTheDeadAndOfRings) {
   StandingRegion asked;
   asked.region.half_extent_m = {1.0f, 1.0f, 1.0f};
   const auto refused = [&](const StandingRegion& wanted, const StandingOptions& options) {
-    auto made = world.follower().watch(question_of(wanted, options.name).value(), options);
+    auto made = world.follower().watch(make_query_spec(wanted, options.name).value(), options);
     EXPECT_FALSE(made);
     return made ? std::string() : made.error().message;
   };
   asked.region.carrier = dead;
-  EXPECT_EQ(refused(asked, {.name = "gate"}), "standing query 'gate': its carrier 2.1 does not live");
+  EXPECT_EQ(refused(asked, {.name = "gate"}), "standing query 'gate': its carrier 2.1 does not exist");
   asked.region.carrier = alive;
   asked.excluded = {dead.index, 7};
-  EXPECT_EQ(refused(asked, {.name = "gate"}), "standing query 'gate': the excluded entity 2.7 does not live");
+  EXPECT_EQ(refused(asked, {.name = "gate"}), "standing query 'gate': the excluded entity 2.7 does not exist");
   asked.excluded = {};
   EXPECT_NE(refused(asked, {.name = "gate", .ring_capacity = 1}).find("ring_capacity is 1"),
             std::string::npos);

@@ -13,10 +13,10 @@
 
 namespace rtstdb::standing {
 
-class VersionJob final : public transaction::EngineJob {
+class CopyVersionJob final : public transaction::EngineJob {
  public:
   /// `room`: the largest number of rows; reserved here, since steps must not allocate.
-  VersionJob(ChangeFeed& feed, std::size_t room);
+  CopyVersionJob(ChangeFeed& feed, std::size_t room);
 
   bool step(const store::Store& store) noexcept override;
   /// After the last step.
@@ -26,7 +26,7 @@ class VersionJob final : public transaction::EngineJob {
 
  private:
   static constexpr std::uint32_t indices_per_step = 256;
-  static constexpr int attempts_in_slices = 3;
+  static constexpr int max_sliced_attempts = 3;
 
   void begin(const store::Store& store) noexcept;
 
