@@ -1,4 +1,5 @@
-// The bounds that searches trust: no point's path, seen from a body that moves too, bends or goes faster than they say.
+// The bounds of relative motion: no point exceeds the bounds of velocity and acceleration in the frame of a
+// moving body.
 
 #include "rtstdb/standing/relative_motion.hpp"
 
@@ -37,7 +38,7 @@ class RandomMotions {
 
 constexpr std::int64_t step_ns = 100'000;
 
-/// Differences of places at three instants, and what rounding makes of them.
+/// Velocity and acceleration from the differences of three positions, with their rounding error.
 struct Path {
   glm::dvec3 v{0.0}, a{0.0};
   template <class Place>
@@ -52,7 +53,7 @@ struct Path {
 };
 constexpr double rounding = 2e-4;
 
-TEST(RelativeMotion, NoPathBendsMoreThanItsBounds) {
+TEST(RelativeMotion, NoPointExceedsItsBounds) {
   RandomMotions dice(3);
   double tightest = 0.0;
   for (int round = 0; round < 4000; ++round) {
@@ -94,14 +95,16 @@ TEST(RelativeMotion, NoPathBendsMoreThanItsBounds) {
       const Path edge(ns, [&](std::int64_t t) { return motion.at(t).rotation * n; });
       ASSERT_LE(glm::length(edge.v), edge_bounds.rate + rounding) << round;
       ASSERT_LE(glm::length(edge.a), edge_bounds.second_derivative + rounding) << round;
-      if (target_acceleration > 1.0) tightest = std::max(tightest, std::abs(glm::dot(n, seen.a)) / target_acceleration);
+      if (target_acceleration > 1.0)
+        tightest = std::max(tightest, std::abs(glm::dot(n, seen.a)) / target_acceleration);
     }
   }
   EXPECT_GT(tightest, 0.9) << "and they are no idle bounds";
 }
 
-/// Bodies that edge_bounds alike, do not edge_bounds, or edge_bounds about the axis that is looked along: nothing bends there, so a search needs two looks.
-TEST(RelativeMotion, WhatStaysStraightIsKnownToBe) {
+/// Bodies that rotate alike, do not rotate, or rotate about the tested axis: the bound along the axis is
+/// zero, so a search needs two samples.
+TEST(RelativeMotion, StraightPathsHaveZeroBounds) {
   Motion car;
   car.p_world_m = {5.0, 7.0, 0.0};
   car.v_world_mps = {20.0, 3.0, 0.0};
