@@ -13,7 +13,7 @@ void ChangeFeed::committed(const store::WriteSet& set) noexcept {
   const std::size_t count = set.writes.size() + set.shapes.size();
   if (gap_.load(std::memory_order_relaxed) || waiting + count > changes_.size()) {
     skipped_.fetch_add(1, std::memory_order_relaxed);
-    if (!gap_.exchange(true, std::memory_order_release)) follower_.ring();
+    if (!gap_.exchange(true, std::memory_order_release)) follower_wake_up_.notify();
     return;
   }
   std::uint64_t next = first;
@@ -35,7 +35,7 @@ void ChangeFeed::committed(const store::WriteSet& set) noexcept {
     change.state = write.state;
   }
   pushed_.store(next, std::memory_order_release);
-  follower_.ring();
+  follower_wake_up_.notify();
 }
 
 void ChangeFeed::start() noexcept {

@@ -13,7 +13,7 @@
 
 #include <rtstdb/geometry.hpp>
 
-#include "rtstdb/threads/bell.hpp"
+#include "rtstdb/threads/event_count.hpp"
 #include "rtstdb/transaction/commit_listener.hpp"
 
 namespace rtstdb::standing {
@@ -29,8 +29,8 @@ struct Change {
 
 class ChangeFeed final : public transaction::CommitListener {
  public:
-  ChangeFeed(std::uint32_t max_geometries, threads::Bell& follower)
-      : used_positions_(max_geometries), follower_(follower) {}
+  ChangeFeed(std::uint32_t max_geometries, threads::EventCount& follower_wake_up)
+      : used_positions_(max_geometries), follower_wake_up_(follower_wake_up) {}
   /// Sets the capacity. Once, before the first start.
   void make_room(std::size_t changes) { changes_.resize(changes); }
 
@@ -57,7 +57,7 @@ class ChangeFeed final : public transaction::CommitListener {
  private:
   std::vector<Change> changes_;
   std::vector<std::vector<std::uint32_t>> used_positions_;  ///< by geometry; empty: it does not deform
-  threads::Bell& follower_;
+  threads::EventCount& follower_wake_up_;
   bool active_ = false;  ///< accessed by the engine only
   std::atomic<bool> gap_{false};
   std::atomic<std::uint64_t> skipped_{0};

@@ -28,7 +28,8 @@ std::string error_prefix(const StandingOptions& options) {
 /// The user's object. Its destructor unregisters the watch and then destroys it.
 class Follower::Handle final : public StandingQuery {
  public:
-  Handle(Follower& follower, std::unique_ptr<Watch> watch) : follower_(follower), watch_(std::move(watch)) {}
+  Handle(Follower& follower, std::unique_ptr<Watch> watch)
+      : follower_(follower), watch_(std::move(watch)) {}
   ~Handle() override {
     if (!registered) return;
     Command command{.kind = Command::Kind::remove, .watch = watch_.get()};
@@ -66,14 +67,14 @@ Follower::Follower(transaction::Engine& engine, const FollowerOptions& options)
     : engine_(engine),
       options_(options),
       mirror_(options.max_entities),
-      feed_(options.max_geometries, bell_) {}
+      feed_(options.max_geometries, wake_up_) {}
 
 Follower::~Follower() {
   RTSTDB_REQUIRE(counts().queries == 0, "Database's destructor",
                  "a standing query outlives its database; destroy it first");
   if (!thread_.joinable()) return;
   ending_.store(true, std::memory_order_release);
-  bell_.ring();
+  wake_up_.notify();
   thread_.join();
   if (!closed_) engine_.listen(nullptr);
 }
@@ -99,14 +100,14 @@ Result<std::unique_ptr<StandingQuery>> Follower::watch(const QuerySpec& spec,
   if (options.ring_capacity < 2 || options.ring_capacity > max_standing_events) {
     return Error{ErrorCode::bad_input, error_prefix(options) + "ring_capacity is " +
                                            std::to_string(options.ring_capacity) + "; 2 to " +
-                                           std::to_string(max_standing_events) + " are possible"};
+                                           std::to_string(max_standing_events) + " are allowed"};
   }
   start_thread();
   std::unique_ptr<Watch> made;
   if (spec.kind == QuerySpec::Kind::nearest) {
-    made = std::make_unique<NearestWatch>(spec, options, mirror_, bell_, work_);
+    made = std::make_unique<NearestWatch>(spec, options, mirror_, wake_up_, work_);
   } else {
-    made = std::make_unique<MembershipWatch>(spec, options, mirror_, bell_, work_);
+    made = std::make_unique<MembershipWatch>(spec, options, mirror_, wake_up_, work_);
   }
   Command command{.kind = Command::Kind::add, .watch = made.get(), .latest = engine_.latest().version};
   auto handle = std::make_unique<Handle>(*this, std::move(made));
@@ -135,7 +136,7 @@ void Follower::execute(Command& command) noexcept {
     *last_command_ = &command;
     last_command_ = &command.next;
   }
-  bell_.ring();
+  wake_up_.notify();
   command.done.wait_while(0);
 }
 
@@ -159,8 +160,8 @@ StandingCounts Follower::counts() const noexcept {
 
 void Follower::run() noexcept {
   while (!ending_.load(std::memory_order_acquire)) {
-    const std::uint32_t heard = bell_.heard();
-    if (!work_once()) bell_.sleep_unless_rung(heard);
+    const std::uint32_t count = wake_up_.count();
+    if (!work_once()) wake_up_.wait(count);
   }
 }
 

@@ -18,7 +18,7 @@
 #include "rtstdb/standing/change_feed.hpp"
 #include "rtstdb/standing/mirror.hpp"
 #include "rtstdb/standing/watch.hpp"
-#include "rtstdb/threads/bell.hpp"
+#include "rtstdb/threads/event_count.hpp"
 #include "rtstdb/threads/futex.hpp"
 #include "rtstdb/transaction/engine.hpp"
 
@@ -95,7 +95,7 @@ class Follower {
 
   transaction::Engine& engine_;
   const FollowerOptions options_;
-  threads::Bell bell_;
+  threads::EventCount wake_up_;
   WorkCounts work_;
   Mirror mirror_;
   ChangeFeed feed_;

@@ -16,8 +16,8 @@ constexpr double hysteresis_m = 1e-9;
 }  // namespace
 
 NearestWatch::NearestWatch(const QuerySpec& spec, const StandingOptions& options, const Mirror& mirror,
-                           threads::Bell& follower, WorkCounts& work)
-    : Watch(spec, options, mirror, follower, work),
+                           threads::EventCount& follower_wake_up, WorkCounts& work)
+    : Watch(spec, options, mirror, follower_wake_up, work),
       guard_spec_(spec),
       guard_size_(2 * std::size_t{spec.k} + 8),
       max_candidates_(2 * guard_size_) {}

@@ -14,7 +14,7 @@ namespace rtstdb::standing {
 class NearestWatch final : public Watch {
  public:
   NearestWatch(const QuerySpec& spec, const StandingOptions& options, const Mirror& mirror,
-               threads::Bell& follower, WorkCounts& work);
+               threads::EventCount& follower_wake_up, WorkCounts& work);
 
   /// The order involves all candidates: invalidates all certificates.
   void invalidate(std::span<const std::uint32_t> indices) noexcept override;

@@ -22,10 +22,10 @@ constexpr std::int64_t ns_of(WorldTime time) {
 }  // namespace
 
 Watch::Watch(const QuerySpec& spec, const StandingOptions& options, const Mirror& mirror,
-             threads::Bell& follower, WorkCounts& work)
+             threads::EventCount& follower_wake_up, WorkCounts& work)
     : spec_(spec),
       mirror_(mirror),
-      follower_(follower),
+      follower_wake_up_(follower_wake_up),
       work_(work),
       name_(options.name),
       ring_(options.ring_capacity),
@@ -37,7 +37,7 @@ std::size_t Watch::next_events(std::span<StandingEvent> events) noexcept {
   const std::size_t count = ring_.pop(events);
   // Pairs with publish_list by sequential consistency: either publish_list sees the room, or this sees that
   // it waits for room.
-  if (count > 0 && waits_for_room_.load(std::memory_order_seq_cst)) follower_.ring();
+  if (count > 0 && waits_for_room_.load(std::memory_order_seq_cst)) follower_wake_up_.notify();
   return count;
 }
 

@@ -19,7 +19,7 @@
 #include "rtstdb/standing/membership_predictor.hpp"
 #include "rtstdb/standing/mirror.hpp"
 #include "rtstdb/standing/query_spec.hpp"
-#include "rtstdb/threads/bell.hpp"
+#include "rtstdb/threads/event_count.hpp"
 #include "rtstdb/transaction/latest_version.hpp"
 
 namespace rtstdb::standing {
@@ -36,8 +36,8 @@ struct WorkCounts {
 
 class Watch {
  public:
-  Watch(const QuerySpec& spec, const StandingOptions& options, const Mirror& mirror, threads::Bell& follower,
-        WorkCounts& work);
+  Watch(const QuerySpec& spec, const StandingOptions& options, const Mirror& mirror,
+        threads::EventCount& follower_wake_up, WorkCounts& work);
   virtual ~Watch() = default;
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
@@ -112,7 +112,7 @@ class Watch {
   void end(EventCause cause);
 
   const Mirror& mirror_;
-  threads::Bell& follower_;
+  threads::EventCount& follower_wake_up_;
   WorkCounts& work_;
   const std::string name_;
 

@@ -3,13 +3,14 @@
 // helper does not get a processor, the caller executes all blocks; the caller waits for blocks that the
 // helper has begun.
 //
-// Threads: one calls each, and constructs the object; the body of the loop runs on it and on the helper.
+// Threads: one thread constructs the object and calls for_each_block; the body of the loop runs on it and on the
+// helper.
 
 #include <atomic>
 #include <cstdint>
 #include <thread>
 
-#include "rtstdb/threads/bell.hpp"
+#include "rtstdb/threads/event_count.hpp"
 
 namespace rtstdb::threads {
 
@@ -22,16 +23,17 @@ class ForkJoin {
   ForkJoin(const ForkJoin&) = delete;
   ForkJoin& operator=(const ForkJoin&) = delete;
 
-  /// Number of threads. Thread 0 is the caller's, 1 the helper.
-  static constexpr std::uint32_t hands = 2;
-  /// Calls body(block, hand) once for each block below `count`, where `hand` is the thread, and returns when
+  /// Number of threads. Index 0 is the caller's, 1 the helper.
+  static constexpr std::uint32_t thread_count = 2;
+  /// Calls body(block, thread_index) once for each block below `count` and returns when
   /// all calls have returned; their effects are visible then. The body must not throw. Neither allocates nor
   /// takes a lock.
   template <class Body>
-  void each(std::uint32_t count, const Body& body) noexcept {
-    share(
-        {.count = count, .body = &body, .call = [](const void* of, std::uint32_t block, std::uint32_t hand) {
-           (*static_cast<const Body*>(of))(block, hand);
+  void for_each_block(std::uint32_t count, const Body& body) noexcept {
+    run({.count = count,
+         .body = &body,
+         .call = [](const void* of, std::uint32_t block, std::uint32_t thread_index) {
+           (*static_cast<const Body*>(of))(block, thread_index);
          }});
   }
 
@@ -39,22 +41,22 @@ class ForkJoin {
   struct Loop {
     std::uint32_t count = 0;
     const void* body = nullptr;
-    void (*call)(const void* body, std::uint32_t block, std::uint32_t hand) = nullptr;
+    void (*call)(const void* body, std::uint32_t block, std::uint32_t thread_index) = nullptr;
     std::atomic<std::uint32_t> next{0};
-    void take_blocks(std::uint32_t hand) noexcept;
+    void take_blocks(std::uint32_t thread_index) noexcept;
   };
-  void share(Loop&& loop) noexcept;
-  void lend_a_hand() noexcept;
+  void run(Loop&& loop) noexcept;
+  void run_helper() noexcept;
 
-  void wait_for_the_other() noexcept;
+  void wait_for_helper() noexcept;
 
-  Bell bell_;
+  EventCount wake_up_;
   std::atomic<bool> closing_{false};
-  std::atomic<Loop*> open_{nullptr};  // the loop that the helper may enter
+  std::atomic<Loop*> current_{nullptr};  // the loop that the helper may enter
   /// The helper: outside any loop, possibly inside one, or inside one while the caller sleeps until it
   /// leaves.
-  enum Other : std::uint32_t { outside, inside, waited_for };
-  std::atomic<std::uint32_t> other_{outside};
+  enum HelperState : std::uint32_t { outside, inside, awaited };
+  std::atomic<std::uint32_t> helper_{outside};
   std::thread thread_;
 };
 

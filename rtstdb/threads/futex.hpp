@@ -11,9 +11,9 @@ namespace rtstdb::threads {
 
 /// Sleeps while `word` equals `expected`; returns at once if it does not. May return early.
 void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected) noexcept;
-/// The same with a timeout, `at_most`.
+/// The same with a timeout.
 void futex_wait_for(const std::atomic<std::uint32_t>& word, std::uint32_t expected,
-                    Nanoseconds at_most) noexcept;
+                    Nanoseconds timeout) noexcept;
 /// Uses only the address: the word may already be destroyed.
 void futex_wake_all(const std::atomic<std::uint32_t>* word) noexcept;
 
