@@ -133,8 +133,8 @@ const char* to_string(ReadAt::Kind kind) noexcept {
 
 const char* to_string(CancelledBy by) noexcept {
   switch (by) {
-    case CancelledBy::nobody:
-      return "nobody";
+    case CancelledBy::none:
+      return "none";
     case CancelledBy::caller:
       return "caller";
     case CancelledBy::full_queue:

@@ -15,7 +15,7 @@
 namespace rtstdb {
 namespace {
 
-std::string in_words(const glm::vec3& p) {
+std::string describe(const glm::vec3& p) {
   char text[96];
   std::snprintf(text, sizeof text, "(%.9g, %.9g, %.9g)", static_cast<double>(p.x), static_cast<double>(p.y),
                 static_cast<double>(p.z));
@@ -29,11 +29,11 @@ std::string number(std::size_t n) {
 /// The fault of a position; none: it is valid.
 std::optional<std::string> fault_of(const glm::vec3& p) {
   if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-    return in_words(p) + ", which is not finite";
+    return describe(p) + ", which is not finite";
   const double largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
   if (largest <= max_coordinate_m) return std::nullopt;
   char text[160];
-  std::snprintf(text, sizeof text, "%s, which is beyond the limit of %.9g m", in_words(p).c_str(),
+  std::snprintf(text, sizeof text, "%s, which is beyond the limit of %.9g m", describe(p).c_str(),
                 max_coordinate_m);
   return text;
 }
@@ -102,8 +102,8 @@ Result<void> validate(const TriangleMesh& mesh) {
   if (some_area) return {};
   const glm::uvec3& first = mesh.triangles.front();
   return refuse("every triangle (count " + number(mesh.triangles.size()) +
-                ") is degenerate, triangle 0 with corners " + in_words(mesh.positions_m[first.x]) + ", " +
-                in_words(mesh.positions_m[first.y]) + ", " + in_words(mesh.positions_m[first.z]));
+                ") is degenerate, triangle 0 with corners " + describe(mesh.positions_m[first.x]) + ", " +
+                describe(mesh.positions_m[first.y]) + ", " + describe(mesh.positions_m[first.z]));
 }
 
 Bounds bounds_of(const TriangleMesh& mesh) {

@@ -86,7 +86,7 @@ glm::vec3 vertex_of(const Statements& statement, std::string_view rest, double s
     values[count] = *value;
   }
   if (count < 3) statement.refuse("is not a vertex of three to seven finite numbers");
-  if (count == 4 && values[3] != 1.0) statement.refuse("has a weight, which polygons have not");
+  if (count == 4 && values[3] != 1.0) statement.refuse("has a weight other than 1, which is not supported");
   return glm::vec3(scale * glm::dvec3(values[0], values[1], values[2]));
 }
 
@@ -108,7 +108,7 @@ void append_corners(const Statements& statement, std::string_view rest, std::siz
     statement.refuse("has " + counted(corners.size(), "corner") + "; a face has three or more");
   if (corners.size() > max_polygon_corners)
     statement.refuse("has " + std::to_string(corners.size()) + " corners; up to " +
-                     std::to_string(max_polygon_corners) + " are cut into triangles");
+                     std::to_string(max_polygon_corners) + " are triangulated");
 }
 
 }  // namespace

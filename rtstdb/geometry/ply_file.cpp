@@ -178,7 +178,7 @@ class PlyReader {
     if (is_polygon && count > max_polygon_corners)
       throw std::runtime_error("PLY data: face " + std::to_string(polygon_ends_.size()) + " has " +
                                std::to_string(count) + " corners; up to " +
-                               std::to_string(max_polygon_corners) + " are cut into triangles");
+                               std::to_string(max_polygon_corners) + " are triangulated");
     if (is_polygon) polygon_ends_.push_back(corners_.size());
   }
 

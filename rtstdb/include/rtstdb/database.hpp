@@ -87,7 +87,7 @@ struct DatabaseOptions {
   /// Capacity, in row changes, of the queue from commits to the thread that evaluates standing queries;
   /// allocated with the first standing query. When the queue is full, that thread skips versions and compares
   /// with a later one; events found by that comparison have EventCause::gap. 1 to max_retained_changes.
-  std::uint32_t followed_changes = 1u << 14;
+  std::uint32_t standing_queue_capacity = 1u << 14;
   /// SCHED_FIFO priority of the database's threads: 1 to 99; 0: ordinary scheduling. The driver's threads,
   /// which compute on a software device, get a priority lower by two, at least 1. If the operating system
   /// refuses the priority, Health::degraded says so.
@@ -119,7 +119,7 @@ struct TransactionCounts {
   std::uint64_t firm_late_commits = 0;
   /// Firm transactions published in time whose owner saw the outcome after the deadline, because the
   /// operating system preempted the engine thread in between.
-  std::uint64_t firm_handed_over_late = 0;
+  std::uint64_t firm_delivered_late = 0;
   std::uint64_t hard_misses = 0;  ///< the hard ones among `late`
   /// The ones among `refused` that the log refused: its ring is full or its disk fails (modes group and sync
   /// only).
@@ -260,10 +260,10 @@ class Database {
   virtual Version durable() const noexcept = 0;
 
   // ---- durability ----
-  /// Requests that a version be written to disk now, and blocks until it is there or the timeout `at_most`
+  /// Requests that a version be written to disk now, and blocks until it is there or the timeout `timeout`
   /// has passed.
   /// False: it is not on disk; durability() says why. Without a log: false. Any thread.
-  virtual bool wait_until_durable(Version version, Nanoseconds at_most) noexcept = 0;
+  virtual bool wait_until_durable(Version version, Nanoseconds timeout) noexcept = 0;
   virtual Durability durability() const = 0;
   /// What open found in the log's directory.
   virtual const Recovery& recovery() const noexcept = 0;

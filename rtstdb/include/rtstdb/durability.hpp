@@ -93,7 +93,7 @@ struct Recovery {
   bool torn = false;          ///< the last write was incomplete and was cut off
   bool salvaged = false;      ///< data after `version` was damaged and is lost
   Nanoseconds duration{0};
-  std::string in_words{};  ///< a sentence on what was found, what was cut off and why
+  std::string summary{};  ///< a sentence on what was found, what was cut off and why
 };
 
 /// The present state of the log. Counts are since open.
@@ -103,7 +103,7 @@ struct Durability {
   /// Every published version up to this one is on disk.
   Version durable = 0;
   /// The last write failed; the writer retries.
-  bool refused_by_disk = false;
+  bool last_write_failed = false;
   /// `durable` does not advance until a checkpoint, which is in progress, is on disk.
   bool waits_for_checkpoint = false;
   std::uint64_t faults = 0;  ///< file operations that failed

@@ -35,8 +35,8 @@ struct GeometryOptions {
   /// other geometry takes 56.
   bool deforms = false;
   /// Deforming geometry: number of shapes kept for queries at older versions, the newest included. A shape
-  /// takes 12 bytes for each position on the host. 1 to max_kept_shapes.
-  std::uint32_t kept_shapes = 2;
+  /// takes 12 bytes for each position on the host. 1 to max_retained_shapes.
+  std::uint32_t retained_shapes = 2;
   /// Deforming geometry: when the tree is rebuilt. A new shape refits the boxes of the existing tree. If the
   /// cost of the tree by the surface area heuristic, relative to the cost of its triangles alone, has grown
   /// by more than this factor since the tree was built, it is rebuilt at once, which takes about ten times as

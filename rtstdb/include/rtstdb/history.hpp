@@ -67,7 +67,7 @@ Result<HistoryExtent> history_extent(const std::filesystem::path& directory, boo
 /// Opens a range of a log as a database that cannot be written.
 /// Errors: file and no_device as in Database::open; bad_input for a range that the log does not hold (the
 /// message says what it holds), that spans a gap, or that ends before it begins; capacity for a range with
-/// more row changes or shapes than a database can keep (max_retained_changes, max_kept_shapes);
+/// more row changes or shapes than a database can keep (max_retained_changes, max_retained_shapes);
 /// out_of_memory.
 Result<std::unique_ptr<Database>> open_history(const HistoryOptions& options);
 

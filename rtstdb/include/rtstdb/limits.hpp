@@ -12,7 +12,7 @@ inline constexpr std::uint32_t max_geometries = 1u << 16;
 inline constexpr std::uint32_t max_triangles_total = 1u << 26;
 /// Of one polygon in a mesh file. Triangulation takes time up to the third power of the number of corners.
 inline constexpr std::uint32_t max_polygon_corners = 4096;
-inline constexpr std::uint32_t max_kept_shapes = 256;  ///< GeometryOptions::kept_shapes
+inline constexpr std::uint32_t max_retained_shapes = 256;  ///< GeometryOptions::retained_shapes
 inline constexpr std::uint32_t max_rays_per_query = 1u << 22;
 inline constexpr std::uint32_t max_hits_per_ray = 16;
 /// Capacity times hits_per_ray of one ray query.

@@ -16,7 +16,7 @@
 //                     has the priority of its own Terms.
 //   too long          From the first preemption point at which it has cost more than the budget, it has the
 //                     priority of its own Terms.
-//   not as declared   It combines writes with queries: it has the priority of its own Terms.
+//   undeclared        It combines writes with queries: it has the priority of its own Terms.
 //
 // Threads: creation and destruction are setup; any thread may call counts. A reservation must not outlive its
 // database, and must not be destroyed while a transaction that names it is pending (misuse).
@@ -35,7 +35,7 @@ struct ReservationOptions {
   Nanoseconds budget{0};    ///< largest Outcome::actual_cost; above zero, at most the deadline
   /// Its transactions combine writes with queries. Such a transaction blocks all other writes and is not
   /// preempted, so the feasibility test counts its whole budget as one piece.
-  bool writes_and_asks = false;
+  bool writes_and_queries = false;
 };
 
 /// `transactions` counts each transaction that named the reservation and has its outcome. It is also counted
@@ -46,9 +46,9 @@ struct ReservationCounts {
   std::uint64_t transactions = 0;
   std::uint64_t kept = 0;    ///< completed by their deadline
   std::uint64_t broken = 0;  ///< conformed and did not complete by their deadline
-  std::uint64_t too_often = 0, too_long = 0, not_as_declared = 0;
+  std::uint64_t too_often = 0, too_long = 0, undeclared = 0;
   Nanoseconds largest_cost{0};
-  Nanoseconds longest_answer{0};  ///< longest time from submitted to published, of those kept or broken
+  Nanoseconds longest_response{0};  ///< longest time from submitted to published, of those kept or broken
 };
 
 /// Made by Database::reserve.

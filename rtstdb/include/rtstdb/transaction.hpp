@@ -128,7 +128,7 @@ struct BadInput {
 
 /// Why a transaction was cancelled.
 enum class CancelledBy : std::uint8_t {
-  nobody,      ///< it was not cancelled
+  none,        ///< it was not cancelled
   caller,      ///< Database::cancel
   full_queue,  ///< DatabaseOptions::queue_capacity
   closing      ///< Database::close
@@ -136,7 +136,7 @@ enum class CancelledBy : std::uint8_t {
 
 /// Why a transaction was refused.
 enum class RefusedBy : std::uint8_t {
-  nobody,     ///< it was not refused
+  none,       ///< it was not refused
   admission,  ///< its deadline could not be met, see Outcome::earliest_feasible
   /// Modes group and sync: the log's ring has no room for its writes; if they need more than half of the
   /// ring, it never has.
@@ -159,8 +159,8 @@ struct Outcome {
   BadInput bad_input{};
   std::int32_t bad_query = -1;  ///< bad_input: ordinal of the wrong add_query; -1: a write, or the Terms
   Conflict conflict{};
-  CancelledBy cancelled_by = CancelledBy::nobody;
-  RefusedBy refused_by = RefusedBy::nobody;
+  CancelledBy cancelled_by = CancelledBy::none;
+  RefusedBy refused_by = RefusedBy::none;
   bool truncated = false;    ///< at least one answer is incomplete or overflowed; also set when late
   bool partial = false;      ///< LatePolicy::partial: some elements were answered by the deadline, others not
   bool stale = false;        ///< not completed; LatePolicy::last_good: a query has earlier answers
@@ -245,7 +245,7 @@ class Transaction {
   /// that have it, from the new version on. As many positions as the mesh has, in its order, in the entity
   /// frame; they are copied. A later update of the same geometry in the same transaction replaces an earlier
   /// one. All triangles may lose their area; then no ray hits them.
-  /// Older versions keep their shapes as far as GeometryOptions::kept_shapes reaches. A transaction with
+  /// Older versions keep their shapes as far as GeometryOptions::retained_shapes reaches. A transaction with
   /// queries at a version whose shapes are no longer kept ends as bad_input (snapshot_too_old); one that only
   /// reads rows does not. The acceleration structure on the device is updated when the first query needs the
   /// new shape. Distances have a sign if the surface is closed in the new shape (NearestQueryOptions):
