@@ -21,7 +21,7 @@ struct Checkpoint {
   Position position() const noexcept { return {header.segment, header.offset, header.group, header.link}; }
 };
 
-/// Reads the header only. Errors: file, for a damaged header or an unknown format.
+/// Reads the header only. Errors: file, for a damaged header or another format.
 Result<CheckpointHeader> read_checkpoint_header(Disk& disk, std::uint64_t number);
 
 /// Errors: file, with the file, the offset and the fault, for any damage.

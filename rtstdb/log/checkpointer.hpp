@@ -27,24 +27,24 @@ class Checkpointer {
         retry_(retry) {}
   Checkpointer(const Checkpointer&) = delete;
   Checkpointer& operator=(const Checkpointer&) = delete;
-  ~Checkpointer() { give_up(); }
+  ~Checkpointer() { abandon(); }
 
-  bool under_way() const noexcept { return file_ != nullptr; }
-  bool may_begin(ClockTime now) const noexcept { return !under_way() && now >= retry_.at(); }
+  bool in_progress() const noexcept { return file_ != nullptr; }
+  bool may_begin(ClockTime now) const noexcept { return !in_progress() && now >= retry_.at(); }
   ClockTime retry_at() const noexcept { return retry_.at(); }
   /// Resets the waiting time after failures.
   void try_now() noexcept { retry_.succeeded(); }
 
-  /// given_up: the version of the checkpoint is no longer kept; the next checkpoint starts with a newer one.
-  enum class Did : std::uint8_t { nothing, something, finished, given_up, failed };
+  /// abandoned: the version of the checkpoint is no longer kept; the next checkpoint starts with a newer one.
+  enum class Progress : std::uint8_t { nothing, something, finished, abandoned, failed };
   struct Step {
-    Did did = Did::nothing;
+    Progress progress = Progress::nothing;
     Version version = 0;  ///< finished: version of the checkpoint
     DiskFault fault;      ///< failed: the reason
   };
   /// Requests a checkpoint. `position`: position of the next group; `not_before`: the newest version, not
-  /// taken back, of the records taken from the ring. If the source is not ready, the values of the first call
-  /// remain valid. given_up: the version of the source is older.
+  /// discarded, of the records taken from the ring. If the source is not ready, the values of the first call
+  /// remain valid. abandoned: the version of the source is older.
   Step begin(const Position& position, Version not_before, ClockTime now, std::int64_t real_time_ns);
   /// What is on disk.
   struct Synced {
@@ -53,12 +53,12 @@ class Checkpointer {
   };
   /// Writes the next slice. Publishes the checkpoint when all versions up to its own, and its geometries, are
   /// on disk.
-  Step go_on(const Synced& synced, ClockTime now);
-  void give_up() noexcept;
+  Step advance(const Synced& synced, ClockTime now);
+  void abandon() noexcept;
 
  private:
   Step begin_file(ClockTime now, std::int64_t real_time_ns);
-  Step go_on_writing(const Synced& synced, ClockTime now);
+  Step advance_writing(const Synced& synced, ClockTime now);
   Step failed(const DiskError& fault, ClockTime now);
 
   Disk& disk_;
@@ -67,11 +67,11 @@ class Checkpointer {
   std::uint64_t next_number_;
   std::uint32_t rows_per_slice_;
   Retry retry_;
-  struct Asked {
+  struct Request {
     Position position;
     Version not_before = 0;
   };
-  std::optional<Asked> asked_;
+  std::optional<Request> request_;
   bool source_has_begun_ = false;
   std::unique_ptr<CheckpointFile> file_;
   bool written_ = false;

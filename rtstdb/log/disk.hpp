@@ -40,7 +40,7 @@ struct DiskError {
   std::string file;  ///< empty for allocate
 
   /// "write of segment.0000000003: No space left on device"
-  std::string in_words() const;
+  std::string describe() const;
 };
 
 /// The fault that a std::bad_alloc during a disk operation becomes.

@@ -17,8 +17,8 @@
 // So a log continues after a torn group, or after a file with a failed write, without a change of the
 // existing bytes.
 //
-// Formats 1 and 2 are read as well: format 2 is this one without moves, in which no motion leaves out that it
-// holds from the commit's world time on; format 1 is format 2 in which no motion leaves anything out.
+// A log of another format is refused. A new format gets the next number, so that the numbers of older logs stay unique: 1 and 2
+// were earlier encodings of motions.
 //
 // Each checksum is seeded with the database's id. A header's checksum covers the members before it; a payload
 // checksum covers the payload.
@@ -27,16 +27,13 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace rtstdb::log {
 
 static_assert(std::endian::native == std::endian::little, "structs are written as they lie in memory");
 
 inline constexpr std::uint32_t format_version = 3;
-inline constexpr std::uint32_t oldest_format = 1;
-constexpr bool is_known_format(std::uint32_t format) {
-  return format >= oldest_format && format <= format_version;
-}
 /// A disk writes this many bytes whole or not at all.
 inline constexpr std::size_t sector_bytes = 512;
 /// A larger length in a file is damage, and is rejected before memory is allocated for it.
@@ -90,15 +87,15 @@ enum class RecordKind : std::uint16_t {
   none = 0,
   commit = 1,
   geometry = 2,
-  taken_back = 3,
+  discarded = 3,
   gap = 4,
   move = 5,
 };
 
 struct RecordHeader {
   RecordKind kind = RecordKind::none;
-  std::uint16_t left_out = 0;  ///< move: omitted words; otherwise 0
-  std::uint32_t bytes = 0;     ///< length with this header; a multiple of 8
+  std::uint16_t omitted_words = 0;  ///< move: omitted words; otherwise 0
+  std::uint32_t bytes = 0;          ///< length with this header; a multiple of 8
 };
 static_assert(sizeof(RecordHeader) == 8);
 
@@ -113,8 +110,8 @@ static_assert(sizeof(CommitBody) == 24);
 
 enum class StoredWriteKind : std::uint32_t { create = 1, update = 2, update_motion = 3, remove = 4 };
 
-/// Followed by: nothing (remove); a StoredMotion without its omitted words (update_motion); a StoredLook and
-/// a StoredMotion (create, update).
+/// Followed by: nothing (remove); a StoredMotion without its omitted words (update_motion); a
+/// StoredAppearance and a StoredMotion (create, update).
 struct StoredWrite {
   StoredWriteKind kind = StoredWriteKind::remove;
   std::uint32_t index = 0;
@@ -132,10 +129,10 @@ inline constexpr std::uint16_t unchanged_words = (1u << 14) - 1;
 /// The last of the fourteen: valid_from_ns.
 inline constexpr std::uint16_t valid_from_word = 1u << 13;
 /// valid_from_ns is omitted because it equals the commit's world time (and not that of the row before).
-inline constexpr std::uint16_t holds_from_world_time = 1u << 14;
+inline constexpr std::uint16_t valid_from_is_world_time = 1u << 14;
 /// Move: the world time is omitted because it equals that of the previous commit. Between the two, there is
-/// neither a gap nor a taken-back version.
-inline constexpr std::uint16_t world_time_as_before = 1u << 15;
+/// neither a gap nor a discarded version.
+inline constexpr std::uint16_t same_world_time = 1u << 15;
 
 /// Body of a move record: a commit that consists of one update_motion. Followed by the world time, unless
 /// omitted, and a StoredMotion without its omitted words.
@@ -149,12 +146,12 @@ static_assert(sizeof(MoveBody) == 16);
 inline constexpr std::uint64_t max_move_version = (std::uint64_t{1} << 48) - 1;
 
 /// A row without its motion and its geometry.
-struct StoredLook {
+struct StoredAppearance {
   double scale[3] = {};
   std::uint32_t mask = 0;
   std::uint32_t material = 0;
 };
-static_assert(sizeof(StoredLook) == 32);
+static_assert(sizeof(StoredAppearance) == 32);
 
 struct StoredMotion {
   double p_world_m[3] = {};
@@ -178,7 +175,7 @@ struct StoredGeometry {
   std::uint64_t file_checksum = 0;  ///< checksum of the file's header
   std::uint32_t index = 0;
   std::uint32_t deforms = 0;
-  std::uint32_t kept_shapes = 0;
+  std::uint32_t retained_shapes = 0;
   float rebuild_growth = 0.0f;
   std::uint32_t name_bytes = 0;
   std::uint32_t reserved = 0;
@@ -186,7 +183,7 @@ struct StoredGeometry {
 static_assert(sizeof(StoredGeometry) == 40);
 
 /// The version, the newest in the log so far, was discarded after it had been recorded.
-struct TakenBackBody {
+struct DiscardBody {
   std::uint64_t version = 0;
 };
 
@@ -236,8 +233,8 @@ struct ChunkHeader {
 };
 static_assert(sizeof(ChunkHeader) == 48 && offsetof(ChunkHeader, checksum) == 40);
 
-/// State of an index in the checkpoint's version. If an entity lives there, a StoredLook and a StoredMotion
-/// follow.
+/// State of an index in the checkpoint's version. If an entity lives there, a StoredAppearance and a
+/// StoredMotion follow.
 struct StoredIndex {
   std::uint32_t generation = 0;  ///< the last generation of the index
   std::uint32_t lives = 0;       ///< 1: an entity lives there
@@ -261,6 +258,12 @@ struct GeometryHeader {
   std::uint64_t checksum = 0;
 };
 static_assert(sizeof(GeometryHeader) == 56 && offsetof(GeometryHeader, checksum) == 48);
+
+/// Why a file with this format number is refused.
+inline std::string refused_format(std::uint32_t format) {
+  return "it has log format " + std::to_string(format) + ", and this version of rtstdb reads format " +
+         std::to_string(format_version) + " only; open it with the version that wrote it";
+}
 
 constexpr std::size_t round_up(std::size_t bytes, std::size_t unit) {
   return (bytes + unit - 1) / unit * unit;

@@ -10,7 +10,7 @@
 #include <rtstdb/transaction.hpp>
 
 #include "rtstdb/log/format.hpp"
-#include "rtstdb/log/whole_pages.hpp"
+#include "rtstdb/log/page_buffer.hpp"
 
 namespace rtstdb::log {
 
@@ -38,17 +38,17 @@ class Group {
   std::uint64_t next_link() const noexcept { return header_.checksum; }
 
   std::uint32_t records() const noexcept { return header_.records; }
-  /// The newest version in this group, including versions taken back and versions in gaps; 0: none.
+  /// The newest version in this group, including versions discarded and versions in gaps; 0: none.
   Version newest_version() const noexcept { return newest_version_; }
   /// The last version of the last gap in this group; 0: no gap.
   Version gap_to() const noexcept { return gap_to_; }
-  /// The newest version in this and all earlier groups that was not taken back; that of `begin_at` if there
+  /// The newest version in this and all earlier groups that was not discarded; that of `begin_at` if there
   /// is none.
-  Version newest_standing() const noexcept { return standing_; }
+  Version newest_valid() const noexcept { return valid_; }
   /// Number of geometries in this and all earlier groups.
   std::size_t geometries() const noexcept { return geometries_; }
   void begin_at(Version version, std::size_t geometries) noexcept {
-    standing_ = standing_before_ = version;
+    valid_ = valid_before_ = version;
     geometries_ = geometries;
   }
 
@@ -56,13 +56,13 @@ class Group {
   void note(RecordKind kind, std::span<const std::byte> body) noexcept;
   void note_commit(Version version) noexcept;
 
-  WholePages pages_;
+  PageBuffer pages_;
   std::span<std::byte> bytes_;  // starts with room for the header
   std::size_t payload_bytes_ = 0;
   GroupHeader header_;
   bool closing_ = false;
   Version newest_version_ = 0, gap_to_ = 0;
-  Version standing_ = 0, standing_before_ = 0;
+  Version valid_ = 0, valid_before_ = 0;
   std::size_t geometries_ = 0;
 };
 

@@ -38,7 +38,7 @@ class RecordVisitor {
   /// it, or null to continue.
   virtual const char* record(Record& record, const RecordPlace& place) = 0;
   /// Whether to stop reading. Called after each record.
-  virtual bool enough() const { return false; }
+  virtual bool is_done() const { return false; }
 };
 
 enum class LogEnd : std::uint8_t {
@@ -54,7 +54,6 @@ struct ReadReport {
   LogEnd end = LogEnd::end_of_data;
   std::uint64_t segments = 0, groups = 0, records = 0, bytes = 0;
   std::uint64_t database_id = 0;  ///< 0: unknown
-  std::uint32_t format = 0;       ///< 0: there is no segment
   std::string damage;
 
   // Torn: what is cut off.
@@ -72,10 +71,10 @@ struct ReadReport {
 struct ReadOptions {
   std::uint64_t database_id = 0;  ///< 0: that of the segments
   Position from;
-  /// World time of the latest version of the initial world, for omitted world times (world_time_as_before).
+  /// World time of the latest version of the initial world, for omitted world times (same_world_time).
   /// The world may be newer than the position; then records of versions that it already contains may be
   /// decoded with a wrong time.
-  std::optional<WorldTime> time_before{};
+  std::optional<WorldTime> previous_time{};
   bool salvage = false;
 };
 

@@ -32,8 +32,8 @@ struct LoggedGeometry {
 std::size_t geometry_bytes(const LoggedGeometry& geometry) noexcept;
 void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> room) noexcept;
 
-inline constexpr std::size_t taken_back_bytes = sizeof(RecordHeader) + sizeof(TakenBackBody);
-void encode_taken_back(Version version, std::span<std::byte> room) noexcept;
+inline constexpr std::size_t discard_bytes = sizeof(RecordHeader) + sizeof(DiscardBody);
+void encode_discard(Version version, std::span<std::byte> room) noexcept;
 
 inline constexpr std::size_t gap_bytes = sizeof(RecordHeader) + sizeof(GapBody);
 void encode_gap(Version from, Version to, std::span<std::byte> room) noexcept;
@@ -46,14 +46,14 @@ struct Record {
   /// them), the id (remove).
   store::WriteSet commit;
   LoggedGeometry geometry;
-  Version version = 0;  ///< the version taken back; the first version of a gap
+  Version version = 0;  ///< the version discarded; the first version of a gap
   Version to = 0;       ///< the last version of a gap
 };
 
 class RecordDecoder {
  public:
-  /// `time_before`: world time of the previous commit, or of the checkpoint.
-  explicit RecordDecoder(std::optional<WorldTime> time_before = {}) : commits_(time_before) {}
+  /// `previous_time`: world time of the previous commit, or of the checkpoint.
+  explicit RecordDecoder(std::optional<WorldTime> previous_time = {}) : commits_(previous_time) {}
 
   /// Decodes the record at the beginning of `bytes`; it is valid until the next call. Returns a description
   /// of the fault, or null.

@@ -24,24 +24,24 @@ class Recorder {
  public:
   explicit Recorder(Ring& ring);
 
-  /// Whether there is room for the set, which need not be staged, and for a record that takes it back.
+  /// Whether there is room for the set, which need not be staged, and for a record that discards it.
   bool room_for(const store::WriteSet& set) const noexcept;
   bool room_for(const LoggedGeometry& geometry) const noexcept;
   /// Records a staged set. False: no room; its version becomes part of a gap.
   bool record(const store::WriteSet& set) noexcept;
-  /// Records a staged set in the collecting memory; hand_over, or the next record, puts it into the ring.
+  /// Records a staged set in the collecting memory; flush, or the next record, puts it into the ring.
   /// False: no room, or too large to be collected; nothing is done.
   [[nodiscard]] bool collect(const store::WriteSet& set) noexcept;
   /// Puts collected records into the ring. Returns whether there were any.
-  bool hand_over() noexcept;
-  /// Records that a version was taken back. It must be the last one recorded, or in a gap.
-  void take_back(Version version) noexcept;
+  bool flush() noexcept;
+  /// Records that a version was discarded. It must be the last one recorded, or in a gap.
+  void discard(Version version) noexcept;
   /// Records a geometry whose file is on disk. False: no room.
   [[nodiscard]] bool record(const LoggedGeometry& geometry) noexcept;
 
   /// Puts collected records and a pending gap record into the ring, if there is room. To be called from time
   /// to time while nothing is committed, and before the end.
-  void tend() noexcept;
+  void maintain() noexcept;
   bool in_gap() const noexcept { return gap_from_ != 0; }
   /// Number of records put into the ring or collected.
   std::uint64_t records() const noexcept { return records_; }
@@ -57,8 +57,8 @@ class Recorder {
   Ring& ring_;
   std::vector<std::byte> collected_;
   std::size_t collected_bytes_ = 0;
-  // World time of the last recorded commit; none after a taken-back version or a gap.
-  std::optional<WorldTime> time_before_;
+  // World time of the last recorded commit; none after a discarded version or a gap.
+  std::optional<WorldTime> previous_time_;
   Version gap_from_ = 0, gap_to_ = 0;
   std::uint64_t records_ = 0;
   std::atomic<std::uint64_t> gap_versions_{0};

@@ -44,7 +44,7 @@ struct RecoveryReport {
   Nanoseconds duration{0};
 
   /// One or more sentences: what was found, what was cut off and why.
-  std::string in_words() const;
+  std::string describe() const;
 };
 
 struct Recovered {

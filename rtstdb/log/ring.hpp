@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <span>
 
-#include "rtstdb/log/whole_pages.hpp"
+#include "rtstdb/log/page_buffer.hpp"
 
 namespace rtstdb::log {
 
@@ -74,7 +74,7 @@ class Ring {
   std::atomic<std::size_t> high_water_{0};
   std::span<std::byte> bytes_;  // of pages_
   alignas(64) std::atomic<std::uint64_t> tail_{0};
-  WholePages pages_;
+  PageBuffer pages_;
 };
 
 }  // namespace rtstdb::log

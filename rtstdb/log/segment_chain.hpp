@@ -25,7 +25,7 @@ struct SegmentChain {
   std::uint64_t database_id = 0;  ///< 0: no segment has a readable header
   // Empty: none.
   std::string damage_before;  ///< why the log cannot be read from the position on
-  std::string damage_behind;  ///< damage of a segment that is newer than all links
+  std::string damage_after;   ///< damage of a segment that is newer than all links
 };
 
 /// The id in the oldest segment with a readable header; 0: there is none.

@@ -31,11 +31,11 @@ class World {
   std::vector<WorldGeometry> geometries;   ///< by index
 
   // Each of these returns null, or a description of the fault; then nothing has changed.
-  /// Applies a version after the latest. It can be taken back until the next call. Afterwards each write of
+  /// Applies a version after the latest. It can be discarded until the next call. Afterwards each write of
   /// the set has the whole row that it leaves.
   const char* apply(store::WriteSet& set);
   /// Undoes the latest version, which must have been applied last.
-  const char* take_back(Version version);
+  const char* discard(Version version);
   /// Adds the next geometry; one that exists must be equal. `mesh` is moved from.
   const char* add(const LoggedGeometry& geometry, TriangleMesh&& mesh);
   /// World time of the latest version; none for version 0.
@@ -69,7 +69,7 @@ class World {
   void undo();
 
   // The state before the version that was applied last.
-  bool can_take_back_ = false;
+  bool can_discard_ = false;
   VersionInfo latest_before_;
   std::vector<Before> before_;
   std::vector<ShapeBefore> shapes_before_;

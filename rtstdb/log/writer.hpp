@@ -84,7 +84,7 @@ class Writer {
   /// The durable version does not advance before a checkpoint of a version after the failure or gap.
   bool waits_for_checkpoint() const noexcept { return waits_for_checkpoint_.load(std::memory_order_acquire); }
   /// The last write failed and is retried.
-  bool refused_by_disk() const noexcept { return refused_by_disk_.load(std::memory_order_acquire); }
+  bool last_write_failed() const noexcept { return refused_by_disk_.load(std::memory_order_acquire); }
   /// Requests that waiting records be written now.
   void flush_soon() noexcept { flush_soon_.store(true, std::memory_order_relaxed); }
   /// Requests a checkpoint.

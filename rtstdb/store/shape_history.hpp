@@ -17,20 +17,20 @@ namespace rtstdb::store {
 class ShapeHistory {
  public:
   /// The shapes of one geometry.
-  struct Kept {
+  struct Ring {
     std::size_t position_count = 0;
     std::vector<glm::vec3> positions_m;  ///< slot by slot
     std::vector<Version> versions;       ///< by slot: the version that made the shape
     std::size_t newest = 0, count = 0;
   };
   /// A ring with one shape: the one that the geometry is added with (made_by = 0: it holds from the empty
-  /// world on), or one that version `made_by` made. `kept_shapes` >= 1. Any thread.
-  static std::unique_ptr<Kept> make(std::span<const glm::vec3> positions_m, std::uint32_t kept_shapes,
+  /// world on), or one that version `made_by` made. `retained_shapes` >= 1. Any thread.
+  static std::unique_ptr<Ring> make(std::span<const glm::vec3> positions_m, std::uint32_t retained_shapes,
                                     Version made_by = 0);
 
   explicit ShapeHistory(std::uint32_t max_geometries) : kept_(max_geometries) {}
   /// Once for each geometry.
-  void adopt(GeometryId geometry, std::unique_ptr<Kept> kept) noexcept;
+  void adopt(GeometryId geometry, std::unique_ptr<Ring> kept) noexcept;
 
   bool deforms(GeometryId geometry) const noexcept {
     return geometry.index < kept_.size() && kept_[geometry.index] != nullptr;
@@ -51,7 +51,7 @@ class ShapeHistory {
   void record(Version version, GeometryId geometry, std::span<const glm::vec3> positions_m) noexcept;
 
  private:
-  std::vector<std::unique_ptr<Kept>> kept_;  // by geometry; null: it does not deform
+  std::vector<std::unique_ptr<Ring>> kept_;  // by geometry; null: it does not deform
   Version oldest_kept_ = 0;
 };
 

@@ -82,7 +82,7 @@ class Store {
   /// Misuse unless a set is staged.
   Snapshot staged_snapshot() const noexcept;
   /// The snapshot of a version. Refused with these values:
-  ///   beyond_history                     the requested time (s), end_of_history (s)
+  ///   beyond_history                     the requested time (s), the end of the known history (s)
   ///   snapshot_too_old, unknown_version  the requested version (-1: by time), the oldest kept version (whose
   ///                                      shapes are kept too, with ReadFor::rows_and_shapes), the requested
   ///                                      time (s), the time of the oldest kept version (s)
@@ -90,7 +90,7 @@ class Store {
                                         ReadFor purpose = ReadFor::rows) const noexcept;
 
   /// Registers a deforming geometry with its first shape. Setup.
-  void keep_shapes(GeometryId geometry, std::unique_ptr<ShapeHistory::Kept> shapes) noexcept {
+  void keep_shapes(GeometryId geometry, std::unique_ptr<ShapeHistory::Ring> shapes) noexcept {
     shapes_.adopt(geometry, std::move(shapes));
   }
 
@@ -107,10 +107,10 @@ class Store {
   /// Stages a set that was staged and published before, with its version, ids and rows, on the world that it
   /// was staged on then. Skipped version numbers are those of discarded versions. Misuse: a set that does not
   /// fit this world. Then publish and settle.
-  void stage_again(WriteSet& set) noexcept;
+  void restage(WriteSet& set) noexcept;
   /// Sets the end of the known history: reading AS OF this time or later is refused, since versions are
   /// missing from there on.
-  void ends_at(WorldTime time) noexcept { ends_at_ = time; }
+  void end_history_at(WorldTime time) noexcept { history_end_ = time; }
   void publish() noexcept;
   void settle() noexcept;
   void discard() noexcept;
@@ -163,7 +163,7 @@ class Store {
 
   VersionInfo latest_;
   Version next_version_ = 1;
-  std::optional<WorldTime> ends_at_;
+  std::optional<WorldTime> history_end_;
 
   // For changed_between, which lists each index once: an index with the current mark is already in the list.
   mutable std::vector<std::uint64_t> marks_;

@@ -24,7 +24,7 @@ struct Write {
   // (motion_words.hpp), and the low 16 bits of the version that wrote the row before. They fit into the
   // padding.
   std::uint16_t unchanged = 0;
-  std::uint16_t follows = 0;
+  std::uint16_t base_version_low = 0;
   /// Before staging: `id` (not for create) and, depending on the kind, `row` or `row.motion`. After staging:
   /// the entity as this write leaves it, with a normalised orientation; for remove, only `id` and
   /// `written_by` are meaningful.

@@ -70,7 +70,7 @@ TEST(Cost, OfAVersionDependsOnItsChanges) {
 }
 
 TEST(Cost, CommitsDoNotAllocate) {
-  threads::Bell nobody;
+  threads::EventCount nobody;
   ChangeFeed feed(4, nobody);
   feed.make_room(64);
   const TriangleMesh soft = make_box({1.0, 1.0, 1.0});

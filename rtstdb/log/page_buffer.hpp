@@ -8,9 +8,9 @@
 
 namespace rtstdb::log {
 
-class WholePages {
+class PageBuffer {
  public:
-  explicit WholePages(std::size_t bytes);
+  explicit PageBuffer(std::size_t bytes);
 
   /// The requested number of bytes.
   std::span<std::byte> bytes() const noexcept { return {start_.get(), count_}; }

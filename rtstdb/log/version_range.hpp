@@ -17,9 +17,9 @@
 namespace rtstdb::log {
 
 /// A commit that owns the memory of its shapes.
-class KeptCommit {
+class OwnedCommit {
  public:
-  explicit KeptCommit(const store::WriteSet& set);
+  explicit OwnedCommit(const store::WriteSet& set);
   /// Its shapes point into this object.
   store::WriteSet& set() noexcept { return set_; }
   const store::WriteSet& set() const noexcept { return set_; }
@@ -49,10 +49,10 @@ struct Extent {
 /// Errors: file, as in recover.
 Result<Extent> read_extent(Disk& disk, bool salvage);
 
-struct Stretch {
+struct VersionRange {
   World begin;  ///< with all geometries of the range
   /// In the order of versions; the first follows `begin`.
-  std::vector<KeptCommit> commits;
+  std::vector<OwnedCommit> commits;
   /// The time of the version after the range; none: the log has no later version.
   std::optional<WorldTime> ends;
 
@@ -65,9 +65,9 @@ struct Stretch {
 /// Reads the range from `from` to `to`; ReadAt::latest is the last version of the log. Errors: file, as in
 /// recover; bad_input for a version or time that the log does not hold (the message says what it holds), for
 /// a range that spans a gap, and for `to` before `from`.
-Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, bool salvage);
+Result<VersionRange> read_version_range(Disk& disk, const ReadAt& from, const ReadAt& to, bool salvage);
 
 /// Applies the range to an empty store with enough capacity.
-void live_through(Stretch& stretch, store::Store& store);
+void apply_range(VersionRange& range, store::Store& store);
 
 }  // namespace rtstdb::log

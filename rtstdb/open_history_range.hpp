@@ -5,11 +5,11 @@
 
 #include <rtstdb/database.hpp>
 
-#include "rtstdb/log/stretch.hpp"
+#include "rtstdb/log/version_range.hpp"
 
 namespace rtstdb {
 
 /// The options must have room for the range.
-Result<std::unique_ptr<Database>> open_past(const DatabaseOptions& options, log::Stretch stretch);
+Result<std::unique_ptr<Database>> open_history_range(const DatabaseOptions& options, log::VersionRange range);
 
 }  // namespace rtstdb

@@ -1,6 +1,6 @@
 #pragma once
-// Reads a whole log as one history, from the first readable world to the last. Versions that were taken back
-// are omitted. After a gap it continues with the first checkpoint behind the gap. Nothing in the directory is
+// Reads a whole log as one history, from the first readable world to the last. Versions that were discarded
+// are omitted. After a gap it continues with the first checkpoint after the gap. Nothing in the directory is
 // changed.
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 #include "rtstdb/log/disk.hpp"
 #include "rtstdb/log/reader.hpp"
-#include "rtstdb/log/stretch.hpp"
+#include "rtstdb/log/version_range.hpp"
 #include "rtstdb/log/world.hpp"
 
 namespace rtstdb::log {
 
 /// Receives the history in the order of versions.
-class ChronicleListener {
+class ReplayListener {
  public:
-  virtual ~ChronicleListener() = default;
+  virtual ~ReplayListener() = default;
   /// The world at which the history begins, and the one with which it continues after a gap.
   virtual void world(const World& world) = 0;
   /// A geometry was added to the current world.
@@ -31,6 +31,6 @@ class ChronicleListener {
 };
 
 /// Errors: file, as in recover. With `salvage`, damage ends the history and is described in the report.
-Result<ReadReport> read_chronicle(Disk& disk, bool salvage, ChronicleListener& listener);
+Result<ReadReport> replay_log(Disk& disk, bool salvage, ReplayListener& listener);
 
 }  // namespace rtstdb::log

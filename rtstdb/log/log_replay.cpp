@@ -1,4 +1,4 @@
-#include "rtstdb/log/chronicle.hpp"
+#include "rtstdb/log/log_replay.hpp"
 
 #include <optional>
 #include <string>
@@ -21,66 +21,66 @@ Result<std::optional<Checkpoint>> checkpoint_from(Disk& disk, const Listing& lis
   return checkpoint;
 }
 
-class Following final : public RecordVisitor {
+class LogReplay final : public RecordVisitor {
  public:
-  Following(Disk& disk, const Listing& listing, std::uint64_t database_id, ChronicleListener& listener)
+  LogReplay(Disk& disk, const Listing& listing, std::uint64_t database_id, ReplayListener& listener)
       : disk_(disk), listing_(listing), database_id_(database_id), listener_(listener) {}
 
   void begin(World&& world) {
     now_ = std::move(world);
-    begun_with_ = now_.latest.version;
+    first_version_ = now_.latest.version;
     listener_.world(now_);
   }
 
   const char* record(Record& record, const RecordPlace& place) override {
-    if (record.kind == RecordKind::taken_back) return taken_back(record.version);
-    tell();
+    if (record.kind == RecordKind::discarded) return discarded(record.version);
+    pass_pending_commit();
     if (record.kind == RecordKind::commit) return commit(record.commit, place.segment);
     if (record.kind == RecordKind::geometry) return geometry(record.geometry);
     if (record.kind == RecordKind::gap) return gap({record.version, record.to});
-    return "a record is of no known kind";
+    return "a record has an unknown kind";
   }
-  /// End of the log: the last commit can no longer be taken back.
+  /// End of the log: the last commit can no longer be discarded.
   void end() {
-    tell();
-    arrive();
-    tell_of_untold();
+    pass_pending_commit();
+    begin_next_world();
+    report_unresolved();
   }
 
  private:
-  void tell() {
-    if (untold_) listener_.commit(untold_->set(), now_, segment_);
-    untold_.reset();
+  void pass_pending_commit() {
+    if (pending_commit_) listener_.commit(pending_commit_->set(), now_, segment_);
+    pending_commit_.reset();
   }
   const char* commit(store::WriteSet& set, std::uint64_t segment) {
-    if (next_ && set.version > next_->latest.version) arrive();
-    if (next_ || lost_) {
-      before_last_ = behind_gap_.last;
-      if (commits_behind_gap_++ == 0) behind_gap_.first = set.version;
-      behind_gap_.last = set.version;
+    if (next_ && set.version > next_->latest.version) begin_next_world();
+    if (next_ || world_unknown_) {
+      second_last_ = unresolved_range_.last;
+      if (unresolved_commits_++ == 0) unresolved_range_.first = set.version;
+      unresolved_range_.last = set.version;
       return nullptr;
     }
-    if (set.version <= begun_with_) return nullptr;
+    if (set.version <= first_version_) return nullptr;
     if (const char* fault = now_.apply(set)) return fault;
-    untold_.emplace(set);
+    pending_commit_.emplace(set);
     segment_ = segment;
     return nullptr;
   }
-  const char* taken_back(Version version) {
-    if (next_ || lost_) {
-      if (commits_behind_gap_ > 0 && version == behind_gap_.last) {
-        --commits_behind_gap_;
-        behind_gap_.last = before_last_;
+  const char* discarded(Version version) {
+    if (next_ || world_unknown_) {
+      if (unresolved_commits_ > 0 && version == unresolved_range_.last) {
+        --unresolved_commits_;
+        unresolved_range_.last = second_last_;
       }
       return nullptr;
     }
-    if (version <= begun_with_) return nullptr;
-    untold_.reset();
-    return now_.take_back(version);
+    if (version <= first_version_) return nullptr;
+    pending_commit_.reset();
+    return now_.discard(version);
   }
   const char* geometry(const LoggedGeometry& geometry) {
-    if (lost_ || (next_ && next_->knows(geometry.id))) return nullptr;
-    arrive();
+    if (world_unknown_ || (next_ && next_->knows(geometry.id))) return nullptr;
+    begin_next_world();
     if (now_.knows(geometry.id)) return now_.add(geometry, {});
     auto mesh = read_geometry_file(disk_, database_id_, geometry.file, geometry.file_checksum);
     if (!mesh) return keep(mesh.error().message);
@@ -89,26 +89,26 @@ class Following final : public RecordVisitor {
     return nullptr;
   }
   const char* gap(const Gap& gap) {
-    if (next_ && gap.last > next_->latest.version) arrive();
-    if (!next_ && !lost_ && gap.last <= begun_with_) return nullptr;
-    tell_of_untold();
+    if (next_ && gap.last > next_->latest.version) begin_next_world();
+    if (!next_ && !world_unknown_ && gap.last <= first_version_) return nullptr;
+    report_unresolved();
     listener_.gap(gap);
-    if (next_ || lost_) return nullptr;
+    if (next_ || world_unknown_) return nullptr;
     auto checkpoint = checkpoint_from(disk_, listing_, gap.last);
     if (!checkpoint) return keep(checkpoint.error().message);
-    lost_ = !checkpoint.value().has_value();
-    if (!lost_) next_ = std::move(checkpoint.value()->world);
+    world_unknown_ = !checkpoint.value().has_value();
+    if (!world_unknown_) next_ = std::move(checkpoint.value()->world);
     return nullptr;
   }
   /// Continues with the world after a gap, if there is one.
-  void arrive() {
+  void begin_next_world() {
     if (!next_) return;
-    tell_of_untold();
+    report_unresolved();
     begin(std::move(*std::exchange(next_, std::nullopt)));
   }
-  void tell_of_untold() {
-    if (commits_behind_gap_ > 0) listener_.unresolved(behind_gap_, commits_behind_gap_);
-    commits_behind_gap_ = 0;
+  void report_unresolved() {
+    if (unresolved_commits_ > 0) listener_.unresolved(unresolved_range_, unresolved_commits_);
+    unresolved_commits_ = 0;
   }
   const char* keep(std::string fault) {
     fault_ = std::move(fault);
@@ -118,28 +118,29 @@ class Following final : public RecordVisitor {
   Disk& disk_;
   const Listing& listing_;
   std::uint64_t database_id_;
-  ChronicleListener& listener_;
+  ReplayListener& listener_;
   World now_;
-  Version begun_with_ = 0;
-  std::optional<World> next_;  // after a gap: the world with which the history continues
-  bool lost_ = false;          // after a gap without such a world
-  Gap behind_gap_{};           // range of the commits whose world is unknown
-  Version before_last_ = 0;    // the last but one of them
-  std::uint64_t commits_behind_gap_ = 0;
-  std::optional<KeptCommit> untold_;
-  std::uint64_t segment_ = 0;  // segment of `untold_`
+  Version first_version_ = 0;
+  std::optional<World> next_;   // after a gap: the world with which the history continues
+  bool world_unknown_ = false;  // after a gap without such a world
+  Gap unresolved_range_{};      // range of the commits whose world is unknown
+  Version second_last_ = 0;     // the last but one of them
+  std::uint64_t unresolved_commits_ = 0;
+  std::optional<OwnedCommit> pending_commit_;
+  std::uint64_t segment_ = 0;  // segment of `pending_commit_`
   std::string fault_;
 };
 
 }  // namespace
 
-Result<ReadReport> read_chronicle(Disk& disk, bool salvage, ChronicleListener& listener) {
+Result<ReadReport> replay_log(Disk& disk, bool salvage, ReplayListener& listener) {
   auto listing = list_log(disk);
-  if (!listing) return Error{ErrorCode::file, listing.error().in_words()};
+  if (!listing) return Error{ErrorCode::file, listing.error().describe()};
   const auto& segments = listing.value().segments;
   auto database_id = database_id_of(disk, segments);
   if (!database_id) return database_id.error();
-  ReadOptions options{.database_id = database_id.value(), .from = {}, .time_before = {}, .salvage = salvage};
+  ReadOptions options{
+      .database_id = database_id.value(), .from = {}, .previous_time = {}, .salvage = salvage};
   auto chain = find_chain(disk, segments, options.database_id, options.from);
   if (!chain) return chain.error();
   World world;
@@ -149,15 +150,15 @@ Result<ReadReport> read_chronicle(Disk& disk, bool salvage, ChronicleListener& l
     if (checkpoint.value()) {
       options.database_id = checkpoint.value()->header.database_id;
       options.from = checkpoint.value()->position();
-      options.time_before = checkpoint.value()->world.time();
+      options.previous_time = checkpoint.value()->world.time();
       world = std::move(checkpoint.value()->world);
     }
   }
-  if (options.database_id == 0) return Error{ErrorCode::file, "there is no database's log"};
-  Following following(disk, listing.value(), options.database_id, listener);
-  following.begin(std::move(world));
-  auto report = read_log(disk, segments, options, following);
-  following.end();
+  if (options.database_id == 0) return Error{ErrorCode::file, "there is no log of a database"};
+  LogReplay replay(disk, listing.value(), options.database_id, listener);
+  replay.begin(std::move(world));
+  auto report = read_log(disk, segments, options, replay);
+  replay.end();
   if (report) report.value().database_id = options.database_id;
   return report;
 }
