@@ -66,7 +66,7 @@ class Count {
   std::size_t rays_ = 0, hits_ = 0, differences_ = 0;
 };
 
-std::string in_words(const JudgedHit& hit) {
+std::string describe(const JudgedHit& hit) {
   if (!hit.hit) return "a miss";
   return "lambda " + std::to_string(hit.lambda) + ", entity " + std::to_string(hit.instance) + ", triangle " +
          std::to_string(hit.triangle);
@@ -74,8 +74,8 @@ std::string in_words(const JudgedHit& hit) {
 
 [[noreturn]] void refuse(const std::string& name, std::size_t ray, const JudgedHit& ours,
                          const JudgedHit& theirs) {
-  throw std::runtime_error(name + ": ray " + std::to_string(ray) + " gives " + in_words(ours) +
-                           ", and the peer says " + in_words(theirs) + "; it grazes nothing there");
+  throw std::runtime_error(name + ": ray " + std::to_string(ray) + " gives " + describe(ours) +
+                           ", and the peer says " + describe(theirs) + "; it grazes nothing there");
 }
 
 /// The nearer hit is the one that the other side missed.

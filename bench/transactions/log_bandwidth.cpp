@@ -56,7 +56,7 @@ class WriterByHand {
 
   /// Puts this many commits into the ring.
   void put(std::uint32_t commits) {
-    const log::CommitForm form = log::form_of(set_, {});
+    const log::CommitEncoding form = log::form_of(set_, {});
     for (std::uint32_t k = 0; k < commits; ++k) {
       ++set_.version;
       log::encode_commit(set_, form, ring_.reserve(form.bytes));
@@ -73,7 +73,7 @@ class WriterByHand {
 
  private:
   static std::unique_ptr<log::Disk> take(log::DiskResult<std::unique_ptr<log::Disk>> opened) {
-    if (!opened) throw std::runtime_error(opened.error().in_words());
+    if (!opened) throw std::runtime_error(opened.error().describe());
     return std::move(opened.value());
   }
 

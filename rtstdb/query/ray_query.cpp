@@ -213,10 +213,10 @@ Result<void> GpuRayQuery::create_buffers(gpu::Device& device) {
 std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource& rows,
                                            TimeSpan& times) const noexcept {
   const std::uint32_t blocks = (count + rays_per_block - 1) / rays_per_block;
-  std::array<Seen, threads::ForkJoin::hands> seen;
-  fork_join().each(blocks, [&](std::uint32_t block, std::uint32_t hand) {
+  std::array<Seen, threads::ForkJoin::thread_count> seen;
+  fork_join().for_each_block(blocks, [&](std::uint32_t block, std::uint32_t thread) {
     const std::uint32_t first = block * rays_per_block;
-    look_at({first, std::min(first + rays_per_block, count)}, rows, seen[hand]);
+    look_at({first, std::min(first + rays_per_block, count)}, rows, seen[thread]);
   });
   carried_ = false;
   std::uint32_t first_fault = count;

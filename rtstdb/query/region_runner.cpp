@@ -161,7 +161,7 @@ void RegionRunner::make_room_for_answers() {
   }
   begins_.resize(capacity + 1);
   incomplete_.reserve(capacity);
-  sorters_.resize(listed < ids_worth_sharing ? 1 : threads::ForkJoin::hands);
+  sorters_.resize(listed < ids_worth_sharing ? 1 : threads::ForkJoin::thread_count);
   if (!lists_triangles()) return;
   for (Sorter& sorter : sorters_) {
     sorter.by_entity.resize(options_.ids_per_region);
@@ -251,18 +251,18 @@ void RegionRunner::dispatch(PlaceRange range, const RegionKindEnds& ends, bool a
 
 void RegionRunner::unpack(PlaceRange range, const accel::TlasView& view,
                           threads::ForkJoin& fork_join) noexcept {
-  const auto unpack_block = [&](std::uint32_t first, std::uint32_t end, std::uint32_t hand) {
+  const auto unpack_block = [&](std::uint32_t first, std::uint32_t end, std::uint32_t thread) {
     for (std::uint32_t place = first; place < end; ++place) {
       call_ahead(std::span(answers_[places_.written()].of_regions), order_, place);
-      unpack_answer(place, place, view, sorters_[hand]);
+      unpack_answer(place, place, view, sorters_[thread]);
     }
   };
   answered_ = range.end;
   if (lay_out(range) < ids_worth_sharing) return unpack_block(range.first, range.end, 0);
   const std::uint32_t blocks = (range.end - range.first + places_per_group - 1) / places_per_group;
-  fork_join.each(blocks, [&](std::uint32_t block, std::uint32_t hand) {
+  fork_join.for_each_block(blocks, [&](std::uint32_t block, std::uint32_t thread) {
     const std::uint32_t first = range.first + block * places_per_group;
-    unpack_block(first, std::min(first + places_per_group, range.end), hand);
+    unpack_block(first, std::min(first + places_per_group, range.end), thread);
   });
 }
 

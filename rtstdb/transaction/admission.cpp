@@ -1,4 +1,5 @@
-// The engine looks at what was handed over: what is admitted waits in the queue, all else is given back at once.
+// The engine looks at what was handed over: what is admitted waits in the queue, all else is given back at
+// once.
 
 #include <algorithm>
 #include <functional>
@@ -9,8 +10,8 @@
 namespace rtstdb::transaction {
 namespace {
 
-/// Then one is let in, to which nothing is promised, and its cost is seen. Sooner where it is refused for what such ones have cost at
-/// times, and would be in time at the usual cost.
+/// Then one is let in, to which nothing is promised, and its cost is seen. Sooner where it is refused for
+/// what such ones have cost at times, and would be in time at the usual cost.
 constexpr std::uint32_t refusals_in_a_row = 15, refusals_of_likely_ones_in_a_row = 3;
 
 /// An owner who is refused and asks for the deadline that was named needs so long for it, at least.
@@ -19,7 +20,7 @@ constexpr Nanoseconds to_ask_again{100'000};
 }  // namespace
 
 void Engine::receive() noexcept {
-  received_at_ = bell_.heard();
+  received_at_ = bell_.count();
   HandOverLink* transactions = submitted_.take_all();
   while (transactions != nullptr) {
     HandOverLink* const next = transactions->next;
@@ -40,7 +41,7 @@ void Engine::admit(TransactionImpl& transaction) noexcept {
   transaction.arrival = arrivals_++;
   reservations_.admitted(transaction);
   if (transaction.is_to_be_cancelled()) return finish_cancelled(transaction, CancelledBy::caller);
-  if (is_past_ && !transaction.write_set().empty()) {
+  if (is_history_ && !transaction.write_set().empty()) {
     transaction.draft().refused_by = RefusedBy::read_only;
     return finish(transaction, Status::refused);
   }

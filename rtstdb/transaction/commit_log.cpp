@@ -20,7 +20,7 @@ namespace {
 Error file_error(const log::DiskError& fault) {
   if (fault.call == log::DiskCall::lock && fault.number == EWOULDBLOCK)
     return {ErrorCode::file, "another database has this log open"};
-  return {ErrorCode::file, fault.in_words()};
+  return {ErrorCode::file, fault.describe()};
 }
 
 Error does_not_fit(const char* what, std::size_t there, std::size_t room) {
@@ -39,7 +39,7 @@ Recovery in_public(const log::Recovered& recovered) {
   told.torn = report.log.end == log::LogEnd::torn;
   told.salvaged = report.log.end == log::LogEnd::damaged;
   told.duration = report.duration;
-  told.in_words = report.in_words();
+  told.summary = report.describe();
   return told;
 }
 
@@ -137,7 +137,7 @@ std::optional<RefusedBy> CommitLog::refuses(const store::WriteSet& set) const no
   if (mode() == DurabilityMode::async) return std::nullopt;
   // In sync mode the engine would wait for a checkpoint, which needs the engine.
   const bool waits_in_vain = mode() == DurabilityMode::sync && writer_->waits_for_checkpoint();
-  if (writer_->refused_by_disk() || waits_in_vain) return RefusedBy::log_fault;
+  if (writer_->last_write_failed() || waits_in_vain) return RefusedBy::log_fault;
   if (!recorder_.room_for(set)) return RefusedBy::log_full;
   return std::nullopt;
 }
@@ -149,7 +149,7 @@ void CommitLog::record(const store::WriteSet& set) noexcept {
 }
 
 void CommitLog::hand_over() noexcept {
-  if (recorder_.hand_over()) ring_bell();
+  if (recorder_.flush()) ring_bell();
 }
 
 void CommitLog::ring_bell() noexcept {
@@ -176,16 +176,16 @@ bool CommitLog::write_through(const store::WriteSet& set) noexcept {
 }
 
 bool CommitLog::take_back(Version version) noexcept {
-  recorder_.take_back(version);
+  recorder_.discard(version);
   bell_.ring_urgently();
   const auto on_disk = [&] { return writer_->records_on_disk() >= recorder_.records(); };
-  wait_until([&] { return on_disk() || writer_->refused_by_disk(); });
+  wait_until([&] { return on_disk() || writer_->last_write_failed(); });
   return on_disk();
 }
 
 void CommitLog::tend() noexcept {
   if (!in_gap_.load(std::memory_order_relaxed)) return;
-  recorder_.tend();
+  recorder_.maintain();
   if (recorder_.in_gap()) return;
   in_gap_.store(false, std::memory_order_relaxed);
   bell_.ring_urgently();
@@ -257,7 +257,7 @@ Durability CommitLog::state() const {
   state.mode = mode();
   state.database_id = database_id_;
   state.durable = durable();
-  state.refused_by_disk = writer_->refused_by_disk();
+  state.last_write_failed = writer_->last_write_failed();
   state.waits_for_checkpoint = statistics.waits_for_checkpoint;
   state.faults = statistics.faults;
   state.last_fault = statistics.last_fault;

@@ -54,7 +54,7 @@ void CommitLog::nap(LogBell::Heard heard, const log::Writer::Step& step) noexcep
 }
 
 void CommitLog::tell_progress() noexcept {
-  const Told now{writer_->durable(), writer_->records_on_disk(), writer_->refused_by_disk(),
+  const Told now{writer_->durable(), writer_->records_on_disk(), writer_->last_write_failed(),
                  writer_->waits_for_checkpoint()};
   if (now == told_) return;
   told_ = now;
@@ -89,7 +89,7 @@ void CommitLog::give_back(TransactionImpl& transaction, bool durable) noexcept {
 
 void CommitLog::end_log() noexcept {
   // The engine's thread has ended, and its side of the ring is this thread's.
-  recorder_.hand_over();
+  recorder_.flush();
   try {
     closed_ = close_writer();
   } catch (const std::bad_alloc&) {
@@ -101,10 +101,10 @@ void CommitLog::end_log() noexcept {
 }
 
 Result<void> CommitLog::close_writer() {
-  while (recorder_.in_gap() && !writer_->refused_by_disk()) {
+  while (recorder_.in_gap() && !writer_->last_write_failed()) {
     writer_->flush_soon();
     writer_->step(real_time_ns());
-    recorder_.tend();
+    recorder_.maintain();
   }
   if (recorder_.in_gap())
     return Error{ErrorCode::file, "the log ends before the last commits: " + state().last_fault};

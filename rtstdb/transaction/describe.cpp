@@ -168,7 +168,7 @@ std::string why_cancelled(CancelledBy by) {
       return ": shed from a full queue";
     case CancelledBy::closing:
       return " by the database closing";
-    case CancelledBy::nobody:
+    case CancelledBy::none:
       break;
   }
   return "";
@@ -181,9 +181,9 @@ std::string why_refused(const Outcome& outcome) {
     case RefusedBy::log_fault:
       return "the log's disk refuses";
     case RefusedBy::read_only:
-      return "nothing is written to the past";
+      return "a history can not be written";
     case RefusedBy::admission:
-    case RefusedBy::nobody:
+    case RefusedBy::none:
       break;
   }
   return sentence(
@@ -314,8 +314,8 @@ const char* to_string(BadInputReason reason) noexcept {
 
 const char* to_string(RefusedBy refused_by) noexcept {
   switch (refused_by) {
-    case RefusedBy::nobody:
-      return "nobody";
+    case RefusedBy::none:
+      return "none";
     case RefusedBy::admission:
       return "admission";
     case RefusedBy::log_full:

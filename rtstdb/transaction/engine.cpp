@@ -42,7 +42,7 @@ bool is_brief(const TransactionImpl& transaction) noexcept {
 Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& clock,
                std::unique_ptr<CommitLog> log)
     : max_entities_(options.store.max_entities),
-      is_past_(static_cast<bool>(options.past)),
+      is_history_(static_cast<bool>(options.past)),
       chunk_(options.chunk),
       max_reserved_share_(options.max_reserved_share),
       // Real-time threads that spin starve whom they wait for.
@@ -55,7 +55,7 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
       runner_(store_, executor, clock, costs_, options.chunk, log.get()),
       log_(std::move(log)) {
   if (log_ != nullptr) log_->restore(store_);
-  if (is_past_) options.past(store_);
+  if (is_history_) options.past(store_);
   latest_.set(store_.latest());
   const threads::SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run_thread(); });
@@ -172,8 +172,8 @@ Result<void> Engine::calibrate(Transaction& transaction) {
   RTSTDB_REQUIRE(declared.status() == Status::idle, "Database::calibrate",
                  "the transaction was submitted; call Transaction::begin and declare it first");
   declared.require_begun("Database::calibrate");
-  if (is_past_ && !declared.write_set().empty())
-    return Error{ErrorCode::bad_input, "it writes, and nothing is written to the past"};
+  if (is_history_ && !declared.write_set().empty())
+    return Error{ErrorCode::bad_input, "it writes, and a history can not be written"};
   if (clock_.is_virtual()) return {};
   Status status = Status::committed;
   call([&] { status = runner_.rehearse(declared); });
@@ -202,14 +202,14 @@ void Engine::close() noexcept {
   closing_.store(true, std::memory_order_release);
   ring();
   thread_.join();
-  relief_bell_.ring();
+  relief_bell_.notify();
   if (relief_.joinable()) relief_.join();
   if (log_ != nullptr) static_cast<void>(log_->close());
 }
 
 void Engine::ring() noexcept {
-  bell_.ring();
-  if (waits_for_device_.load(std::memory_order_seq_cst)) relief_bell_.ring();
+  bell_.notify();
+  if (waits_for_device_.load(std::memory_order_seq_cst)) relief_bell_.notify();
 }
 
 void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
@@ -238,7 +238,7 @@ void Engine::finish_cancelled(TransactionImpl& transaction, CancelledBy by) noex
 void Engine::run_thread() noexcept {
   working_.lock();
   while (!closing_.load(std::memory_order_acquire)) {
-    const std::uint32_t heard = bell_.heard();
+    const std::uint32_t heard = bell_.count();
     if (!work_once()) sleep_unless_rung(heard);
   }
   cancel_all();
@@ -270,8 +270,7 @@ void Engine::carry_out_and_log(TransactionImpl& transaction) noexcept {
 }
 
 void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
-  if (!spin_before_sleep_.until(spin_, [&] { return bell_.heard() != heard; }))
-    bell_.sleep_unless_rung(heard);
+  if (!spin_before_sleep_.until(spin_, [&] { return bell_.count() != heard; })) bell_.wait(heard);
 }
 
 void Engine::carry_out(TransactionImpl& transaction, const TransactionImpl* interrupted) noexcept {

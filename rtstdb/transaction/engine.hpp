@@ -5,21 +5,23 @@
 //   submit -> hand-over (lock-free) -> admission -> ready queue -> Runner -> outcome, owner woken
 //
 // Admission
-//   firm: a deadline that has passed is missed; one that can not be met by what is left of those that run, and by the
-//   costs of this transaction and of all that go before it, is refused; so is one that would break what was promised to
-//   another firm transaction of its importance. The earliest deadline that could be met is named, with some time to ask
-//   for it. Only where each kind of work in it has been measured often enough, and not under a virtual clock. Refused
-//   work gives no measurements: so that a prediction that has become too high does not refuse for ever, each 16th of a
-//   row is let in, without a promise. queue full: the least urgent best-effort transaction is cancelled, else the newcomer.
-// Order: reserved ones by when they are due (reservations.hpp); then importance, then earliest deadline, then arrival. What asks is interrupted between two chunks by what goes
-// before it, which runs inside that gap; so transactions stand in one another, the most urgent innermost.
+//   firm: a deadline that has passed is missed; one that can not be met by what is left of those that run,
+//   and by the costs of this transaction and of all that go before it, is refused; so is one that would break
+//   what was promised to another firm transaction of its importance. The earliest deadline that could be met
+//   is named, with some time to ask for it. Only where each kind of work in it has been measured often
+//   enough, and not under a virtual clock. Refused work gives no measurements: so that a prediction that has
+//   become too high does not refuse for ever, each 16th of a row is let in, without a promise. queue full:
+//   the least urgent best-effort transaction is cancelled, else the newcomer.
+// Order: reserved ones by when they are due (reservations.hpp); then importance, then earliest deadline, then
+// arrival. What asks is interrupted between two chunks by what goes before it, which runs inside that gap; so
+// transactions stand in one another, the most urgent innermost.
 //
 // Two threads: the engine's, and a relief that only works while the engine's waits for the device.
 //
 // Cancelling marks the transaction; whoever carries it further the next time gives it back.
 //
-// Threads: submit, wait, cancel, latest, counts, snapshot and call from any; constructor, make_transaction and
-// destructor are setup. submit, wait, cancel and latest neither allocate nor take a lock.
+// Threads: submit, wait, cancel, latest, counts, snapshot and call from any; constructor, make_transaction
+// and destructor are setup. submit, wait, cancel and latest neither allocate nor take a lock.
 
 #include <array>
 #include <atomic>
@@ -37,7 +39,7 @@
 
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/store/store.hpp"
-#include "rtstdb/threads/bell.hpp"
+#include "rtstdb/threads/event_count.hpp"
 #include "rtstdb/transaction/accuracy.hpp"
 #include "rtstdb/transaction/commit_listener.hpp"
 #include "rtstdb/transaction/commit_log.hpp"
@@ -69,8 +71,8 @@ struct EngineOptions {
 
 class Engine final : private query::ExecutorCallbacks, private LogOwner {
  public:
-  /// The executor is called on the engine's thread alone. Executor and clock must outlive the engine. With a log, it goes on from
-  /// the world that was recovered.
+  /// The executor is called on the engine's thread alone. Executor and clock must outlive the engine. With a
+  /// log, it goes on from the world that was recovered.
   Engine(EngineOptions options, query::Executor& executor, const Clock& clock,
          std::unique_ptr<CommitLog> log = nullptr);
   /// Closes.
@@ -90,11 +92,11 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   /// All entities of a version, by ascending index. The caller waits while the engine copies in slices.
   /// Errors: bad_input when the version is unknown or no longer kept. Misuse after close.
   Result<std::vector<EntityState>> snapshot(const ReadAt& read_at);
-  /// The positions of a geometry that deforms, which has so many, in a version. Errors: bad_input when the version is
-  /// unknown or its shapes are no longer kept. Misuse after close.
+  /// The positions of a geometry that deforms, which has so many, in a version. Errors: bad_input when the
+  /// version is unknown or its shapes are no longer kept. Misuse after close.
   Result<std::vector<glm::vec3>> shape(GeometryId geometry, std::size_t positions, const ReadAt& read_at);
   /// A geometry deforms from now on. Inside call.
-  void keep_shapes(GeometryId geometry, std::unique_ptr<store::ShapeHistory::Kept> shapes) noexcept {
+  void keep_shapes(GeometryId geometry, std::unique_ptr<store::ShapeHistory::Ring> shapes) noexcept {
     store_.keep_shapes(geometry, std::move(shapes));
   }
   /// Runs `work`, which must not throw, on the engine's thread between two transactions and waits for it. For
@@ -103,7 +105,8 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
 
   /// Has the job's steps done by the engine's thread and waits for the last. Misuse after close.
   void carry_out(EngineJob& job) noexcept;
-  /// Who is told what is committed from now on; null: nobody. It stays until somebody else is. Setup; misuse after close.
+  /// Who is told what is committed from now on; null: nobody. It stays until somebody else is. Setup; misuse
+  /// after close.
   void listen(CommitListener* listener);
 
   /// See Database::calibrate. Misuse after close.
@@ -120,8 +123,8 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   /// What the machine did not permit, in words.
   const std::vector<std::string>& degraded() const noexcept { return degraded_; }
 
-  /// Lets the transaction that runs finish, cancels all that wait, ends the threads and the log, which says how that went
-  /// (CommitLog::close). Again: does nothing. One thread at a time.
+  /// Lets the transaction that runs finish, cancels all that wait, ends the threads and the log, which says
+  /// how that went (CommitLog::close). Again: does nothing. One thread at a time.
   void close() noexcept;
   /// Whether close was called.
   bool is_closing() const noexcept { return closing_.load(std::memory_order_acquire); }
@@ -135,9 +138,9 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   bool preemption_requested() noexcept override;
   void on_outer_drained(Nanoseconds time) noexcept override;
   Gap on_preemption_point() noexcept override;
-  /// The relief's thread: while a transaction waits for the device, admits or refuses what comes; and carries out those
-  /// that only write, since they need no device, where the one that waits only reads. So a tick's write waits
-  /// microseconds, not for another thread's queries.
+  /// The relief's thread: while a transaction waits for the device, admits or refuses what comes; and carries
+  /// out those that only write, since they need no device, where the one that waits only reads. So a tick's
+  /// write waits microseconds, not for another thread's queries.
   void run_write_helper() noexcept;
   void carry_out_writes() noexcept;
   /// Whether in a gap of this one something would be done.
@@ -197,7 +200,8 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   void settle(TransactionImpl& transaction, Status status) noexcept;
   // device_loss.cpp
   void revive_device() noexcept;
-  /// While the device is being revived: gives back those that ask and whose firm deadline comes before it can.
+  /// While the device is being revived: gives back those that ask and whose firm deadline comes before it
+  /// can.
   void fail_unmeetable() noexcept;
   void finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept;
   void drop_cancelled() noexcept;
@@ -209,7 +213,7 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   void set_priority(std::thread& thread, int priority);
 
   const std::uint32_t max_entities_;
-  const bool is_past_;
+  const bool is_history_;
   const Nanoseconds chunk_;
   const double max_reserved_share_;
   const Nanoseconds spin_;  ///< zero: neither owners nor the engine do
@@ -220,7 +224,7 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   std::atomic<std::uint64_t> restarts_{0};
   HandOver submitted_;
   HandOver jobs_given_;
-  threads::Bell bell_;  ///< rung when there is anything to look at
+  threads::EventCount bell_;  ///< rung when there is anything to look at
   std::atomic<std::uint32_t> cancels_asked_{0};
   std::atomic<bool> closing_{false};
 
@@ -229,7 +233,7 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   std::atomic<bool> gap_is_awaited_{false};     ///< found by the relief in this wait
   std::optional<ClockTime> gap_awaited_since_;  ///< likewise; whoever has the lock
   const TransactionImpl* waits_ = nullptr;      ///< of the engine's thread: who waits for the device
-  threads::Bell relief_bell_;
+  threads::EventCount relief_bell_;
 
   // The engine's thread alone, once it runs; it holds the lock except in its waits for the device, where the
   // relief may take it for a few writes.

@@ -20,10 +20,10 @@ void Engine::begin_wait() noexcept {
   gap_awaited_since_.reset();
   // Pairs with ring: either the submitter sees the flag or its ring is heard here.
   waits_for_device_.store(true, std::memory_order_seq_cst);
-  const bool work_there = bell_.heard() != received_at_ || !queue_.empty();
+  const bool work_there = bell_.count() != received_at_ || !queue_.empty();
   waits_ = runner_.running().empty() ? nullptr : runner_.running().innermost().transaction;
   working_.unlock();
-  if (work_there) relief_bell_.ring();
+  if (work_there) relief_bell_.notify();
 }
 
 void Engine::end_wait() noexcept {
@@ -93,12 +93,12 @@ query::ExecutorCallbacks::Gap Engine::on_preemption_point() noexcept {
 
 void Engine::run_write_helper() noexcept {
   while (!closing_.load(std::memory_order_acquire)) {
-    const std::uint32_t heard = relief_bell_.heard();
+    const std::uint32_t heard = relief_bell_.count();
     if (waits_for_device_.load(std::memory_order_seq_cst)) {
       const std::lock_guard lock(working_);
       if (waits_for_device_.load(std::memory_order_relaxed)) carry_out_writes();
     }
-    relief_bell_.sleep_unless_rung(heard);
+    relief_bell_.wait(heard);
   }
 }
 

@@ -98,9 +98,9 @@ ReservationCounts ReservationImpl::counts() const {
           .broken = read(broken_),
           .too_often = read(too_often_),
           .too_long = read(too_long_),
-          .not_as_declared = read(not_as_declared_),
+          .undeclared = read(not_as_declared_),
           .largest_cost = Nanoseconds(largest_cost_ns_.load(std::memory_order_relaxed)),
-          .longest_answer = Nanoseconds(longest_answer_ns_.load(std::memory_order_relaxed))};
+          .longest_response = Nanoseconds(longest_answer_ns_.load(std::memory_order_relaxed))};
 }
 
 // ---- all
@@ -118,7 +118,7 @@ Result<void> Reservations::admit_reservation(ReservationImpl& reservation, Nanos
   std::vector<Demand> demands;
   for (const ReservationImpl* one : all) {
     const ReservationOptions& options = one->options();
-    const bool in_one_piece = options.writes_and_asks || !in_gaps;
+    const bool in_one_piece = options.writes_and_queries || !in_gaps;
     demands.push_back({.period = options.period,
                        .deadline = options.deadline,
                        .budget = options.budget,
@@ -170,7 +170,7 @@ void Reservations::admitted(TransactionImpl& transaction) noexcept {
   ReservationImpl* const reservation = transaction.reservation();
   if (reservation == nullptr) return;
   const ReservationOptions& options = reservation->options_;
-  if (!options.writes_and_asks && !transaction.write_set().empty() && !transaction.requests().empty())
+  if (!options.writes_and_queries && !transaction.write_set().empty() && !transaction.requests().empty())
     return count_one(reservation->not_as_declared_);
   const ClockTime submitted = transaction.outcome().submitted;
   // Of one that says so late a deadline that others after it would seem too often, no more is believed.

@@ -7,7 +7,7 @@
 // back before anything else could have read it, and the transaction is missed. So a firm commit was readable
 // before its deadline by a reading taken afterwards, whatever the operating system did to the thread in
 // between. latest() and the transaction's status follow `published` within stores and wake-up; a status that
-// reaches its owner after the deadline all the same is counted as firm_handed_over_late.
+// reaches its owner after the deadline all the same is counted as firm_delivered_late.
 //
 // One transaction is one Executor::run, but for small readers of one version that are ready together: these share one.
 

@@ -174,7 +174,7 @@ report::Scheduler scheduler_of(const rtstdb::SchedulerCounts& counts) {
                                       .too_often = one.too_often,
                                       .too_long = one.too_long,
                                       .largest_cost_ns = one.largest_cost.count(),
-                                      .longest_answer_ns = one.longest_answer.count()});
+                                      .longest_answer_ns = one.longest_response.count()});
   }
   return scheduler;
 }

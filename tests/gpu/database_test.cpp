@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t failures_shown = 10;
 
-std::string in_words(const Ray& ray) {
+std::string describe(const Ray& ray) {
   std::ostringstream text;
   text.precision(9);
   text << "ray from (" << ray.origin_m.x << ", " << ray.origin_m.y << ", " << ray.origin_m.z << ") along ("
@@ -30,7 +30,7 @@ std::string in_words(const Ray& ray) {
   return text.str();
 }
 
-std::string in_words(const Nearest& point) {
+std::string describe(const Nearest& point) {
   std::ostringstream text;
   text.precision(9);
   text << "point (" << point.point_m.x << ", " << point.point_m.y << ", " << point.point_m.z << "), radius "
@@ -215,7 +215,7 @@ std::vector<RayHit> DatabaseTest::trace(std::span<const Ray> rays, const ReadAt&
   for (std::size_t i = 0; i < together.size(); ++i) {
     const RayHit& alone = hits[i / beside];
     EXPECT_TRUE(same_bits(together[i], alone))
-        << in_words(packets[i]) << ": together entity " << together[i].entity.index << " triangle "
+        << describe(packets[i]) << ": together entity " << together[i].entity.index << " triangle "
         << together[i].triangle << " lambda " << together[i].lambda << ", alone " << alone.entity.index
         << ", " << alone.triangle << ", " << alone.lambda;
   }
@@ -269,7 +269,7 @@ Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<con
         const oracle::RayTruth truth = oracle::trace(world, rays[i], mode, ignore_motion);
         return oracle::compare(world, rays[i], mode, ignore_motion, truth, hits[i]);
       },
-      [&](std::size_t i) { return in_words(rays[i]); });
+      [&](std::size_t i) { return describe(rays[i]); });
   for (const RayHit& hit : hits)
     tally.hits += hit.status == HitStatus::hit ? 1 : 0;
   return tally;
@@ -285,7 +285,7 @@ Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<con
   const auto of_ray = [&](std::size_t i) { return hits.subspan(i * each, each); };
   Tally tally = judge_all(
       rays.size(), [&](std::size_t i) { return judge_hits(world, rays[i], of_ray(i), options); },
-      [&](std::size_t i) { return in_words(rays[i]); });
+      [&](std::size_t i) { return describe(rays[i]); });
   for (std::size_t i = 0; i < rays.size(); ++i) {
     tally.hits += of_ray(i).front().status == HitStatus::hit ? 1 : 0;
     tally.full += of_ray(i).back().status == HitStatus::hit ? 1 : 0;
@@ -322,7 +322,7 @@ Tally judge(const oracle::World& world, std::span<const Nearest> points,
         const auto truth = oracle::nearest(world, points[i], options);
         return oracle::compare(world, points[i], options, truth, answers[i]);
       },
-      [&](std::size_t i) { return in_words(points[i]); });
+      [&](std::size_t i) { return describe(points[i]); });
   for (const NearestAnswer& answer : answers) {
     tally.hits += answer.neighbors.size() == options.k ? 1 : 0;
     tally.inside += !answer.neighbors.empty() && answer.neighbors[0].distance_m < 0.0f ? 1 : 0;

@@ -30,14 +30,15 @@ Positions deformed(const TriangleMesh& mesh, Random& random) {
 class DeformingSoups : public Deforming {
  protected:
   /// Rows that show still and deforming geometry.
-  void fill(WorldTime time, std::uint32_t kept_shapes) {
+  void fill(WorldTime time, std::uint32_t retained_shapes) {
     options_ = {.radius_m = 4.0, .version_time = time};
     std::vector<GeometryId> geometries;
     std::vector<TriangleMesh> meshes = mixed_meshes(random_);
     meshes.push_back(make_sphere(1.0, 4));
     for (std::size_t i = 0; i < meshes.size(); ++i) {
       const bool deforms = i % 2 == 0 || i + 1 == meshes.size();
-      const GeometryId id = deforms ? add_deforming(meshes[i], {.kept_shapes = kept_shapes}) : add(meshes[i]);
+      const GeometryId id =
+          deforms ? add_deforming(meshes[i], {.retained_shapes = retained_shapes}) : add(meshes[i]);
       geometries.push_back(id);
       if (deforms) deforming_.push_back({id, meshes[i]});
     }

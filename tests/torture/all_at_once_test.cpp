@@ -68,7 +68,7 @@ class AllAtOnce : public testing::Test {
                                      .period = 20ms,
                                      .deadline = 20ms,
                                      .budget = 1ms,
-                                     .writes_and_asks = self == 3});
+                                     .writes_and_queries = self == 3});
         if (made) reservation = std::move(made).value();
       }
       for (std::size_t k = 0; k < transactions_[self].size(); ++k)

@@ -43,7 +43,7 @@ class Scene {
     reservation_ =
         std::move(
             world_.engine.reserve(
-                {.name = "r", .period = 100ms, .deadline = 20ms, .budget = 2ms, .writes_and_asks = true}))
+                {.name = "r", .period = 100ms, .deadline = 20ms, .budget = 2ms, .writes_and_queries = true}))
             .value();
   }
 

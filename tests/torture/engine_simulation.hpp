@@ -1,9 +1,9 @@
 #pragma once
-// The engine on a simulated machine, driven through a course of events that follows from a seed: transactions of every
-// class that write, read, ask, expect and are cancelled; a device that is slow, is lost and does not always come back; a
-// machine that stands still at a bad moment; a log on a disk that refuses, and processes that are killed and machines that lose
-// their power, after which the next engine goes on from the disk. What it says of each transaction, and what is there after each
-// end, is held against a model.
+// The engine on a simulated machine, driven through a course of events that follows from a seed: transactions
+// of every class that write, read, ask, expect and are cancelled; a device that is slow, is lost and does not
+// always come back; a machine that stands still at a bad moment; a log on a disk that refuses, and processes
+// that are killed and machines that lose their power, after which the next engine goes on from the disk. What
+// it says of each transaction, and what is there after each end, is held against a model.
 
 #include <array>
 #include <atomic>
@@ -79,7 +79,8 @@ class EngineSimulation final : private DeviceEvents {
   explicit EngineSimulation(std::uint64_t seed);
   ~EngineSimulation() override;
 
-  /// So many steps, or until something is wrong: the step and what, in words; else empty. At its end the engine is closed.
+  /// So many steps, or until something is wrong: the step and what, in words; else empty. At its end the
+  /// engine is closed.
   std::string run(std::uint64_t steps);
   const SimulationCounts& counts() const { return counts_; }
 
@@ -124,7 +125,7 @@ class EngineSimulation final : private DeviceEvents {
   void judge_refusal(const EndedTransaction& ended);
   void judge_durability(const EndedTransaction& ended);
   void judge_counts();
-  static std::string in_words(const EndedTransaction& ended);
+  static std::string describe(const EndedTransaction& ended);
   void fail(const std::string& what);
 
   void wait_until_idle();

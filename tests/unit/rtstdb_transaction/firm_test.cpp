@@ -67,7 +67,7 @@ TEST_F(FirmAtTheEdge, DeadlinePassesAfterPublishing) {
   EXPECT_EQ(outcome.status, Status::committed);
   EXPECT_EQ(world_.material(entity_), 2);
   EXPECT_EQ(world_.engine.counts().firm_late_commits, 0u);
-  EXPECT_EQ(world_.engine.counts().firm_handed_over_late, 1u);
+  EXPECT_EQ(world_.engine.counts().firm_delivered_late, 1u);
 }
 
 TEST_F(FirmAtTheEdge, TheFirstInstantThereIsHasPassedByTheLongestTime) {

@@ -138,8 +138,8 @@ TEST_F(Reserving, GoesBeforeWhatIsMostImportantByWhenItIsDue) {
   EXPECT_EQ(trace_, (std::vector<int>{large, large, 2, 1, 3, large, large, large, large, large, large}));
   EXPECT_EQ(slow->counts().kept, 1u);
   EXPECT_EQ(fast->counts().kept, 1u);
-  EXPECT_EQ(fast->counts().longest_answer, 500us);
-  EXPECT_EQ(slow->counts().longest_answer, 1ms);
+  EXPECT_EQ(fast->counts().longest_response, 500us);
+  EXPECT_EQ(slow->counts().longest_response, 1ms);
   EXPECT_EQ(slow->counts().largest_cost, 500us);
 }
 
@@ -215,7 +215,7 @@ TEST_F(Reserving, LongerThanItsBudgetIsPassed) {
 TEST_F(Reserving, WritesAndAsksAreDeclared) {
   const auto plain = reserve({.name = "plain", .period = 100ms, .deadline = 50ms, .budget = 5ms});
   const auto both =
-      reserve({.name = "both", .period = 100ms, .deadline = 50ms, .budget = 5ms, .writes_and_asks = true});
+      reserve({.name = "both", .period = 100ms, .deadline = 50ms, .budget = 5ms, .writes_and_queries = true});
   const auto write_and_ask = [&](const std::unique_ptr<Reservation>& reservation) {
     large_->begin(reserved(reservation));
     large_->update(entity_, row_of(2));
@@ -230,7 +230,7 @@ TEST_F(Reserving, WritesAndAsksAreDeclared) {
   };
   write_and_ask(plain);
   EXPECT_EQ(trace_[2], 1);
-  EXPECT_EQ(plain->counts().not_as_declared, 1u);
+  EXPECT_EQ(plain->counts().undeclared, 1u);
   write_and_ask(both);
   EXPECT_EQ(trace_.back(), 1) << "it is one piece";
   EXPECT_EQ(both->counts().kept, 1u);
@@ -238,7 +238,7 @@ TEST_F(Reserving, WritesAndAsksAreDeclared) {
 
 TEST_F(Reserving, OneThatHasStagedBeginsAnewBehindAReservedWriter) {
   const auto declared =
-      reserve({.name = "w", .period = 100ms, .deadline = 20ms, .budget = 2ms, .writes_and_asks = true});
+      reserve({.name = "w", .period = 100ms, .deadline = 20ms, .budget = 2ms, .writes_and_queries = true});
   large_->begin(terms(DeadlineClass::soft, ClockTime::max(), 7));
   large_->update(entity_, row_of(5));
   large_->read(entity_);
@@ -254,7 +254,7 @@ TEST_F(Reserving, OneThatHasStagedBeginsAnewBehindAReservedWriter) {
   EXPECT_EQ(outcome.restarts, 1u);
   EXPECT_EQ(outcome.actual_cost, 4ms) << "of the last time";
   EXPECT_EQ(small_->outcome().status, Status::committed);
-  EXPECT_EQ(declared->counts().longest_answer, 500us);
+  EXPECT_EQ(declared->counts().longest_response, 500us);
   EXPECT_LT(small_->outcome().version, outcome.version);
   EXPECT_EQ(world_.material(entity_), 5);
   EXPECT_EQ(trace_,
@@ -264,7 +264,7 @@ TEST_F(Reserving, OneThatHasStagedBeginsAnewBehindAReservedWriter) {
 
 TEST_F(Reserving, OneThatBeginsAnewCanBeCancelledAndMissed) {
   const auto declared =
-      reserve({.name = "w", .period = 100ms, .deadline = 20ms, .budget = 2ms, .writes_and_asks = true});
+      reserve({.name = "w", .period = 100ms, .deadline = 20ms, .budget = 2ms, .writes_and_queries = true});
   const auto interrupt = [&](const Terms& given) {
     large_->begin(given);
     large_->update(entity_, row_of(5));

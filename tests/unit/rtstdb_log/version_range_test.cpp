@@ -1,6 +1,7 @@
-// A stretch of a log is what was: every version in it, whichever it begins and ends with, and nothing where the log does not say.
+// A range of a log is what was: every version in it, whichever it begins and ends with, and nothing where the
+// log does not say.
 
-#include "rtstdb/log/stretch.hpp"
+#include "rtstdb/log/version_range.hpp"
 
 #include <gtest/gtest.h>
 
@@ -24,15 +25,15 @@ std::map<std::uint32_t, EntityState> rows_of(const query::RowSource& source) {
   return rows;
 }
 
-std::unique_ptr<store::Store> store_of(Stretch& stretch) {
+std::unique_ptr<store::Store> store_of(VersionRange& range) {
   auto store =
       std::make_unique<store::Store>(store::StoreOptions{.max_entities = live_entities,
                                                          .retained_changes = 4096,
                                                          .geometry_known = [](GeometryId) { return true; },
                                                          .max_geometries = 16});
-  for (WorldGeometry& geometry : stretch.begin.geometries)
-    geometry.logged.options.kept_shapes = max_kept_shapes;
-  live_through(stretch, *store);
+  for (WorldGeometry& geometry : range.begin.geometries)
+    geometry.logged.options.retained_shapes = max_retained_shapes;
+  apply_range(range, *store);
   return store;
 }
 
@@ -63,16 +64,16 @@ TEST(LogStretch, EveryVersionOfEveryStretchIsWhatItWas) {
   std::size_t with_shapes = 0;
   for (auto from = standing.begin(); from != standing.end(); std::advance(from, 3)) {
     for (auto to = from; to != standing.end(); std::advance(to, 4)) {
-      auto stretch = read_stretch(disk, ReadAt::pinned(*from), ReadAt::pinned(*to), false);
-      ASSERT_TRUE(stretch.ok()) << stretch.error().message;
-      ASSERT_TRUE(image_of(stretch.value().begin) == sample.history.images.at(*from));
+      auto range = read_version_range(disk, ReadAt::pinned(*from), ReadAt::pinned(*to), false);
+      ASSERT_TRUE(range.ok()) << range.error().message;
+      ASSERT_TRUE(image_of(range.value().begin) == sample.history.images.at(*from));
       const auto behind = std::next(to);
       if (behind == standing.end()) {
-        EXPECT_FALSE(stretch.value().ends.has_value());
+        EXPECT_FALSE(range.value().ends.has_value());
       } else {
-        EXPECT_EQ(stretch.value().ends, sample.history.images.at(*behind).latest.time);
+        EXPECT_EQ(range.value().ends, sample.history.images.at(*behind).latest.time);
       }
-      const auto store = store_of(stretch.value());
+      const auto store = store_of(range.value());
       EXPECT_EQ(store->latest().version, *to);
       for (auto version = from; version != behind; ++version) {
         const Image& image = sample.history.images.at(*version);
@@ -100,17 +101,17 @@ TEST(LogStretch, TimesNameTheVersionsThatHeldThen) {
   const WorldTime end = sample.history.images.at(sample.latest).latest.time;
   for (WorldTime from = world_time_ns(0); from <= end; from += Nanoseconds(7)) {
     const WorldTime to = std::min(from + Nanoseconds(31), end);
-    auto stretch = read_stretch(disk, ReadAt::as_of(from), ReadAt::as_of(to), false);
-    ASSERT_TRUE(stretch.ok()) << stretch.error().message;
-    EXPECT_EQ(stretch.value().begin.latest.version, newest_at(from));
-    EXPECT_EQ(stretch.value().last().version, newest_at(to));
-    const auto store = store_of(stretch.value());
+    auto range = read_version_range(disk, ReadAt::as_of(from), ReadAt::as_of(to), false);
+    ASSERT_TRUE(range.ok()) << range.error().message;
+    EXPECT_EQ(range.value().begin.latest.version, newest_at(from));
+    EXPECT_EQ(range.value().last().version, newest_at(to));
+    const auto store = store_of(range.value());
     for (WorldTime time = from; time <= to; time += Nanoseconds(1)) {
       const auto read = store->read(ReadAt::as_of(time));
       ASSERT_NE(std::get_if<store::Snapshot>(&read), nullptr);
       EXPECT_EQ(std::get_if<store::Snapshot>(&read)->version(), newest_at(time));
     }
-    if (const auto ends = stretch.value().ends) {
+    if (const auto ends = range.value().ends) {
       const auto beyond = store->read(ReadAt::as_of(*ends));
       const auto* fault = std::get_if<BadInput>(&beyond);
       ASSERT_NE(fault, nullptr);
@@ -124,8 +125,8 @@ TEST(LogStretch, WhatALogDoesNotHaveIsRefusedWithWhatItHas) {
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
   const auto why = [&](const ReadAt& from, const ReadAt& to) {
-    const auto stretch = read_stretch(disk, from, to, false);
-    return stretch ? std::string() : stretch.error().message;
+    const auto range = read_version_range(disk, from, to, false);
+    return range ? std::string() : range.error().message;
   };
   const std::string has =
       "; the log has version 0, the empty world, to version " + std::to_string(sample.latest) + " of";
@@ -133,15 +134,15 @@ TEST(LogStretch, WhatALogDoesNotHaveIsRefusedWithWhatItHas) {
   const std::string not_there = "version " + std::to_string(later) + " is not in the log" + has;
   EXPECT_EQ(why(ReadAt::pinned(later), ReadAt::latest()).substr(0, not_there.size()), not_there);
   EXPECT_EQ(why(ReadAt::pinned(1), ReadAt::pinned(later)).substr(0, not_there.size()), not_there);
-  Version taken_back = 1;
-  while (sample.history.standing.count(taken_back) != 0)
-    ++taken_back;
-  ASSERT_LT(taken_back, sample.latest) << "the sample takes some back";
-  EXPECT_NE(why(ReadAt::pinned(taken_back), ReadAt::latest()).find("is not in the log"), std::string::npos);
+  Version discarded = 1;
+  while (sample.history.standing.count(discarded) != 0)
+    ++discarded;
+  ASSERT_LT(discarded, sample.latest) << "the sample takes some back";
+  EXPECT_NE(why(ReadAt::pinned(discarded), ReadAt::latest()).find("is not in the log"), std::string::npos);
   EXPECT_NE(why(ReadAt::pinned(sample.latest), ReadAt::pinned(1)).find("is before version"),
             std::string::npos);
   SimulatedDisk empty(1);
-  EXPECT_EQ(read_stretch(empty, ReadAt::latest(), ReadAt::latest(), false).error().message,
+  EXPECT_EQ(read_version_range(empty, ReadAt::latest(), ReadAt::latest(), false).error().message,
             "there is no database");
 }
 
@@ -179,12 +180,12 @@ class SalvagedTimes {
     return newest;
   }
   void ask(SimulatedDisk& disk, WorldTime time, const ReadAt& to) {
-    auto stretch = read_stretch(disk, ReadAt::as_of(time), to, true);
-    if (!stretch.ok()) {
+    auto range = read_version_range(disk, ReadAt::as_of(time), to, true);
+    if (!range.ok()) {
       ++refused;
       return;
     }
-    const auto store = store_of(stretch.value());
+    const auto store = store_of(range.value());
     for (const WorldTime at : {time, time + Nanoseconds(5), end()}) {
       const auto read = store->read(ReadAt::as_of(at));
       const auto* snapshot = std::get_if<store::Snapshot>(&read);
@@ -244,8 +245,8 @@ TEST(LogStretch, OlderSegmentsMayBeTakenAway) {
   const Extent rest = read_extent(disk, false).value();
   EXPECT_GT(rest.first.version, 0u);
   EXPECT_EQ(rest.last.version, sample.latest);
-  EXPECT_TRUE(read_stretch(disk, ReadAt::pinned(rest.first.version), ReadAt::latest(), false).ok());
-  const auto before = read_stretch(disk, ReadAt::pinned(1), ReadAt::latest(), false);
+  EXPECT_TRUE(read_version_range(disk, ReadAt::pinned(rest.first.version), ReadAt::latest(), false).ok());
+  const auto before = read_version_range(disk, ReadAt::pinned(1), ReadAt::latest(), false);
   ASSERT_FALSE(before.ok());
   EXPECT_EQ(
       before.error().message.substr(0, 53 + std::to_string(rest.first.version).size()),
@@ -263,10 +264,10 @@ TEST(LogStretch, MovesBehindACheckpointHaveItsTime) {
     const WorldTime time = sample.history.images.at(sample.latest - 4).latest.time;
     EXPECT_EQ(recovered.world.latest.time, time);
     for (Version from = sample.latest - 4; from <= sample.latest; ++from) {
-      const auto stretch = read_stretch(disk, ReadAt::pinned(from), ReadAt::latest(), false);
-      ASSERT_TRUE(stretch.ok()) << stretch.error().message;
-      EXPECT_EQ(stretch.value().last().version, sample.latest);
-      EXPECT_EQ(stretch.value().last().time, time);
+      const auto range = read_version_range(disk, ReadAt::pinned(from), ReadAt::latest(), false);
+      ASSERT_TRUE(range.ok()) << range.error().message;
+      EXPECT_EQ(range.value().last().version, sample.latest);
+      EXPECT_EQ(range.value().last().time, time);
     }
     take_away_before(recovered, sample.contents);
     disk.set_contents(sample.contents);
@@ -295,7 +296,7 @@ TEST(LogStretch, NothingIsMadeUpWhereVersionsAreMissing) {
   settle();
   const Version before = writer.value()->durable();
   ASSERT_LT(before, 40u);
-  world.recorder().tend();
+  world.recorder().maintain();
   world.commit();
   world.commit();
   settle();
@@ -306,17 +307,17 @@ TEST(LogStretch, NothingIsMadeUpWhereVersionsAreMissing) {
   EXPECT_EQ(extent.gaps[0].first, before + 1);
   EXPECT_EQ(extent.gaps[0].last, 40u);
   EXPECT_EQ(extent.last.version, 42u);
-  const auto over = read_stretch(disk, ReadAt::pinned(before), ReadAt::latest(), false);
+  const auto over = read_version_range(disk, ReadAt::pinned(before), ReadAt::latest(), false);
   ASSERT_FALSE(over.ok());
   EXPECT_NE(over.error().message.find("versions " + std::to_string(before + 1) + " to 40 are not in the log"),
             std::string::npos);
-  EXPECT_FALSE(read_stretch(disk, ReadAt::pinned(before + 1), ReadAt::latest(), false).ok());
-  auto up_to_it = read_stretch(disk, ReadAt::pinned(1), ReadAt::pinned(before), false);
+  EXPECT_FALSE(read_version_range(disk, ReadAt::pinned(before + 1), ReadAt::latest(), false).ok());
+  auto up_to_it = read_version_range(disk, ReadAt::pinned(1), ReadAt::pinned(before), false);
   ASSERT_TRUE(up_to_it.ok()) << up_to_it.error().message;
   const WorldTime last = up_to_it.value().last().time;
   EXPECT_EQ(up_to_it.value().ends, last) << "versions of the same time may be missing";
   for (const WorldTime time : {last, history.images.at(before + 1).latest.time})
-    EXPECT_FALSE(read_stretch(disk, ReadAt::as_of(time), ReadAt::as_of(time), false).ok());
+    EXPECT_FALSE(read_version_range(disk, ReadAt::as_of(time), ReadAt::as_of(time), false).ok());
 }
 
 }  // namespace

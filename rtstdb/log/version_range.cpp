@@ -1,4 +1,4 @@
-#include "rtstdb/log/stretch.hpp"
+#include "rtstdb/log/version_range.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -14,20 +14,22 @@ namespace {
 
 constexpr VersionInfo empty_world{0, world_time_ns(-max_world_time_ns)};
 
-std::string in_words(const VersionInfo& version) {
+std::string describe(const VersionInfo& version) {
   if (version.version == 0) return "version 0, the empty world";
   return "version " + std::to_string(version.version) + " of " +
          std::to_string(seconds_between(WorldTime{}, version.time)) + " s";
 }
 
-std::string in_words(const Gap& gap) {
+std::string describe(const Gap& gap) {
   return "versions " + std::to_string(gap.first) + " to " + std::to_string(gap.last) + " are not in the log";
 }
 
-/// What there is, one commit after the other. Meshes are read, for without them nothing behind can be had.
-class Survey final : public RecordVisitor {
+/// Determines the extent of a log record by record. Meshes are read too, since a missing mesh makes all later
+/// versions unreadable.
+class ExtentReader final : public RecordVisitor {
  public:
-  Survey(Disk& disk, Extent& extent) : disk_(disk), extent_(extent), begun_with_(extent.first.version) {}
+  ExtentReader(Disk& disk, Extent& extent)
+      : disk_(disk), extent_(extent), first_version_(extent.first.version) {}
   const char* record(Record& record, const RecordPlace&) override {
     if (record.kind == RecordKind::geometry) {
       const LoggedGeometry& geometry = record.geometry;
@@ -39,11 +41,11 @@ class Survey final : public RecordVisitor {
     if (record.kind == RecordKind::commit) {
       ++extent_.commits;
       before_ = extent_.last;
-      if (record.commit.version > begun_with_) extent_.last = {record.commit.version, record.commit.time};
-    } else if (record.kind == RecordKind::taken_back) {
+      if (record.commit.version > first_version_) extent_.last = {record.commit.version, record.commit.time};
+    } else if (record.kind == RecordKind::discarded) {
       --extent_.commits;
       if (record.version == extent_.last.version) extent_.last = before_;
-    } else if (record.kind == RecordKind::gap && record.to > begun_with_) {
+    } else if (record.kind == RecordKind::gap && record.to > first_version_) {
       extent_.gaps.push_back({record.version, record.to});
     }
     return nullptr;
@@ -52,12 +54,12 @@ class Survey final : public RecordVisitor {
  private:
   Disk& disk_;
   Extent& extent_;
-  Version begun_with_;
+  Version first_version_;
   VersionInfo before_;
   std::string fault_;
 };
 
-/// With its meshes; none: there is no checkpoint that is whole.
+/// The oldest undamaged checkpoint with its meshes; none: there is none.
 std::optional<Checkpoint> oldest_world(Disk& disk, const Listing& listing) {
   auto oldest = oldest_checkpoint(disk, listing, 0);
   while (oldest && !read_meshes(disk, oldest->header.database_id, oldest->world))
@@ -65,17 +67,17 @@ std::optional<Checkpoint> oldest_world(Disk& disk, const Listing& listing) {
   return oldest;
 }
 
-/// The commits behind a world, held to it one by one.
-class Collecting final : public RecordVisitor {
+/// Collects the commits after a world and checks each one against it.
+class RangeReader final : public RecordVisitor {
  public:
-  Collecting(Disk& disk, std::uint64_t database_id, const ReadAt& to, Stretch& stretch)
-      : disk_(disk), database_id_(database_id), to_(to), stretch_(stretch), now_(stretch.begin) {}
+  RangeReader(Disk& disk, std::uint64_t database_id, const ReadAt& to, VersionRange& range)
+      : disk_(disk), database_id_(database_id), to_(to), stretch_(range), now_(range.begin) {}
 
   const char* record(Record& record, const RecordPlace&) override {
     if (stretch_.ends) {
-      // It ends with a version that may yet be taken back.
-      enough_ = record.kind != RecordKind::taken_back || record.version != beyond_;
-      if (!enough_) stretch_.ends.reset();
+      // The version after the range may still be discarded.
+      is_done_ = record.kind != RecordKind::discarded || record.version != beyond_;
+      if (!is_done_) stretch_.ends.reset();
       return nullptr;
     }
     switch (record.kind) {
@@ -83,25 +85,25 @@ class Collecting final : public RecordVisitor {
         return commit(record.commit);
       case RecordKind::geometry:
         return geometry(record.geometry);
-      case RecordKind::taken_back:
-        return taken_back(record.version);
+      case RecordKind::discarded:
+        return discarded(record.version);
       case RecordKind::gap:
-        return met(Gap{record.version, record.to});
-      case RecordKind::move:  // comes as a commit
+        return on_gap(Gap{record.version, record.to});
+      case RecordKind::move:  // decoded as a commit
       case RecordKind::none:
         break;
     }
-    return "a record is of no known kind";
+    return "a record has an unknown kind";
   }
-  bool enough() const override { return enough_; }
-  /// That the stretch would lead over.
+  bool is_done() const override { return is_done_; }
+  /// A gap within the range.
   const std::optional<Gap>& gap() const noexcept { return gap_; }
 
  private:
-  Version begun_with() const noexcept { return stretch_.begin.latest.version; }
+  Version first_version() const noexcept { return stretch_.begin.latest.version; }
 
   const char* commit(store::WriteSet& set) {
-    if (set.version <= begun_with()) return nullptr;
+    if (set.version <= first_version()) return nullptr;
     const bool beyond = to_.kind == ReadAt::Kind::version
                             ? set.version > to_.version
                             : to_.kind == ReadAt::Kind::time && set.time > to_.time;
@@ -114,9 +116,9 @@ class Collecting final : public RecordVisitor {
     stretch_.commits.emplace_back(set);
     return nullptr;
   }
-  const char* taken_back(Version version) {
-    if (version <= begun_with()) return nullptr;
-    if (const char* fault = now_.take_back(version)) return fault;
+  const char* discarded(Version version) {
+    if (version <= first_version()) return nullptr;
+    if (const char* fault = now_.discard(version)) return fault;
     stretch_.commits.pop_back();
     return nullptr;
   }
@@ -134,13 +136,13 @@ class Collecting final : public RecordVisitor {
     }
     return now_.add(geometry, std::move(mesh));
   }
-  const char* met(const Gap& gap) {
-    if (gap.last <= begun_with()) return nullptr;
-    enough_ = true;
+  const char* on_gap(const Gap& gap) {
+    if (gap.last <= first_version()) return nullptr;
+    is_done_ = true;
     const bool before_it = (to_.kind == ReadAt::Kind::version && to_.version < gap.first) ||
                            (to_.kind == ReadAt::Kind::time && to_.time < now_.latest.time);
     if (!before_it) gap_ = gap;
-    // Nothing tells when the version behind it began: it may be of the same time.
+    // The time of the version after the gap is unknown; it may be the same time.
     stretch_.ends = now_.latest.time;
     return nullptr;
   }
@@ -148,10 +150,10 @@ class Collecting final : public RecordVisitor {
   Disk& disk_;
   std::uint64_t database_id_;
   const ReadAt& to_;
-  Stretch& stretch_;
+  VersionRange& stretch_;
   World now_;
   Version beyond_ = 0;
-  bool enough_ = false;
+  bool is_done_ = false;
   std::optional<Gap> gap_;
   std::string fault_;
 };
@@ -160,11 +162,11 @@ Error not_there(const std::string& what, Disk& disk, bool salvage) {
   const auto extent = read_extent(disk, salvage);
   std::string has;
   if (extent)
-    has = "; the log has " + in_words(extent.value().first) + ", to " + in_words(extent.value().last);
+    has = "; the log has " + describe(extent.value().first) + ", to " + describe(extent.value().last);
   return {ErrorCode::bad_input, what + " is not in the log" + has};
 }
 
-std::string in_words(const ReadAt& read_at) {
+std::string describe(const ReadAt& read_at) {
   if (read_at.kind == ReadAt::Kind::version) return "version " + std::to_string(read_at.version);
   if (read_at.kind == ReadAt::Kind::time)
     return "the world at " + std::to_string(seconds_between(WorldTime{}, read_at.time)) + " s";
@@ -180,9 +182,9 @@ RecoveryOptions up_to(const ReadAt& read_at, bool salvage) {
 
 }  // namespace
 
-KeptCommit::KeptCommit(const store::WriteSet& set) : set_(set) {
+OwnedCommit::OwnedCommit(const store::WriteSet& set) : set_(set) {
   for (store::ShapeWrite& shape : set_.shapes) {
-    // A vector's memory goes with it where it is moved to.
+    // Moving a vector keeps the address of its elements.
     positions_m_.emplace_back(shape.positions_m.begin(), shape.positions_m.end());
     shape.positions_m = positions_m_.back();
   }
@@ -190,7 +192,7 @@ KeptCommit::KeptCommit(const store::WriteSet& set) : set_(set) {
 
 Result<Extent> read_extent(Disk& disk, bool salvage) {
   auto listing = list_log(disk);
-  if (!listing) return Error{ErrorCode::file, listing.error().in_words()};
+  if (!listing) return Error{ErrorCode::file, listing.error().describe()};
   const auto& segments = listing.value().segments;
   auto database_id = database_id_of(disk, segments);
   if (!database_id) return database_id.error();
@@ -198,7 +200,7 @@ Result<Extent> read_extent(Disk& disk, bool salvage) {
   extent.database_id = database_id.value();
   extent.first = extent.last = empty_world;
 
-  ReadOptions options{.database_id = extent.database_id, .from = {}, .time_before = {}, .salvage = salvage};
+  ReadOptions options{.database_id = extent.database_id, .from = {}, .previous_time = {}, .salvage = salvage};
   auto chain = find_chain(disk, segments, extent.database_id, options.from);
   if (!chain) return chain.error();
   if (chain.value().links.empty() || !chain.value().damage_before.empty()) {
@@ -206,29 +208,29 @@ Result<Extent> read_extent(Disk& disk, bool salvage) {
       extent.database_id = options.database_id = oldest->header.database_id;
       extent.first = extent.last = oldest->world.latest;
       options.from = oldest->position();
-      options.time_before = oldest->world.time();
+      options.previous_time = oldest->world.time();
     }
   }
-  Survey survey(disk, extent);
-  auto read = read_log(disk, segments, options, survey);
+  ExtentReader reader(disk, extent);
+  auto read = read_log(disk, segments, options, reader);
   if (!read) return read.error();
   extent.end = read.value().end;
   extent.damage = read.value().damage;
   return extent;
 }
 
-Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, bool salvage) {
+Result<VersionRange> read_version_range(Disk& disk, const ReadAt& from, const ReadAt& to, bool salvage) {
   const ReadAt& begin = from.kind == ReadAt::Kind::latest ? to : from;
   auto recovered = recover(disk, up_to(begin, salvage));
   if (!recovered) {
-    // A world before the oldest checkpoint can not be had; anything else is what recovery says.
+    // A world before the oldest checkpoint is bad input; any other error is that of the recovery.
     auto extent = read_extent(disk, salvage);
     if (!extent || extent.value().first.version == 0) return recovered.error();
     const VersionInfo& first = extent.value().first;
     const bool before = begin.kind == ReadAt::Kind::version
                             ? begin.version < first.version
                             : begin.kind == ReadAt::Kind::time && begin.time < first.time;
-    return before ? not_there(in_words(begin), disk, salvage) : recovered.error();
+    return before ? not_there(describe(begin), disk, salvage) : recovered.error();
   }
   const RecoveryReport& report = recovered.value().report;
   if (report.database_id == 0) return Error{ErrorCode::bad_input, "there is no database"};
@@ -236,49 +238,50 @@ Result<Stretch> read_stretch(Disk& disk, const ReadAt& from, const ReadAt& to, b
   const Gap gap{report.gap_from, report.gap_to};
   if (gap.first != 0 && begin.kind == ReadAt::Kind::version && begin.version >= gap.first &&
       begin.version <= gap.last)
-    return not_there(in_words(begin), disk, salvage);
+    return not_there(describe(begin), disk, salvage);
   const bool may_lie_in_gap = gap.first > found.version && begin.kind != ReadAt::Kind::version;
   if (begin.kind == ReadAt::Kind::time && may_lie_in_gap)
     return Error{ErrorCode::bad_input,
-                 in_words(begin) + " is not in the log: behind " + in_words(found) + ", " + in_words(gap)};
+                 describe(begin) + " is not in the log: after " + describe(found) + ", " + describe(gap)};
   if (begin.kind == ReadAt::Kind::version && found.version != begin.version)
-    return not_there(in_words(begin), disk, salvage);
+    return not_there(describe(begin), disk, salvage);
   if (begin.kind == ReadAt::Kind::time && !report.log.damage.empty())
-    return Error{ErrorCode::bad_input, in_words(begin) + " is not in the log: behind " + in_words(found) +
-                                           ", " + report.log.damage};
+    return Error{ErrorCode::bad_input,
+                 describe(begin) + " is not in the log: after " + describe(found) + ", " + report.log.damage};
 
-  Stretch stretch{.begin = std::move(recovered.value().world), .commits = {}, .ends = {}};
-  Collecting collecting(disk, report.database_id, to, stretch);
+  VersionRange range{.begin = std::move(recovered.value().world), .commits = {}, .ends = {}};
+  RangeReader reader(disk, report.database_id, to, range);
   auto read = read_log(disk, recovered.value().listing.segments,
                        {.database_id = report.database_id,
                         .from = report.read_from,
-                        .time_before = stretch.begin.time(),
+                        .previous_time = range.begin.time(),
                         .salvage = salvage},
-                       collecting);
+                       reader);
   if (!read) return read.error();
-  // One that was met behind the last may have been taken back, and the next one may be of the last one's time.
-  if (!read.value().damage.empty()) stretch.ends = stretch.last().time;
-  if (collecting.gap())
+  // Damage: whether a later version follows, and at what time, is unknown; it may be the time of the last
+  // one.
+  if (!read.value().damage.empty()) range.ends = range.last().time;
+  if (reader.gap())
     return Error{ErrorCode::bad_input,
-                 "from " + in_words(found) + " to " + in_words(to) + ": " + in_words(*collecting.gap())};
+                 "from " + describe(found) + " to " + describe(to) + ": " + describe(*reader.gap())};
   const bool backwards = (to.kind == ReadAt::Kind::version && to.version < found.version) ||
                          (to.kind == ReadAt::Kind::time && to.time < found.time);
   if (backwards)
     return Error{ErrorCode::bad_input,
-                 in_words(to) + " is before " + in_words(found) + ", with which it was to begin"};
-  if (to.kind == ReadAt::Kind::version && stretch.last().version != to.version)
-    return not_there(in_words(to), disk, salvage);
-  return stretch;
+                 describe(to) + " is before " + describe(found) + ", the begin of the range"};
+  if (to.kind == ReadAt::Kind::version && range.last().version != to.version)
+    return not_there(describe(to), disk, salvage);
+  return range;
 }
 
-void live_through(Stretch& stretch, store::Store& store) {
-  stretch.begin.restore(store);
-  for (KeptCommit& commit : stretch.commits) {
-    store.stage_again(commit.set());
+void apply_range(VersionRange& range, store::Store& store) {
+  range.begin.restore(store);
+  for (OwnedCommit& commit : range.commits) {
+    store.restage(commit.set());
     store.publish();
     store.settle();
   }
-  if (stretch.ends) store.ends_at(*stretch.ends);
+  if (range.ends) store.end_history_at(*range.ends);
 }
 
 }  // namespace rtstdb::log

@@ -1,6 +1,6 @@
 #pragma once
-// Bytes in whole pages of their own, which a disk takes from where they lie (see DiskFile::write); many of them in large pages, since
-// each page is a thing to do for whoever brings it to the disk. All of them are touched.
+// Page-aligned memory for direct I/O (DiskFile::write). Large buffers use huge pages, since direct I/O takes
+// time for each page. All pages are touched by the constructor.
 
 #include <cstddef>
 #include <memory>
@@ -8,11 +8,11 @@
 
 namespace rtstdb::log {
 
-class WholePages {
+class PageBuffer {
  public:
-  explicit WholePages(std::size_t bytes);
+  explicit PageBuffer(std::size_t bytes);
 
-  /// As many as were asked for.
+  /// The requested number of bytes.
   std::span<std::byte> bytes() const noexcept { return {start_.get(), count_}; }
 
  private:

@@ -1,15 +1,15 @@
-#include "rtstdb/standing/version_job.hpp"
+#include "rtstdb/standing/copy_version_job.hpp"
 
 #include <algorithm>
 
 namespace rtstdb::standing {
 
-VersionJob::VersionJob(ChangeFeed& feed, std::size_t room) : feed_(feed) {
+CopyVersionJob::CopyVersionJob(ChangeFeed& feed, std::size_t room) : feed_(feed) {
   rows_.reserve(room);
   shapes_.reserve(feed.used_positions().size());
 }
 
-void VersionJob::begin(const store::Store& store) noexcept {
+void CopyVersionJob::begin(const store::Store& store) noexcept {
   snapshot_ = store.latest_snapshot();
   ++attempts_;
   next_index_ = 0;
@@ -22,12 +22,12 @@ void VersionJob::begin(const store::Store& store) noexcept {
   }
 }
 
-bool VersionJob::step(const store::Store& store) noexcept {
+bool CopyVersionJob::step(const store::Store& store) noexcept {
   if (!snapshot_) feed_.start();
   if (!snapshot_ || !snapshot_->still_kept()) begin(store);
   const std::uint32_t limit = snapshot_->index_limit();
   const std::uint32_t end =
-      attempts_ > attempts_in_slices ? limit : std::min(limit, next_index_ + indices_per_step);
+      attempts_ > max_sliced_attempts ? limit : std::min(limit, next_index_ + indices_per_step);
   for (; next_index_ < end; ++next_index_) {
     if (const EntityState* state = snapshot_->row(next_index_)) rows_.push_back(*state);
   }

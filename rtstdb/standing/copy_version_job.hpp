@@ -1,6 +1,7 @@
 #pragma once
-// Starts a feed and copies the version that stands before the first commit it is fed: all rows, and the bounds of geometry that
-// deforms. A slice at a time; a version that is overtaken by many commits is given up for a newer one.
+// Starts the change feed and copies the version before the first commit that is queued: all rows, and the
+// bounds of deforming geometry. Works in steps, between transactions. If too many commits follow during the
+// copy, it starts again with a newer version.
 
 #include <cstdint>
 #include <optional>
@@ -12,20 +13,20 @@
 
 namespace rtstdb::standing {
 
-class VersionJob final : public transaction::EngineJob {
+class CopyVersionJob final : public transaction::EngineJob {
  public:
-  /// `room`: as many rows as there can be; reserved here, since steps must not allocate.
-  VersionJob(ChangeFeed& feed, std::size_t room);
+  /// `room`: the largest number of rows; reserved here, since steps must not allocate.
+  CopyVersionJob(ChangeFeed& feed, std::size_t room);
 
   bool step(const store::Store& store) noexcept override;
-  // After the last step.
+  /// After the last step.
   VersionInfo version() const noexcept { return {snapshot_->version(), snapshot_->time()}; }
   const std::vector<EntityState>& rows() const noexcept { return rows_; }
   const std::vector<Mirror::ShapeBounds>& shapes() const noexcept { return shapes_; }
 
  private:
   static constexpr std::uint32_t indices_per_step = 256;
-  static constexpr int attempts_in_slices = 3;
+  static constexpr int max_sliced_attempts = 3;
 
   void begin(const store::Store& store) noexcept;
 

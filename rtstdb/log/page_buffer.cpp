@@ -1,4 +1,4 @@
-#include "rtstdb/log/whole_pages.hpp"
+#include "rtstdb/log/page_buffer.hpp"
 
 #include <sys/mman.h>
 
@@ -19,15 +19,15 @@ std::size_t page_for(std::size_t bytes) {
 
 }  // namespace
 
-WholePages::WholePages(std::size_t bytes) : count_(bytes), start_(nullptr, Delete{page_for(bytes)}) {
+PageBuffer::PageBuffer(std::size_t bytes) : count_(bytes), start_(nullptr, Delete{page_for(bytes)}) {
   const std::size_t page = page_for(bytes);
   const std::size_t whole = round_up(bytes, page);
   start_.reset(static_cast<std::byte*>(::operator new (whole, std::align_val_t{page})));
-  if (page == large_page_bytes) ::madvise(start_.get(), whole, MADV_HUGEPAGE);  // a wish
+  if (page == large_page_bytes) ::madvise(start_.get(), whole, MADV_HUGEPAGE);  // a hint; may be ignored
   std::memset(start_.get(), 0, whole);
 }
 
-void WholePages::Delete::operator()(std::byte* start) const noexcept {
+void PageBuffer::Delete::operator()(std::byte* start) const noexcept {
   ::operator delete (start, std::align_val_t{alignment});
 }
 
