@@ -18,7 +18,7 @@ const Protection protection{"Counter", "Checksum"};
 CanDeviceConfig crossing_config() {
   CanDeviceConfig config;
   config.name = "car";
-  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   config.send.push_back({"EgoStatus", 0, 0, protection, {}});
   config.send.push_back({"Object0", 0, 0, {}, {}});
   config.send.push_back({"ObjectHeader", 0, 0, protection, {}});
@@ -65,7 +65,8 @@ class RealDevice : public ::testing::Test {
   std::vector<Sample> samples_;
   std::vector<double> outputs_;
   MessageEncoder encoder_{
-      *load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database.find_message("BrakeCommand"), protection};
+      *load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database.find_message("BrakeCommand"),
+      protection};
 };
 
 TEST_F(RealDevice, CansendFromOutsideReachesASignal) {

@@ -5,12 +5,15 @@
 #include <sstream>
 
 #include "bench.hpp"
+#include "configs/crossing/plc/plc_registers.hpp"
 #include "io/modbus/client_device.hpp"
-#include "io/modbus/crossing_plc/plc_registers.hpp"
 #include "tests/paths.h"
 
-namespace hil::io::modbus::crossing_plc {
+namespace hil::crossing::plc {
 namespace {
+
+using namespace io;
+using namespace io::modbus;
 
 using bench::eventually;
 using bench::latched;
@@ -172,7 +175,7 @@ TEST(CrossingPlc, MistakesOnTheCommandLineAreSaid) {
 
 TEST(CrossingPlc, TheRegisterMapFileSaysWhatTheProgramDoes) {
   const YAML::Node registers =
-      YAML::LoadFile(std::string(HIL_SOURCE_DIR) + "/configs/crossing_plc.yaml")["registers"];
+      YAML::LoadFile(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing_plc.yaml")["registers"];
   const RegisterMap map = register_map();
   EXPECT_TRUE(mistakes_in(map, Role::client).empty());
   ASSERT_EQ(registers.size(), map.entries.size());
@@ -192,4 +195,4 @@ TEST(CrossingPlc, TheRegisterMapFileSaysWhatTheProgramDoes) {
 }
 
 }  // namespace
-}  // namespace hil::io::modbus::crossing_plc
+}  // namespace hil::crossing::plc

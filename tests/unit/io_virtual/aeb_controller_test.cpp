@@ -5,11 +5,11 @@
 #include <cmath>
 #include <random>
 
-#include "io/virtual/aeb_controller/controller.hpp"
-#include "io/virtual/aeb_controller/station.hpp"
+#include "configs/crossing/aeb_controller/controller.hpp"
+#include "configs/crossing/aeb_controller/station.hpp"
 #include "tests/paths.h"
 
-namespace hil::io::aeb {
+namespace hil::crossing::aeb {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
@@ -200,7 +200,7 @@ TEST(Controller, ACarThatObeysIsNotHit) {
 
 class StationTest : public ::testing::Test {
  protected:
-  can::Frame build(can::MessageEncoder& encoder, const std::vector<double>& values, RunTimeNs time_ns) {
+  can::Frame build(can::MessageEncoder& encoder, const std::vector<double>& values, io::RunTimeNs time_ns) {
     can::MessageEncoder::Tally tally;
     can::Frame frame = encoder.build(values, tally);
     encoder.confirm_sent();
@@ -208,7 +208,7 @@ class StationTest : public ::testing::Test {
     frame.time_ns = time_ns;
     return frame;
   }
-  const can::Dbc database_ = can::load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  const can::Dbc database_ = can::load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   const can::Protection protection_{"Counter", "Checksum"};
   can::MessageEncoder ego_{*database_.find_message("EgoStatus"), protection_};
   can::MessageEncoder object0_{*database_.find_message("Object0"), {}};
@@ -264,11 +264,12 @@ TEST_F(StationTest, AnEmptyListIsAnsweredAndTheDegradedStateIsSaid) {
 
 TEST(StationDatabase, SaysWhatIsMissing) {
   EXPECT_TRUE(
-      Station::database_problems(can::load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database).empty());
+      Station::database_problems(can::load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database)
+          .empty());
   const auto problems = Station::database_problems(can::parse_dbc("BO_ 1 EgoStatus: 8 A\n").database);
   EXPECT_GE(problems.size(), 8U);
   EXPECT_EQ(problems.front(), "message 'EgoStatus' has no signal 'Speed'");
 }
 
 }  // namespace
-}  // namespace hil::io::aeb
+}  // namespace hil::crossing::aeb

@@ -46,7 +46,7 @@ virtual_bus::HubConfig hub_config(std::size_t expected_clients) {
 
 process::ChildConfig controller_config(const std::string& address) {
   const std::string program = HIL_BINARY_DIR "/bin/hil-aeb-controller";
-  const std::string database = HIL_SOURCE_DIR "/configs/crossing.dbc";
+  const std::string database = HIL_SOURCE_DIR "/configs/crossing/crossing.dbc";
   return {.name = "dut",
           .command = {program, "--bus", address, "--database", database},
           .search_folders = {},
@@ -280,7 +280,7 @@ TEST_F(RealtimeDevice, GarbageIsCountedAndTheGoodFrameIsTaken) {
   start(crossing_config());
   virtual_bus::Client outside({address_, "outside"});
   outside.open(clock_, Pacing::realtime);
-  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   MessageEncoder encoder(*database.find_message("BrakeCommand"), protection);
   MessageEncoder::Tally tally;
   const auto build = [&] { return encoder.build(std::vector<double>{4.0, 0.0, 0.0, 3.0, 0.0, 0.0}, tally); };
@@ -315,7 +315,7 @@ TEST_F(RealtimeDevice, EveryFrameOfAKeptInputArrivesWithItsTimeAndTooManyAreCoun
   ASSERT_TRUE(device.keep_arrivals(counter));
   device.start(clock_, Pacing::realtime);
   outside.open(clock_, Pacing::realtime);
-  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   MessageEncoder encoder(*database.find_message("BrakeCommand"), protection);
   MessageEncoder::Tally tally;
   outputs_.resize(device.outputs().size());

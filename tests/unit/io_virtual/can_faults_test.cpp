@@ -33,7 +33,7 @@ Logged logged_under(const virtual_bus::FaultConfig& faults) {
       std::filesystem::path(::testing::TempDir()) / ("faults-" + std::to_string(::getpid()) + ".log");
   CanDeviceConfig config;
   config.name = "car";
-  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   config.send.push_back({"EgoStatus", 10 * ms, 0, {}, {}});
   config.send.push_back({"ObjectHeader", 50 * ms, 0, {}, {}});
   config.log_file = log_file;

@@ -136,7 +136,7 @@ TEST_F(DrivenDevice, ABusThatIsOffIsNotConnectedUntilItIsRestarted) {
 }
 
 TEST_F(DrivenDevice, AFrameBehindAnOwnFrameIsNotDatedBeforeThatWasSent) {
-  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   const DbcMessage& message = *database.find_message("BrakeCommand");
   MessageEncoder encoder(message, protection);
   MessageEncoder::Tally tally;

@@ -233,7 +233,7 @@ Histogram tailed_histogram(std::int64_t middle_ns, std::uint64_t count, std::uin
 RunRecord full_record() {
   RunRecord record;
   record.scenario = {
-      "crossing", "configs/crossing.yaml",
+      "crossing", "configs/crossing/crossing.yaml",
       "An ego car with a laser scanner drives toward a crossing; one car from the right runs its red light."};
   record.verdict = Verdict::failed;
   record.reason = "1 of 2 expectations did not hold: no collision.";

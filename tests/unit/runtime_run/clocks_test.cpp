@@ -73,7 +73,7 @@ class OpeningBus : public ::testing::Test {
   void SetUp() override {
     io::can::CanDeviceConfig config;
     config.name = "car";
-    config.database = io::can::load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+    config.database = io::can::load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
     config.receive.push_back({"BrakeCommand", 200 * ms, {}, {}});
     auto hub = std::make_unique<io::virtual_bus::Hub>(
         io::virtual_bus::HubConfig{.name = "car", .path = {}, .faults = {}});

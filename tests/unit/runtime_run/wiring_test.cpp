@@ -376,7 +376,7 @@ TEST_F(WiringOf, AMistakeInOneMessageDoesNotHideThoseOfTheSameBus) {
 }
 
 TEST_F(WiringOf, TheCrossingOfTheRepositoryIsWired) {
-  auto loaded = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing.yaml", {},
+  auto loaded = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml", {},
                                       module_schemas(), diagnostics_);
   ASSERT_TRUE(loaded) << diagnostics_.to_text();
   EXPECT_TRUE(wire(*loaded, diagnostics_)) << diagnostics_.to_text();

@@ -1,10 +1,10 @@
-#include "io/virtual/aeb_controller/controller.hpp"
+#include "configs/crossing/aeb_controller/controller.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace hil::io::aeb {
+namespace hil::crossing::aeb {
 
 namespace {
 
@@ -127,4 +127,4 @@ BrakeDecision Controller::object_list(std::int64_t time_ns, std::span<const Obje
   return decision;
 }
 
-}  // namespace hil::io::aeb
+}  // namespace hil::crossing::aeb

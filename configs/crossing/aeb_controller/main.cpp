@@ -14,13 +14,13 @@
 #include <memory>
 #include <string>
 
+#include "configs/crossing/aeb_controller/station.hpp"
 #include "io/can/socketcan_bus.hpp"
-#include "io/virtual/aeb_controller/station.hpp"
 #include "io/virtual/client.hpp"
 
 namespace {
 
-namespace aeb = hil::io::aeb;
+namespace aeb = hil::crossing::aeb;
 namespace can = hil::io::can;
 
 constexpr int bad_usage = 2;

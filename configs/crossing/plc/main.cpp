@@ -1,5 +1,5 @@
 // hil-crossing-plc: the PLC of the crossing, a Modbus TCP server in a process of its own. It knows nothing of
-// hil but its registers (configs/crossing_plc.yaml); a real PLC with the same registers takes its place by
+// hil but its registers (configs/crossing/crossing_plc.yaml); a real PLC with the same registers takes its place by
 // address.
 
 #include <CLI/CLI.hpp>
@@ -12,13 +12,13 @@
 #include <map>
 #include <string>
 
+#include "configs/crossing/plc/plc_program.hpp"
 #include "io/device.hpp"
-#include "io/modbus/crossing_plc/plc_program.hpp"
 
 namespace {
 
 namespace modbus = hil::io::modbus;
-namespace plc = hil::io::modbus::crossing_plc;
+namespace plc = hil::crossing::plc;
 
 constexpr int exit_io = 4;
 

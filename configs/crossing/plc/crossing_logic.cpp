@@ -1,26 +1,28 @@
-#include "io/modbus/crossing_plc/crossing_logic.hpp"
+#include "configs/crossing/plc/crossing_logic.hpp"
 
 #include "io/modbus/require.hpp"
 
-namespace hil::io::modbus::crossing_plc {
+namespace hil::crossing::plc {
+
+namespace modbus = io::modbus;
 
 CrossingLogic::CrossingLogic(const Timing& timing) : timing_(timing) {
-  require(timing.minimum_green_ms >= 0 && timing.maximum_green_ms >= timing.minimum_green_ms &&
-              timing.yellow_ms >= 0 && timing.all_red_ms >= 0 && timing.red_yellow_ms >= 0 &&
-              timing.watchdog_ms >= 0,
-          "CrossingLogic: a time is negative, or maximum green is below minimum green");
+  modbus::require(timing.minimum_green_ms >= 0 && timing.maximum_green_ms >= timing.minimum_green_ms &&
+                      timing.yellow_ms >= 0 && timing.all_red_ms >= 0 && timing.red_yellow_ms >= 0 &&
+                      timing.watchdog_ms >= 0,
+                  "CrossingLogic: a time is negative, or maximum green is below minimum green");
   show();
 }
 
 const Outputs& CrossingLogic::step(const Inputs& inputs, std::int64_t elapsed_ms) {
-  require(elapsed_ms >= 0, "CrossingLogic::step: time goes backwards");
+  modbus::require(elapsed_ms >= 0, "CrossingLogic::step: time goes backwards");
   in_stage_ms_ += elapsed_ms;
   watch(inputs, elapsed_ms);
   remember_demand(inputs);
   advance(target_of(inputs));
   show();
-  require(outputs_.ego == Light::red || outputs_.cross == Light::red,
-          "CrossingLogic: the interlock is broken, both roads have other than red");
+  modbus::require(outputs_.ego == Light::red || outputs_.cross == Light::red,
+                  "CrossingLogic: the interlock is broken, both roads have other than red");
   return outputs_;
 }
 
@@ -114,4 +116,4 @@ void CrossingLogic::show() {
   outputs_.green_remaining_ms = stage_ == Stage::green ? timing_.minimum_green_ms - in_stage_ms_ : 0;
 }
 
-}  // namespace hil::io::modbus::crossing_plc
+}  // namespace hil::crossing::plc

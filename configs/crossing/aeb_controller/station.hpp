@@ -1,5 +1,5 @@
 #pragma once
-// The controller as a station on a bus: frames in, frames out, by configs/crossing.dbc.
+// The controller as a station on a bus: frames in, frames out, by configs/crossing/crossing.dbc.
 //
 // A list is its Object messages followed by its ObjectHeader. The header is answered at once by one
 // BrakeCommand if Object0 to Object<ObjectCount - 1> have all come since the header before; an incomplete
@@ -13,11 +13,13 @@
 #include <string>
 #include <vector>
 
+#include "configs/crossing/aeb_controller/controller.hpp"
 #include "io/can/dbc.hpp"
 #include "io/can/message_coder.hpp"
-#include "io/virtual/aeb_controller/controller.hpp"
 
-namespace hil::io::aeb {
+namespace hil::crossing::aeb {
+
+namespace can = io::can;
 
 struct StationCounters {
   std::uint64_t answers = 0;
@@ -63,4 +65,4 @@ class Station {
   std::size_t deceleration_, warning_, degraded_, answer_to_;
 };
 
-}  // namespace hil::io::aeb
+}  // namespace hil::crossing::aeb

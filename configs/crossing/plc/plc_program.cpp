@@ -1,4 +1,4 @@
-#include "io/modbus/crossing_plc/plc_program.hpp"
+#include "configs/crossing/plc/plc_program.hpp"
 
 #include <poll.h>
 
@@ -6,25 +6,25 @@
 #include <string_view>
 #include <vector>
 
-#include "io/modbus/crossing_plc/plc_registers.hpp"
+#include "configs/crossing/plc/plc_registers.hpp"
 #include "io/modbus/require.hpp"
 
-namespace hil::io::modbus::crossing_plc {
+namespace hil::crossing::plc {
 
 namespace {
 
 /// All holding registers: hil's own, and override_mode, which hil only reads and anybody may set.
-std::vector<bool> written_by_clients(const RegisterMap& map) {
+std::vector<bool> written_by_clients(const modbus::RegisterMap& map) {
   std::vector<bool> allowed;
   allowed.reserve(map.entries.size());
-  for (const RegisterEntry& entry : map.entries)
-    allowed.push_back(entry.table == Table::holding);
+  for (const modbus::RegisterEntry& entry : map.entries)
+    allowed.push_back(entry.table == modbus::Table::holding);
   return allowed;
 }
 
-const RegisterEntry& named(const RegisterMap& map, std::string_view name) {
-  const RegisterEntry* entry = map.find(name);
-  require(entry != nullptr, "PlcProgram: a register that the map does not have");
+const modbus::RegisterEntry& named(const modbus::RegisterMap& map, std::string_view name) {
+  const modbus::RegisterEntry* entry = map.find(name);
+  modbus::require(entry != nullptr, "PlcProgram: a register that the map does not have");
   return *entry;
 }
 
@@ -35,17 +35,18 @@ bool can_be_read(int fd) {
 
 }  // namespace
 
-PlcProgram::PlcProgram(const Timing& timing, PlcClock clock, ServerLimits limits)
+PlcProgram::PlcProgram(const Timing& timing, PlcClock clock, modbus::ServerLimits limits)
     : map_(register_map()),
       clock_(clock),
       bank_(map_, written_by_clients(map_)),
       logic_(timing),
       server_(bank_, limits,
-              {nullptr, [this](const WrittenRange& written) { scan_up_to_bench_time(written); }, nullptr}) {
+              {nullptr, [this](const modbus::WrittenRange& written) { scan_up_to_bench_time(written); },
+               nullptr}) {
   show_outputs();
 }
 
-void PlcProgram::listen(const Endpoint& endpoint) {
+void PlcProgram::listen(const modbus::Endpoint& endpoint) {
   server_.listen(endpoint, "the crossing's PLC");
 }
 
@@ -70,8 +71,8 @@ void PlcProgram::run_until_readable(int stop_fd) {
   server_.close();
 }
 
-void PlcProgram::scan_up_to_bench_time(const WrittenRange& written) {
-  const RegisterEntry& bench_time = named(map_, "bench_time_ms");
+void PlcProgram::scan_up_to_bench_time(const modbus::WrittenRange& written) {
+  const modbus::RegisterEntry& bench_time = named(map_, "bench_time_ms");
   const bool touched = written.table == bench_time.table && written.address < bench_time.address + 2U &&
                        bench_time.address < std::uint32_t{written.address} + written.count;
   if (clock_ != PlcClock::stepped || !touched) return;
@@ -104,8 +105,8 @@ void PlcProgram::show_outputs() {
   bank_.store(named(map_, "demand_cross"), outputs.demand_cross ? 1.0 : 0.0);
 }
 
-std::uint16_t PlcProgram::word(const RegisterEntry& entry) const noexcept {
+std::uint16_t PlcProgram::word(const modbus::RegisterEntry& entry) const noexcept {
   return bank_.get(entry.table, entry.address);
 }
 
-}  // namespace hil::io::modbus::crossing_plc
+}  // namespace hil::crossing::plc

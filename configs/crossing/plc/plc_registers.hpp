@@ -1,18 +1,20 @@
 #pragma once
-// The registers of the crossing's PLC, seen from hil as configs/crossing_plc.yaml has them (a test compares
+// The registers of the crossing's PLC, seen from hil as configs/crossing/crossing_plc.yaml has them (a test compares
 // the two).
 
 #include "io/modbus/register_map.hpp"
 
-namespace hil::io::modbus::crossing_plc {
+namespace hil::crossing::plc {
+
+namespace modbus = io::modbus;
 
 /// Entries, by name:
 ///   holding  detector_ego, detector_cross_right, detector_cross_left, heartbeat_hil, override_mode,
 ///   bench_time_ms input    light_ego, light_cross, fault, green_remaining, scan_count, plc_time_ms
 ///   discrete_input  demand_ego, demand_cross
-RegisterMap register_map();
+modbus::RegisterMap register_map();
 
 /// Bits of `fault`.
 inline constexpr std::uint16_t fault_watchdog = 1;
 
-}  // namespace hil::io::modbus::crossing_plc
+}  // namespace hil::crossing::plc

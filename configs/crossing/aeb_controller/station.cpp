@@ -1,10 +1,10 @@
-#include "io/virtual/aeb_controller/station.hpp"
+#include "configs/crossing/aeb_controller/station.hpp"
 
 #include <algorithm>
 
 #include "io/can/assertion.hpp"
 
-namespace hil::io::aeb {
+namespace hil::crossing::aeb {
 
 namespace {
 
@@ -163,4 +163,4 @@ std::optional<can::Frame> Station::answer(const can::Frame& header) {
   return brake_command_.build(values, tally);
 }
 
-}  // namespace hil::io::aeb
+}  // namespace hil::crossing::aeb

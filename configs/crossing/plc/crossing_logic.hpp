@@ -11,7 +11,7 @@
 
 #include <cstdint>
 
-namespace hil::io::modbus::crossing_plc {
+namespace hil::crossing::plc {
 
 enum class Light : std::uint8_t { red = 0, red_yellow = 1, green = 2, yellow = 3 };
 enum class Road : std::uint8_t { ego, cross };
@@ -83,4 +83,4 @@ class CrossingLogic {
   Outputs outputs_;
 };
 
-}  // namespace hil::io::modbus::crossing_plc
+}  // namespace hil::crossing::plc

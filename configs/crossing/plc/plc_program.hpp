@@ -12,12 +12,14 @@
 #include <chrono>
 #include <cstdint>
 
-#include "io/modbus/crossing_plc/crossing_logic.hpp"
+#include "configs/crossing/plc/crossing_logic.hpp"
 #include "io/modbus/register_bank.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/tcp_server.hpp"
 
-namespace hil::io::modbus::crossing_plc {
+namespace hil::crossing::plc {
+
+namespace modbus = io::modbus;
 
 enum class PlcClock : std::uint8_t { wall, stepped };
 
@@ -25,10 +27,10 @@ inline constexpr std::int64_t scan_period_ms = 20;
 
 class PlcProgram {
  public:
-  PlcProgram(const Timing& timing, PlcClock clock, ServerLimits limits);
+  PlcProgram(const Timing& timing, PlcClock clock, modbus::ServerLimits limits);
 
   /// Throws io::DeviceError. Afterwards port() is the port.
-  void listen(const Endpoint& endpoint);
+  void listen(const modbus::Endpoint& endpoint);
   std::uint16_t port() const noexcept { return server_.port(); }
 
   /// Serves and scans until `stop_fd` can be read.
@@ -38,17 +40,17 @@ class PlcProgram {
   using WallClock = std::chrono::steady_clock;
 
   void scan(std::int64_t elapsed_ms);
-  void scan_up_to_bench_time(const WrittenRange& written);
+  void scan_up_to_bench_time(const modbus::WrittenRange& written);
   void show_outputs();
-  std::uint16_t word(const RegisterEntry& entry) const noexcept;
+  std::uint16_t word(const modbus::RegisterEntry& entry) const noexcept;
 
-  const RegisterMap map_;
+  const modbus::RegisterMap map_;
   const PlcClock clock_;
-  RegisterBank bank_;
+  modbus::RegisterBank bank_;
   CrossingLogic logic_;
-  TcpServer server_;
+  modbus::TcpServer server_;
   std::int64_t plc_time_ms_ = 0;
   std::uint16_t scan_count_ = 0;
 };
 
-}  // namespace hil::io::modbus::crossing_plc
+}  // namespace hil::crossing::plc

@@ -12,7 +12,7 @@
 #include <optional>
 #include <span>
 
-namespace hil::io::aeb {
+namespace hil::crossing::aeb {
 
 struct EgoState {
   double speed_mps = 0.0;
@@ -86,4 +86,4 @@ class Controller {
   std::int64_t last_conflict_ns_ = 0;
 };
 
-}  // namespace hil::io::aeb
+}  // namespace hil::crossing::aeb

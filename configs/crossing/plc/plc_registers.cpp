@@ -1,14 +1,17 @@
-#include "io/modbus/crossing_plc/plc_registers.hpp"
+#include "configs/crossing/plc/plc_registers.hpp"
 
 #include <string>
 
-namespace hil::io::modbus::crossing_plc {
+namespace hil::crossing::plc {
 
 namespace {
 
-RegisterEntry entry(std::string name, Table table, std::uint16_t address, ValueType type,
-                    std::string unit = "") {
-  RegisterEntry made;
+using modbus::Table;
+using modbus::ValueType;
+
+modbus::RegisterEntry entry(std::string name, Table table, std::uint16_t address, ValueType type,
+                            std::string unit = "") {
+  modbus::RegisterEntry made;
   made.name = std::move(name);
   made.table = table;
   made.address = address;
@@ -17,24 +20,24 @@ RegisterEntry entry(std::string name, Table table, std::uint16_t address, ValueT
   return made;
 }
 
-RegisterEntry written(RegisterEntry made) {
+modbus::RegisterEntry written(modbus::RegisterEntry made) {
   made.writable = true;
   return made;
 }
 
-RegisterEntry words_reversed(RegisterEntry made) {
-  made.order = ByteOrder::cdab;
+modbus::RegisterEntry words_reversed(modbus::RegisterEntry made) {
+  made.order = modbus::ByteOrder::cdab;
   return made;
 }
 
-RegisterEntry scaled(RegisterEntry made, double scale) {
+modbus::RegisterEntry scaled(modbus::RegisterEntry made, double scale) {
   made.scale = scale;
   return made;
 }
 
 }  // namespace
 
-RegisterMap register_map() {
+modbus::RegisterMap register_map() {
   return {{
       written(entry("detector_ego", Table::holding, 0, ValueType::u16)),
       written(entry("detector_cross_right", Table::holding, 1, ValueType::u16)),
@@ -53,4 +56,4 @@ RegisterMap register_map() {
   }};
 }
 
-}  // namespace hil::io::modbus::crossing_plc
+}  // namespace hil::crossing::plc
