@@ -75,9 +75,10 @@ class Past {
 
   /// The sweep that is under way at a time, as the run's scanner shot it, or would have where it was late: each step's beams on the world as
   /// it was when the step began, all that was written at that instant included. A sweep that the stretch ends in ends with it.
-  Sweep scan(const report::Scanner& scanner, std::int64_t time_ns);
+  Sweep scan(const modules::ScannerRecord& scanner, std::int64_t time_ns);
   /// When that sweep begins and ends. Before the first one: that one.
-  static std::pair<std::int64_t, std::int64_t> sweep_at(const report::Scanner& scanner, std::int64_t time_ns);
+  static std::pair<std::int64_t, std::int64_t> sweep_at(const modules::ScannerRecord& scanner,
+                                                        std::int64_t time_ns);
 
  private:
   rtstdb::EntityState row_of(const Instant& instant, rtstdb::EntityId entity) const;

@@ -24,10 +24,10 @@
 
 #include "runtime/config/condition.hpp"
 #include "runtime/config/schema.hpp"
+#include "runtime/contribution/contribution.hpp"
+#include "runtime/contribution/world_record.hpp"
 #include "runtime/modules/event_log.hpp"
 #include "runtime/modules/world.hpp"
-#include "runtime/report/run_record.hpp"
-#include "runtime/report/world_record.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::modules {
@@ -124,9 +124,10 @@ class Module {
   /// Throws SetupError.
   virtual void configure(World& world, EventLog& events, const TaskFacts& task) = 0;
   virtual void step(StepContext& context) noexcept = 0;
-  /// What of this module a history of the run needs to know. After configure.
-  virtual void describe(report::WorldRecord& record) const { (void)record; }
-  virtual void contribute(report::RunRecord& record) const { (void)record; }
+  /// Adds what a history of the run needs to know of this module. After configure.
+  virtual void describe(std::vector<contribution::ModuleRecord>& records) const { (void)records; }
+  /// Adds to the report of the run: events, shapes and tracks of the map, sections. After the last tick.
+  virtual void contribute(contribution::Contribution& report) const { (void)report; }
 };
 
 /// A kind of module: what `type:` names in a scenario.

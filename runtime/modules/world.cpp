@@ -99,7 +99,7 @@ const std::string& World::name_of(rtstdb::EntityId entity) const {
   return entity.index < names_.size() ? names_[entity.index] : unnamed;
 }
 
-void World::describe(report::WorldRecord& record) const {
+void World::describe(contribution::WorldRecord& record) const {
   record.layers = layers_;
   for (std::uint32_t index = 0; index < names_.size(); ++index)
     if (!names_[index].empty()) record.entities.push_back({names_[index], index, generations_[index]});

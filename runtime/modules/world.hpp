@@ -14,7 +14,7 @@
 
 #include <rtstdb/database.hpp>
 
-#include "runtime/report/world_record.hpp"
+#include "runtime/contribution/world_record.hpp"
 
 namespace hil::modules {
 
@@ -51,7 +51,7 @@ class World {
   /// The name create was given; empty for entities it did not make.
   const std::string& name_of(rtstdb::EntityId entity) const;
   /// Layers, and the entities that create made, by ascending index.
-  void describe(report::WorldRecord& record) const;
+  void describe(contribution::WorldRecord& record) const;
   /// Box of the entity's geometry in the entity frame, unscaled; by the id create returned.
   rtstdb::Bounds bounds_of(rtstdb::EntityId entity) const;
 

@@ -1,13 +1,16 @@
 #include "runtime/report/report_files.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <map>
 
+#include "runtime/report/html/point_picture.hpp"
 #include "runtime/report/html/report_html.hpp"
-#include "runtime/report/html/scan_panel.hpp"
 #include "runtime/report/html/top_view.hpp"
 #include "runtime/report/html/world_window.hpp"
 #include "runtime/report/junit_xml.hpp"
@@ -55,20 +58,33 @@ void write_text(const fs::path& path, const std::string& text) {
              [&](std::ostream& out) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
 }
 
+/// "scan-2.svg". A name from a changed report.json never leads out of the folder.
+std::string picture_file(std::string name, int number) {
+  for (char& letter : name) {
+    if (std::isalnum(static_cast<unsigned char>(letter)) == 0) letter = '_';
+  }
+  return name + '-' + std::to_string(number) + ".svg";
+}
+
 void write_pictures(const RunRecord& record, const fs::path& directory) {
   const bool has_top_view = record.top_view && has_content(*record.top_view);
-  if (!has_top_view && record.scan_comparison.empty()) return;
+  const bool has_pictures =
+      std::ranges::any_of(record.sections, [](const Section& section) { return !section.pictures.empty(); });
+  if (!has_top_view && !has_pictures) return;
   make_directory(directory);
   if (has_top_view) {
     Markup svg;
     draw_top_view(svg, *record.top_view, PictureUse::standalone_file);
     write_text(directory / "top-view.svg", svg.take());
   }
-  const PanelFrame frame = common_frame(record.scan_comparison);
-  for (std::size_t index = 0; index < record.scan_comparison.size(); ++index) {
-    Markup svg;
-    draw_scan_panel(svg, record.scan_comparison[index], frame, PictureUse::standalone_file);
-    write_text(directory / ("scan-" + std::to_string(index + 1) + ".svg"), svg.take());
+  std::map<std::string, int> written;  // by the section's name, so that sections of one name do not collide
+  for (const Section& section : record.sections) {
+    const PictureFrame frame = common_frame(section.pictures);
+    for (const Picture& picture : section.pictures) {
+      Markup svg;
+      draw_point_picture(svg, picture, frame, PictureUse::standalone_file);
+      write_text(directory / picture_file(section.name, ++written[section.name]), svg.take());
+    }
   }
 }
 

@@ -15,8 +15,8 @@ namespace hil::report {
 /// report.json, then what remake_report writes. Makes the folder when it is missing.
 void write_report(const RunRecord& record, const std::filesystem::path& directory);
 
-/// junit.xml, report.html, pictures/top-view.svg (when the record has one) and pictures/scan-<n>.svg (n from
-/// 1): all that can be made again from report.json.
+/// junit.xml, report.html, pictures/top-view.svg (when the record has one) and pictures/<section>-<n>.svg
+/// (n from 1): all that can be made again from report.json.
 void remake_report(const RunRecord& record, const std::filesystem::path& directory);
 
 void write_trace(const TraceRecord& trace, const std::filesystem::path& directory);

@@ -8,20 +8,31 @@
 // north, z up. A double that is not known is NaN; it is written as null and shown as a dash. Text may hold
 // any bytes. Threads: plain data, no promise.
 
-#include <array>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "runtime/contribution/contribution.hpp"
 
 namespace hil::report {
 
 /// Written into report.json. A file with another number is refused by the reader. It counts up with every key
 /// that is added, removed or changes its meaning, since the reader wants all of them.
-inline constexpr int schema_version = 6;
+inline constexpr int schema_version = 7;
 
-inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+using contribution::Event;
+using contribution::FieldOfView;
+using contribution::Layer;
+using contribution::layer_from;
+using contribution::not_known;
+using contribution::Picture;
+using contribution::PointM;
+using contribution::Section;
+using contribution::SensorPoint;
+using contribution::Shape;
+using contribution::Track;
+using contribution::TrackPoint;
 
 enum class Verdict : std::uint8_t {
   passed,
@@ -139,12 +150,6 @@ struct BaseStage {
   std::string name;
   std::int64_t total_ns = 0;
   Quantiles per_tick_ns;
-};
-
-/// Something that happened at one instant: a light changed, braking began, the watchdog fired.
-struct Event {
-  std::int64_t time_ns = 0;
-  std::string text;
 };
 
 /// What transactions with queries of one kind were predicted to cost over what they did, by quantiles.
@@ -325,55 +330,6 @@ struct ResponseTime {
   std::uint64_t not_judged = 0;
 };
 
-struct PointM {
-  double x_m = 0.0;
-  double y_m = 0.0;
-};
-
-/// How a shape is drawn, in this order, the ego on top.
-enum class Layer : std::uint8_t { ground, road, marking, detector, structure, pole, vehicle, ego };
-
-/// A body's outline on the ground, counter-clockwise or clockwise, not closed by a repeated point.
-struct Shape {
-  Layer layer = Layer::structure;
-  std::string label;
-  std::vector<PointM> footprint;
-  std::string body_layer{};  ///< the body's first layer in the scenario; empty: no body
-};
-
-struct TrackPoint {
-  std::int64_t time_ns = 0;
-  double x_m = 0.0;
-  double y_m = 0.0;
-};
-
-/// Where a vehicle went.
-struct Track {
-  std::string name;
-  bool ego = false;
-  std::vector<TrackPoint> points;
-};
-
-/// The stretch a scanner sweeps, from its first direction to its last (either turn), counted from +x to +y.
-struct ScanFan {
-  PointM origin;
-  double first_direction_rad = 0.0;
-  double last_direction_rad = 0.0;
-  double range_m = 0.0;
-};
-
-/// One beam's hit: where it was, the beam it came from, and the number of the body it met.
-/// The files keep 0.1 mm and 1 microradian.
-struct ScanPoint {
-  double x_m = 0.0;
-  double y_m = 0.0;
-  double z_m = 0.0;
-  double azimuth_rad = 0.0;
-  double elevation_rad = 0.0;
-  double range_m = 0.0;
-  std::uint32_t entity = 0;
-};
-
 struct ViewBox {
   PointM minimum;
   PointM maximum;
@@ -386,23 +342,8 @@ struct TopView {
       view;  ///< what to show; absent: everything that moves or was seen, and some room around it
   std::vector<Shape> shapes;
   std::vector<Track> tracks;
-  std::optional<ScanFan> fan;
-  std::vector<ScanPoint> scan_points;  ///< the last sweep's hits
-};
-
-/// One panel of the comparison of the paper's Figure 8: a body as the scanner saw it.
-struct ScanPicture {
-  std::string title;
-  std::string caption;
-  std::vector<std::string> entities;  ///< names for ScanPoint::entity
-  std::uint32_t subject = 0;          ///< the body that is measured
-  std::array<double, 2> right{
-      1.0, 0.0};  ///< unit vector in x, y: to the right as seen from the scanner; lengths are along it
-  double true_length_m = not_known;
-  double measured_length_m = not_known;
-  double closed_form_length_m = not_known;
-  double tolerance_m = not_known;  ///< how far measured and closed form may lie apart
-  std::vector<ScanPoint> points;
+  std::optional<FieldOfView> fan;
+  std::vector<SensorPoint> scan_points;  ///< measured by a sensor in its last sweep
 };
 
 struct RunRecord {
@@ -442,14 +383,12 @@ struct RunRecord {
   std::vector<ResponseTime> response_times;
   std::vector<Event> events;
   std::optional<TopView> top_view;
-  std::vector<ScanPicture> scan_comparison;
+  std::vector<Section> sections;  ///< of modules
 };
 
 const char* to_string(ExpectationResult result) noexcept;
 const char* to_string(Verdict verdict) noexcept;
-const char* to_string(Layer layer) noexcept;
 std::optional<ExpectationResult> expectation_result_from(const std::string& word);
 std::optional<Verdict> verdict_from(const std::string& word);
-std::optional<Layer> layer_from(const std::string& word);
 
 }  // namespace hil::report

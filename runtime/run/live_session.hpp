@@ -142,6 +142,7 @@ class LiveSession final : public executive::TickHooks {
   void end_logs();
   void tell_unanswered_runs(report::RunRecord& record) const;
   void fill_record(const executive::RunResult& result, report::RunRecord& record);
+  void add_contributions(std::int64_t end_ns, report::RunRecord& record) const;
   std::string io_fault() const;
   /// Fills in the losses, and the failures outside the run.
   void add_failures(std::int64_t end_ns, report::RunRecord& record) const;

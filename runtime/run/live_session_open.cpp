@@ -57,14 +57,14 @@ rtstdb::DurabilityOptions LiveSession::durability() const {
 }
 
 void LiveSession::write_world_record() const {
-  report::WorldRecord record;
+  contribution::WorldRecord record;
   record.scenario = scenario_.name;
   if (const std::uint64_t id = database_->durability().database_id; id != 0)
     record.database_id = report::id_text(id);
   record.period_ns = scenario_.base_period_ns;
   world_->describe(record);
   for (const WiredModule& wired : wiring_.modules)
-    wired.module->describe(record);
+    wired.module->describe(record.modules);
   try {
     report::write_world(record, options_.directory);
   } catch (const report::ReportError& error) {

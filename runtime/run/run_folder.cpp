@@ -7,7 +7,9 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "io/device.hpp"
 
@@ -36,6 +38,14 @@ void remove_log(const fs::path& directory) {
   fs::remove(directory, error);
   if (error)
     throw io::DeviceError(directory.string() + " of an earlier run can not be removed: " + error.message());
+}
+
+/// "scan-2.svg": a picture of a section of the report.
+bool is_section_picture(const std::string& name) {
+  const std::size_t dash = name.rfind('-');
+  if (dash == std::string::npos || !name.ends_with(".svg")) return false;
+  const std::string_view number = std::string_view(name).substr(dash + 1, name.size() - dash - 5);
+  return !number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 void remove_result(const fs::path& file) {
@@ -73,8 +83,12 @@ void RunFolder::clear() const {
   clear_reports();
   for (const char* file : {"trace.json", "world.json", "run.log", "pictures/top-view.svg"})
     remove_result(directory_ / file);
-  for (int i = 1; fs::exists(directory_ / "pictures" / ("scan-" + std::to_string(i) + ".svg")); ++i)
-    remove_result(directory_ / "pictures" / ("scan-" + std::to_string(i) + ".svg"));
+  std::error_code error;
+  std::vector<fs::path> pictures;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory_ / "pictures", error))
+    if (is_section_picture(entry.path().filename().string())) pictures.push_back(entry.path());
+  for (const fs::path& picture : pictures)
+    remove_result(picture);
   remove_log(database_folder(directory_));
 }
 

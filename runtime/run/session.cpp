@@ -329,6 +329,23 @@ void LiveSession::add_failures(std::int64_t end_ns, report::RunRecord& record) c
   record.failures.insert(record.failures.end(), write_faults_.begin(), write_faults_.end());
 }
 
+/// What the scenario and the modules show: the map, further events, sections.
+void LiveSession::add_contributions(std::int64_t end_ns, report::RunRecord& record) const {
+  contribution::Contribution all;
+  all.end_ns = end_ns;
+  all.map.shapes = outlines(scenario_, wiring_.scenery, end_ns);
+  for (const WiredModule& wired : wiring_.modules)
+    wired.module->contribute(all);
+  record.events.insert(record.events.end(), all.events.begin(), all.events.end());
+  record.sections = std::move(all.sections);
+  record.top_view = report::TopView{.time_ns = end_ns,
+                                    .view = {},
+                                    .shapes = std::move(all.map.shapes),
+                                    .tracks = std::move(all.map.tracks),
+                                    .fan = all.map.field_of_view,
+                                    .scan_points = std::move(all.map.sensor_points)};
+}
+
 void LiveSession::fill_record(const executive::RunResult& result, report::RunRecord& record) {
   describe(scenario_, options_, record);
   take_executive(result, scenario_, record);
@@ -370,11 +387,7 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
   }
   std::stable_sort(record.events.begin(), record.events.end(),
                    [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; });
-  record.top_view.emplace();
-  record.top_view->time_ns = result.run_time_ns;
-  record.top_view->shapes = outlines(scenario_, wiring_.scenery, result.run_time_ns);
-  for (const WiredModule& wired : wiring_.modules)
-    wired.module->contribute(record);
+  add_contributions(result.run_time_ns, record);
   if (events_.lost() > 0) {
     record.realtime.degraded.push_back("the event list lacks " + std::to_string(events_.lost()) +
                                        " events: it was full");

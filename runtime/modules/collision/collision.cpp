@@ -1,6 +1,11 @@
-#include "runtime/modules/collision/collision.hpp"
+// Whether one body touches others: an overlap query of its oriented bounds at every step.
+//
+// Outputs  hits   bodies touched now
+//          total  bodies that began to touch so far
 
 #include <algorithm>
+
+#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {

@@ -1,4 +1,13 @@
-#include "runtime/modules/laser_scanner/laser_scanner.hpp"
+// A laser scanner with one turning beam, carried by a body (paper, Section 6). Every beam has its own start
+// time and meets bodies where they are then; each step asks for the beams of its own period and no others.
+// What the scanner makes of them leaves as an object list.
+//
+// The first sweep begins with the task's first release, so a sweep is a whole number of steps.
+//
+// Outputs  object<i>.valid, .x, .y (m), .vx, .vy (m/s over ground), .length (m), .age (ms): objects in the
+//          carrier's axes at the instant they were measured, `age` ago; the origin is the parameter list_origin
+//          object_count, scan_index, hits (beams of the last step that hit), digest (of every answer so far:
+//          two runs that agree in it got the same answers)
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -9,9 +18,12 @@
 #include <rtstdb/limits.hpp>
 
 #include "runtime/config/numbers.hpp"
+#include "runtime/modules/laser_scanner/comparison_section.hpp"
 #include "runtime/modules/laser_scanner/object_list.hpp"
 #include "runtime/modules/laser_scanner/scanner_options.hpp"
+#include "runtime/modules/laser_scanner/scanner_record.hpp"
 #include "runtime/modules/laser_scanner/sweep_comparison.hpp"
+#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
@@ -38,9 +50,9 @@ class LaserScanner final : public Module {
   void check_task(const config::Value& parameters, const TaskFacts& task,
                   config::Diagnostics& diagnostics) const override;
   void configure(World& world, EventLog& events, const TaskFacts& task) override;
-  void describe(report::WorldRecord& record) const override;
+  void describe(std::vector<contribution::ModuleRecord>& records) const override;
   void step(StepContext& context) noexcept override;
-  void contribute(report::RunRecord& record) const override;
+  void contribute(contribution::Contribution& report) const override;
 
  private:
   std::uint64_t max_beams_in_a_step(std::int64_t step_ns) const noexcept;
@@ -76,7 +88,7 @@ class LaserScanner final : public Module {
   Digest digest_;
 
   std::uint64_t view_every_ = 1;
-  std::vector<report::ScanPoint> view_, last_view_;
+  std::vector<contribution::SensorPoint> view_, last_view_;
   rtstdb::Motion last_carrier_;
 };
 
@@ -366,46 +378,46 @@ void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& car
   context.outputs[out + 3] = digest_.number();
 }
 
-void LaserScanner::describe(report::WorldRecord& record) const {
+void LaserScanner::describe(std::vector<contribution::ModuleRecord>& records) const {
   const PatternOptions& pattern = options_.pattern;
-  record.scanners.push_back({.name = instance_,
-                             .carrier_index = carrier_.index,
-                             .carrier_generation = carrier_.generation,
-                             .mount_m = {options_.mount_m.x, options_.mount_m.y, options_.mount_m.z},
-                             .columns = pattern.columns,
-                             .rows = pattern.rows,
-                             .horizontal_rad = pattern.horizontal_rad,
-                             .vertical_rad = pattern.vertical_rad,
-                             .elevation_rad = pattern.elevation_rad,
-                             .left_to_right = pattern.left_to_right,
-                             .range_m = options_.range_m,
-                             .mask = mask_,
-                             .ignore_motion = options_.ignore_motion,
-                             .first_sweep_ns = first_release_ns_,
-                             .sweep_ns = pattern.period_ns,
-                             .step_ns = step_ns_});
+  records.push_back(to_module_record({.name = instance_,
+                                      .carrier_index = carrier_.index,
+                                      .carrier_generation = carrier_.generation,
+                                      .mount_m = {options_.mount_m.x, options_.mount_m.y, options_.mount_m.z},
+                                      .columns = pattern.columns,
+                                      .rows = pattern.rows,
+                                      .horizontal_rad = pattern.horizontal_rad,
+                                      .vertical_rad = pattern.vertical_rad,
+                                      .elevation_rad = pattern.elevation_rad,
+                                      .left_to_right = pattern.left_to_right,
+                                      .range_m = options_.range_m,
+                                      .mask = mask_,
+                                      .ignore_motion = options_.ignore_motion,
+                                      .first_sweep_ns = first_release_ns_,
+                                      .sweep_ns = pattern.period_ns,
+                                      .step_ns = step_ns_}));
 }
 
-void LaserScanner::contribute(report::RunRecord& record) const {
-  if (comparison_) comparison_->contribute(record);
+void LaserScanner::contribute(contribution::Contribution& report) const {
+  if (comparison_) contribute_comparison(*comparison_, report);
   if (objects_.passed_over() > 0) {
-    record.events.push_back(
-        {record.top_view ? record.top_view->time_ns : 0,
+    report.events.push_back(
+        {report.end_ns,
          std::to_string(objects_.passed_over()) +
              " hits are in no object: more bodies were in view at once than the list follows"});
   }
-  if (!record.top_view || sweeps_ == 0) return;
-  record.top_view->scan_points = last_view_.empty() ? view_ : last_view_;
-  const rtstdb::Pose pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(record.top_view->time_ns));
+  if (sweeps_ == 0) return;
+  report.map.sensor_points = last_view_.empty() ? view_ : last_view_;
+  const rtstdb::Pose pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(report.end_ns));
   const glm::dvec3 sensor = pose.p_world_m + pose.q_world * options_.mount_m;
   const glm::dvec3 forward = pose.q_world * glm::dvec3(1.0, 0.0, 0.0);
   const double heading = std::atan2(forward.y, forward.x);
   const double half = 0.5 * options_.pattern.horizontal_rad;
   const double first = options_.pattern.left_to_right ? half : -half;
-  record.top_view->fan = report::ScanFan{.origin = {sensor.x, sensor.y},
-                                         .first_direction_rad = heading + first,
-                                         .last_direction_rad = heading - first,
-                                         .range_m = options_.range_m};
+  report.map.field_of_view = contribution::FieldOfView{.origin = {sensor.x, sensor.y},
+                                                       .first_direction_rad = heading + first,
+                                                       .last_direction_rad = heading - first,
+                                                       .range_m = options_.range_m};
 }
 
 }  // namespace

@@ -4,13 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace hil::modules {
 namespace {
 
-/// Of one body in one sweep.
-constexpr std::size_t max_points = 1u << 15;
 /// Cosine below which a face counts as turned away from a direction.
 constexpr double away = 0.3;
 
@@ -140,52 +137,6 @@ void SweepComparison::judge(std::size_t body) noexcept {
 void SweepComparison::end_sweep() noexcept {
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     judge(i);
-}
-
-report::ScanPicture SweepComparison::picture(std::size_t body, bool still) const {
-  const Finding& finding = findings_[body];
-  const bool stretched = finding.closed_form_m > bodies_[body].length_m;
-  report::ScanPicture picture;
-  picture.entities = {bodies_[body].name};
-  picture.true_length_m = bodies_[body].length_m;
-  picture.tolerance_m = finding.tolerance_m;
-  char caption[160];
-  if (still) {
-    picture.title = "motion ignored";
-    std::snprintf(caption, sizeof caption, "%s, every beam at %.3f s", bodies_[body].name.c_str(),
-                  static_cast<double>(finding.begin_ns) * 1e-9);
-    picture.measured_length_m = finding.still.length_m;
-    picture.closed_form_length_m = bodies_[body].length_m;
-    picture.points = finding.still_points;
-  } else {
-    picture.title = stretched ? "moving with the beam: stretched" : "moving against the beam: compressed";
-    std::snprintf(caption, sizeof caption, "%s, sweep from %.3f s on", bodies_[body].name.c_str(),
-                  static_cast<double>(finding.begin_ns) * 1e-9);
-    picture.measured_length_m = finding.moving.length_m;
-    picture.closed_form_length_m = finding.closed_form_m;
-    picture.points = finding.moving_points;
-  }
-  picture.caption = caption;
-  // Seen from the sensor, right is -y.
-  picture.right = {0.0, -1.0};
-  return picture;
-}
-
-void SweepComparison::contribute(report::RunRecord& record) const {
-  bool first = true;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (!findings_[i].complete) {
-      record.events.push_back({record.top_view ? record.top_view->time_ns : 0,
-                               "no length of " + bodies_[i].name + " is compared: " +
-                                   (findings_[i].too_many ? "a sweep had more than " +
-                                                                std::to_string(max_points) + " points of it"
-                                                          : "no whole sweep saw its whole side")});
-      continue;
-    }
-    if (first) record.scan_comparison.push_back(picture(i, true));
-    first = false;
-    record.scan_comparison.push_back(picture(i, false));
-  }
 }
 
 }  // namespace hil::modules

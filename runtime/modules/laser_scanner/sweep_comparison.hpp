@@ -14,8 +14,8 @@
 
 #include <rtstdb/query.hpp>
 
+#include "runtime/contribution/map.hpp"
 #include "runtime/modules/laser_scanner/apparent_length.hpp"
-#include "runtime/report/run_record.hpp"
 
 namespace hil::modules {
 
@@ -35,6 +35,9 @@ struct BodyMotion {
 
 class SweepComparison {
  public:
+  /// Of one body in one sweep.
+  static constexpr std::size_t max_points = std::size_t{1} << 15;
+
   struct Measured {
     double length_m = 0.0;
     std::uint32_t first_column = 0, last_column = 0;
@@ -46,7 +49,7 @@ class SweepComparison {
     Measured moving, still;
     double closed_form_m = 0.0;
     double tolerance_m = 0.0;  ///< 1 % and one beam pitch
-    std::vector<report::ScanPoint> moving_points, still_points;
+    std::vector<contribution::SensorPoint> moving_points, still_points;
   };
 
   SweepComparison(const ScanPattern& pattern, std::vector<ComparedBody> bodies);
@@ -60,12 +63,10 @@ class SweepComparison {
 
   const std::vector<ComparedBody>& bodies() const noexcept { return bodies_; }
   const Finding& finding(std::size_t body) const noexcept { return findings_[body]; }
-  /// Three panels: the first body without motion, then each body with it; a sentence for each that has none.
-  void contribute(report::RunRecord& record) const;
 
  private:
   struct Seen {
-    report::ScanPoint point;
+    contribution::SensorPoint point;
     std::uint32_t column = 0;
     bool side = false;  ///< of the body: an upright face turned away from its direction of travel
   };
@@ -78,7 +79,6 @@ class SweepComparison {
   /// Of one column, laid on a line through the point (sensor frame) in the unit direction `along`.
   double column_width_m(const glm::dvec2& p_sensor_m, const glm::dvec2& along) const noexcept;
   void judge(std::size_t body) noexcept;
-  report::ScanPicture picture(std::size_t body, bool still) const;
 
   const ScanPattern pattern_;
   const std::vector<ComparedBody> bodies_;

@@ -1,4 +1,14 @@
-#include "runtime/modules/vehicles/vehicles.hpp"
+// Road vehicles on straight lanes: each follows its driver (driver.hpp), keeps its distance to the vehicle
+// ahead on its lane, and stops at its stop line while its light is not green, unless it runs the light. One
+// of them may be braked from outside (the device under test): its own driver goes on, and the harder of both
+// decelerations counts.
+//
+// Inputs   light_<group>  state of a traffic light: 0 red, 1 red-yellow, 2 green, 3 yellow
+//          <vehicle>_brake_request  m/s2, at least 0; for vehicles with `braked_from_outside`
+// Outputs  <vehicle>.x, .y (centre, m), .speed (m/s), .acceleration (m/s2), .yaw_rate (rad/s)
+//
+// A vehicle's row in the world is written only when its motion changes: between two writes it is a function
+// of time.
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -9,6 +19,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "runtime/modules/module.hpp"
 #include "runtime/modules/vehicles/car_shape.hpp"
 #include "runtime/modules/vehicles/driver.hpp"
 
@@ -51,7 +62,7 @@ struct Vehicle {
   bool was_braking = false;
   bool has_left = false;  ///< the world: its row stays as it was
   EventLog::Kind leaves;
-  std::vector<report::TrackPoint> track;
+  std::vector<contribution::TrackPoint> track;
 
   glm::dvec2 center_m() const { return start_m + direction * travelled_m; }
 };
@@ -63,7 +74,7 @@ class Vehicles final : public Module {
   const Ports& ports() const noexcept override { return ports_; }
   void configure(World& world, EventLog& events, const TaskFacts& task) override;
   void step(StepContext& context) noexcept override;
-  void contribute(report::RunRecord& record) const override;
+  void contribute(contribution::Contribution& report) const override;
 
  private:
   void declare_ports();
@@ -355,22 +366,21 @@ void Vehicles::write_outputs(StepContext& context) noexcept {
   }
 }
 
-void Vehicles::contribute(report::RunRecord& record) const {
-  if (!record.top_view) return;
+void Vehicles::contribute(contribution::Contribution& report) const {
   for (const Vehicle& v : vehicles_) {
     const glm::dvec2 at = v.center_m();
     const glm::dvec2 along = 0.5 * v.size_m.x * v.direction;
     const glm::dvec2 across = 0.5 * v.size_m.y * glm::dvec2(-v.direction.y, v.direction.x);
-    report::Shape shape{.layer = v.is_ego ? report::Layer::ego : report::Layer::vehicle,
-                        .label = v.name,
-                        .footprint = {},
-                        .body_layer = v.layer};
+    contribution::Shape shape{.layer = v.is_ego ? contribution::Layer::ego : contribution::Layer::vehicle,
+                              .label = v.name,
+                              .footprint = {},
+                              .body_layer = v.layer};
     for (const glm::dvec2& p :
          {at + along + across, at - along + across, at - along - across, at + along - across}) {
       shape.footprint.push_back({p.x, p.y});
     }
-    record.top_view->shapes.push_back(std::move(shape));
-    record.top_view->tracks.push_back({v.name, v.is_ego, v.track});
+    report.map.shapes.push_back(std::move(shape));
+    report.map.tracks.push_back({v.name, v.is_ego, v.track});
   }
 }
 

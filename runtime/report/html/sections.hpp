@@ -16,7 +16,7 @@ void events_section(Markup& out, const RunRecord& record);
 
 // section_pictures.cpp
 void top_view_section(Markup& out, const RunRecord& record);
-void scan_section(Markup& out, const RunRecord& record);
+void contributed_sections(Markup& out, const RunRecord& record);
 void response_section(Markup& out, const RunRecord& record);
 
 // section_timing.cpp

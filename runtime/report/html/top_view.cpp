@@ -76,7 +76,7 @@ std::vector<PointM> each_second(const Track& track) {
   return points;
 }
 
-std::vector<PointM> outline_of(const ScanFan& fan) {
+std::vector<PointM> outline_of(const FieldOfView& fan) {
   constexpr int steps = 48;
   std::vector<PointM> outline{fan.origin};
   for (int step = 0; step <= steps; ++step) {
@@ -181,7 +181,7 @@ class Drawing {
 
   void hits() {
     std::vector<PointM> points;
-    for (const ScanPoint& point : view_.scan_points)
+    for (const SensorPoint& point : view_.scan_points)
       points.push_back({point.x_m, point.y_m});
     if (!points.empty()) out_.leaf("path", {{"class", "hits"}, {"d", dots(points, window_, place_)}});
   }

@@ -88,7 +88,7 @@ Bounds of_everything(const TopView& view) {
   Bounds bounds = of_tracks(view);
   for (const Shape& shape : view.shapes)
     bounds.add(bounds_of_footprint(shape));
-  for (const ScanPoint& point : view.scan_points)
+  for (const SensorPoint& point : view.scan_points)
     bounds.add(PointM{point.x_m, point.y_m});
   return bounds;
 }

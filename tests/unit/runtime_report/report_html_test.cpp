@@ -169,7 +169,7 @@ TEST(ReportHtml, RowsHaveAsManyCellsAsTheirTableHasColumns) {
 
 TEST(ReportHtml, BearsHostileTextEverywhere) {
   RunRecord record = test::full_record();
-  record.scan_comparison.resize(1);
+  record.sections.at(0).pictures.resize(1);
   for (const std::string& text : test::hostile_texts()) {
     each_field(record, FillText{text});
     ASSERT_EQ(record.tasks.at(0).misses.at(0).cause, text) << "the filler reaches nested records";

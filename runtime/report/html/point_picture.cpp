@@ -1,4 +1,4 @@
-#include "runtime/report/html/scan_panel.hpp"
+#include "runtime/report/html/point_picture.hpp"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,8 @@ namespace {
 constexpr double width = 340.0;
 constexpr double side = 10.0;
 constexpr double top_band = 34.0;
-constexpr double bottom_band = 96.0;
+constexpr double first_line_below = 26.0;  // from the lower border of the points to the first dimension
+constexpr double line_distance = 28.0;
 constexpr std::uint32_t colours = 8;
 
 /// A point in the picture plane: along the picture's right, and up.
@@ -24,9 +25,9 @@ struct Seen {
   std::uint32_t entity = 0;
 };
 
-std::vector<Seen> seen_points(const ScanPicture& picture) {
+std::vector<Seen> seen_points(const Picture& picture) {
   std::vector<Seen> seen;
-  for (const ScanPoint& point : picture.points) {
+  for (const SensorPoint& point : picture.points) {
     const PointM at{point.x_m * picture.right[0] + point.y_m * picture.right[1], point.z_m};
     if (is_finite(at)) seen.push_back({at, point.entity});
   }
@@ -55,9 +56,9 @@ Extent extent_of(std::span<const Seen> points, std::uint32_t subject) {
   return extent;
 }
 
-class Panel {
+class Drawing {
  public:
-  Panel(Markup& out, const ScanPicture& picture, const PanelFrame& frame)
+  Drawing(Markup& out, const Picture& picture, const PictureFrame& frame)
       : out_(out),
         picture_(picture),
         points_(seen_points(picture)),
@@ -68,18 +69,22 @@ class Panel {
 
   void draw(PictureUse use) {
     const PixelBox& area = place_.area();
-    open_svg(out_, width, area.bottom + bottom_band, picture_.title, use);
+    const std::size_t lines_below = picture_.dimensions.empty() ? 0 : picture_.dimensions.size() - 1;
+    const double below = area.bottom + first_line_below;
+    const double scale_bar_y = below + line_distance * static_cast<double>(lines_below) + 4.0;
+    open_svg(out_, width, scale_bar_y + 10.0, picture_.title, use);
     out_.leaf("rect", {{"class", "land"},
                        {"x", area.left},
                        {"y", area.top},
                        {"width", area.right - area.left},
                        {"height", area.bottom - area.top}});
-    ghost();
+    outline();
     clouds();
-    length_line("rule", picture_.measured_length_m, top_band - 8.0, "measured ");
-    length_line("rule-soft", picture_.closed_form_length_m, area.bottom + 26.0, "closed form ");
-    length_line("rule-soft", picture_.true_length_m, area.bottom + 54.0, "true length ");
-    scale_bar(area.bottom + 86.0);
+    for (std::size_t i = 0; i < picture_.dimensions.size(); ++i) {
+      const double y = i == 0 ? top_band - 8.0 : below + line_distance * static_cast<double>(i - 1);
+      dimension_line(i == 0 ? "rule" : "rule-soft", picture_.dimensions[i], y);
+    }
+    scale_bar(scale_bar_y);
     if (!extent_.usable()) {
       svg_text(out_, "", {width / 2.0, (area.top + area.bottom) / 2.0}, "middle",
                "no point of the body was seen");
@@ -88,10 +93,10 @@ class Panel {
   }
 
  private:
-  /// The body as it is, where it was seen.
-  void ghost() {
-    if (!extent_.usable() || !(picture_.true_length_m > 0.0)) return;
-    const double half = picture_.true_length_m / 2.0;
+  /// The real length of the subject, around its points.
+  void outline() {
+    if (!extent_.usable() || !(picture_.outline_length_m > 0.0)) return;
+    const double half = picture_.outline_length_m / 2.0;
     const Pixel corner = place_({extent_.middle_m() - half, extent_.high_m});
     const Pixel opposite = place_({extent_.middle_m() + half, extent_.low_m});
     out_.leaf("rect", {{"class", "ghost"},
@@ -115,12 +120,13 @@ class Panel {
     }
   }
 
-  /// A dimension line as long as `length_m` at the panel's scale, its name above it.
-  void length_line(const char* css_class, double length_m, double y, const char* name) {
+  /// A line as long as the dimension at the picture's scale, its name above it.
+  void dimension_line(const char* css_class, const contribution::Dimension& dimension, double y) {
     const double middle = width / 2.0;
+    const double length_m = dimension.length_m;
     const bool known = std::isfinite(length_m);
     svg_text(out_, "strong", {middle, y - 8.0}, "middle",
-             name + (known ? decimal(length_m, 3) + " m" : std::string("not known")));
+             dimension.name + ' ' + (known ? decimal(length_m, 3) + " m" : std::string("not known")));
     if (!known || length_m < 0.0) return;
     const double half = std::min(length_m * place_.pixels_per_metre() / 2.0, middle - 2.0);
     svg_line(out_, css_class, {middle - half, y}, {middle + half, y});
@@ -138,7 +144,7 @@ class Panel {
   }
 
   Markup& out_;
-  const ScanPicture& picture_;
+  const Picture& picture_;
   std::vector<Seen> points_;
   Extent extent_;
   ViewBox window_;
@@ -147,15 +153,15 @@ class Panel {
 
 }  // namespace
 
-PanelFrame common_frame(std::span<const ScanPicture> pictures) {
+PictureFrame common_frame(std::span<const Picture> pictures) {
   double length_m = 0.0;
   double low_m = std::numeric_limits<double>::infinity();
   double high_m = -low_m;
-  for (const ScanPicture& picture : pictures) {
+  for (const Picture& picture : pictures) {
     const Extent extent = extent_of(seen_points(picture), picture.subject);
-    for (const double known :
-         {picture.true_length_m, picture.measured_length_m, picture.closed_form_length_m}) {
-      if (std::isfinite(known)) length_m = std::max(length_m, known);
+    if (std::isfinite(picture.outline_length_m)) length_m = std::max(length_m, picture.outline_length_m);
+    for (const contribution::Dimension& dimension : picture.dimensions) {
+      if (std::isfinite(dimension.length_m)) length_m = std::max(length_m, dimension.length_m);
     }
     if (!extent.usable()) continue;
     length_m = std::max(length_m, extent.to_m - extent.from_m);
@@ -171,14 +177,8 @@ PanelFrame common_frame(std::span<const ScanPicture> pictures) {
   return {frame_width, height, middle - height / 2.0};
 }
 
-void draw_scan_panel(Markup& out, const ScanPicture& picture, const PanelFrame& frame, PictureUse use) {
-  Panel(out, picture, frame).draw(use);
-}
-
-std::optional<bool> agrees(const ScanPicture& picture) {
-  const double difference = std::abs(picture.measured_length_m - picture.closed_form_length_m);
-  if (!std::isfinite(difference) || !std::isfinite(picture.tolerance_m)) return std::nullopt;
-  return difference <= picture.tolerance_m;
+void draw_point_picture(Markup& out, const Picture& picture, const PictureFrame& frame, PictureUse use) {
+  Drawing(out, picture, frame).draw(use);
 }
 
 }  // namespace hil::report
