@@ -64,12 +64,6 @@ struct InputGroup {
   RunTimeNs timeout_ns = 0;
 };
 
-/// What is wrong with a device, in words for the user. Empty `fault`: nothing.
-struct DeviceHealth {
-  bool connected = false;  ///< as Device::connected
-  std::string fault;
-};
-
 /// Something that happened to the values of a device, as a sentence for the report.
 struct DeviceEvent {
   RunTimeNs time_ns = 0;  ///< may lie before the first tick
@@ -123,7 +117,7 @@ class Device {
 
   /// Virtual clock only: returns when everything released so far has been sent, every answer to it has
   /// arrived, and the other side waits. False: the other side did not answer within its wall-clock limit
-  /// (health() says which).
+  /// (fault() says which).
   virtual bool exchange(RunTimeNs tick_ns) = 0;
 
   /// Sends every output's safe value once, as soon as the device's thread can. Any thread.
@@ -140,7 +134,8 @@ class Device {
   /// Whether the other side has shown since the start that it is there. A Modbus unit: it has answered a
   /// request. Any thread; never blocks.
   virtual bool has_answered() const noexcept { return connected(); }
-  virtual DeviceHealth health() const = 0;
+  /// What is wrong with the device, in one sentence for the user. Empty: nothing. Any ordinary thread.
+  virtual std::string fault() const = 0;
   /// The first reason why outputs that were due could not be sent, in one sentence. A queue that was full for
   /// a moment is no such reason. Empty: there was none. Any ordinary thread.
   virtual std::string send_fault() const = 0;

@@ -10,7 +10,7 @@
 // Real time: one thread per device receives, stamps, decodes, encodes and sends. Lock-step: exchange() does
 // that work.
 //
-// Threads: as io/device.hpp says; counters(), health() and enter_safe_state() from any thread.
+// Threads: as io/device.hpp says; counters(), fault() and enter_safe_state() from any thread.
 
 #include <atomic>
 #include <cstdint>
@@ -93,7 +93,7 @@ class CanDevice final : public Device {
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
   bool connected() const noexcept override { return connected_.load(std::memory_order_relaxed); }
-  DeviceHealth health() const override;
+  std::string fault() const override;
   /// A queue towards the bus that stays full for longer than loss_timeout_ns() is a send fault, too.
   std::string send_fault() const override;
 

@@ -19,7 +19,7 @@
 // release waits for longer than `max_age` and no cycle ends. A unit without inputs gets its outputs again
 // after half of `max_age` without a reply, so that its loss is noticed.
 //
-// Threads: as in io/device.hpp; counters() and health() from any ordinary thread.
+// Threads: as in io/device.hpp; counters() and fault() from any ordinary thread.
 
 #include <atomic>
 #include <chrono>
@@ -115,7 +115,7 @@ class ClientDevice final : public Device {
   void stop() noexcept override;
   bool connected() const noexcept override;
   bool has_answered() const noexcept override { return answered_.load(std::memory_order_relaxed); }
-  DeviceHealth health() const override;
+  std::string fault() const override;
   /// A write that the unit refuses with exceptions for longer than `max_age` is a send fault.
   std::string send_fault() const override;
   std::vector<DeviceEvent> events_since(std::size_t first) const override;

@@ -15,11 +15,6 @@ namespace {
 using config::Diagnostics;
 using config::Word;
 
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
-  const std::string near = config::nearest(word, names);
-  return near.empty() ? std::string() : "; did you mean '" + near + "'?";
-}
-
 std::string milliseconds(std::int64_t duration_ns) {
   return config::format_number(static_cast<double>(duration_ns) * 1e-6) + " ms";
 }
@@ -48,8 +43,8 @@ const io::can::DbcMessage* find_message(const io::can::Dbc& database, const Word
     std::vector<std::string> names;
     for (const io::can::DbcMessage& known : database.messages)
       names.push_back(known.name);
-    diagnostics.add(word.place,
-                    "the CAN database has no message '" + word.text + "'" + did_you_mean(word.text, names));
+    diagnostics.add(word.place, "the CAN database has no message '" + word.text + "'" +
+                                    config::suggestion(word.text, names));
     return nullptr;
   }
   const std::vector<std::string> problems = io::can::coding_problems(*found, {}, use);
@@ -67,7 +62,7 @@ const io::can::DbcSignal* find_dbc_signal(const io::can::DbcMessage& message, co
   for (const io::can::DbcSignal& known : message.signals)
     names.push_back(known.name);
   diagnostics.add(signal.place, "message " + message.name + " has no signal '" + signal.text + "'" +
-                                    did_you_mean(signal.text, names));
+                                    config::suggestion(signal.text, names));
   return nullptr;
 }
 

@@ -31,8 +31,8 @@ class DeviceClock final : public io::RunClock {
   void set_origin(std::int64_t origin_ns) noexcept { origin_ns_.store(origin_ns, std::memory_order_relaxed); }
   std::int64_t origin_ns() const noexcept { return origin_ns_.load(std::memory_order_relaxed); }
   io::RunTimeNs now_ns() const noexcept override { return clock_.now_ns() - origin_ns(); }
-  /// For the report: what happens before the first tick is told at its instant.
-  io::RunTimeNs told_ns() const noexcept { return std::max<io::RunTimeNs>(now_ns(), 0); }
+  /// The time of an event in the report: one before the first tick has the time of that tick.
+  io::RunTimeNs report_ns() const noexcept { return std::max<io::RunTimeNs>(now_ns(), 0); }
   io::RunTimeNs settled(io::RunTimeNs stamp_ns) const noexcept override {
     const bool is_early = stamp_ns > -2 * distance_ns && stamp_ns < -distance_ns / 2;
     return is_early ? stamp_ns + early_origin_ns_ - origin_ns() : stamp_ns;

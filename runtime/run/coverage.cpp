@@ -35,7 +35,7 @@ Coverage::Coverage(const std::vector<signals::SignalId>& signals, const signals:
   }
 }
 
-void Coverage::look(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept {
+void Coverage::check(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept {
   if (evaluated) ++evaluated_ticks_;
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     Watched& watched = watched_[i];

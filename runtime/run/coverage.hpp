@@ -35,7 +35,7 @@ class Coverage {
            double min_share);
 
   /// To be called once for each tick that ran and that the expectation covers. Neither allocates nor blocks.
-  void look(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept;
+  void check(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept;
 
   std::uint64_t evaluated_ticks() const noexcept { return evaluated_ticks_; }
   /// Why too few of `covered_ticks` were evaluated, or a signal was not fresh for too long, in words. Empty:

@@ -69,11 +69,11 @@ class AtEveryTick final : public Judge {
         coverage_(watched_.signals(), table, expectation.coverage),
         wanted_(wanted) {}
 
-  void look(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-            std::int64_t time_ns) noexcept override {
+  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+             std::int64_t time_ns) noexcept override {
     const config::Truth truth = watched_.truth(table);
     const bool evaluated = truth != config::Truth::unknown;
-    coverage_.look(table, time_ns, evaluated);
+    coverage_.check(table, time_ns, evaluated);
     if (evaluated && !first_failure_ns_ && (truth == config::Truth::yes) != wanted_)
       first_failure_ns_ = time_ns;
   }
@@ -115,12 +115,12 @@ class Once final : public Judge {
         coverage_(watched_.signals(), table, expectation.coverage),
         by_ns_(claim.by_ns) {}
 
-  void look(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-            std::int64_t time_ns) noexcept override {
+  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+             std::int64_t time_ns) noexcept override {
     if (met_ns_) return;
     const config::Truth truth = watched_.truth(table);
     if (truth == config::Truth::yes) met_ns_ = time_ns;
-    if (!by_ns_ || time_ns <= *by_ns_) coverage_.look(table, time_ns, truth != config::Truth::unknown);
+    if (!by_ns_ || time_ns <= *by_ns_) coverage_.check(table, time_ns, truth != config::Truth::unknown);
   }
 
   report::Expectation result(const Extent& extent) const override {

@@ -26,8 +26,8 @@ class Judge {
  public:
   virtual ~Judge() = default;
   /// After every tick, with what arrived since the tick before.
-  virtual void look(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                    std::int64_t time_ns) noexcept = 0;
+  virtual void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
+                     std::int64_t time_ns) noexcept = 0;
   virtual report::Expectation result(const Extent& extent) const = 0;
   /// Response times, where the expectation measures them.
   virtual std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const {

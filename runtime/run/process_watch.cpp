@@ -127,7 +127,7 @@ std::vector<ProcessExit> ProcessWatch::stop() {
   return exits;
 }
 
-std::string ProcessWatch::first_dead() {
+std::string ProcessWatch::first_ended() {
   look_at_children();
   for (const Watched& watched : watched_) {
     if (watched.exit_state.ended_early) return watched.exit_state.name + " " + watched.exit_state.exit;

@@ -25,10 +25,10 @@ struct ProcessExit {
   std::string command;
   bool ended_early = false;
   std::int64_t ended_at_ns = 0;  ///< run time, when ended_early
-  std::string exit;              ///< in words
+  std::string exit{};            ///< in words
   bool safe_on_exit = true;      ///< its end ends the run
   bool may_be_lost = false;      ///< its end does not make the run fail
-  std::string output_fault;      ///< why its output file lacks some of what it printed; empty: nothing
+  std::string output_fault{};    ///< why its output file lacks some of what it printed; empty: nothing
 };
 
 class ProcessWatch {
@@ -73,7 +73,7 @@ class ProcessWatch {
   /// Ends the watch and then the programs. What became of each, in their order.
   std::vector<ProcessExit> stop();
   /// The first program that has ended already, in words; empty: all run.
-  std::string first_dead();
+  std::string first_ended();
 
  private:
   void serve();

@@ -58,14 +58,14 @@ void ResponseJudge::take(Side& side, const signals::SignalTable& table, std::spa
   use(Known{latched.value, latched.time_ns});
 }
 
-void ResponseJudge::look(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                         std::int64_t time_ns) noexcept {
+void ResponseJudge::check(const signals::SignalTable& table, std::span<const Arrival> arrived,
+                          std::int64_t time_ns) noexcept {
   take(requests_, table, arrived, [this](Known request) { add_request(request); });
   take(replies_, table, arrived, [this](Known reply) { take_reply(reply); });
   if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(time_ns);
   // A request without a time-out may come rarely: its absence is not a lack of coverage.
   const bool may_be_rare = table.info(requests_.signal).timeout_ns == 0;
-  coverage_.look(table, time_ns, may_be_rare || is_known(table, requests_.signal));
+  coverage_.check(table, time_ns, may_be_rare || is_known(table, requests_.signal));
 }
 
 std::string ResponseJudge::figures(const Unanswered& unanswered) const {

@@ -36,8 +36,8 @@ class ResponseJudge final : public Judge {
   ResponseJudge(const config::Expectation& expectation, const config::Response& claim,
                 const signals::SignalTable& table, const Arrivals& arrivals, std::uint64_t max_samples);
 
-  void look(const signals::SignalTable& table, std::span<const Arrival> arrived,
-            std::int64_t time_ns) noexcept override;
+  void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
+             std::int64_t time_ns) noexcept override;
   report::Expectation result(const Extent& extent) const override;
   std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const override;
 

@@ -17,10 +17,6 @@ using config::Diagnostics;
 using config::Place;
 using config::Word;
 
-std::string did_you_mean(const std::string& candidate) {
-  return candidate.empty() ? std::string() : "; did you mean '" + candidate + "'?";
-}
-
 void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Place& place,
                 Diagnostics& diagnostics, std::vector<signals::SignalId>& ids) {
   if (const auto there = table.find(info.name)) {
@@ -55,7 +51,7 @@ signals::SignalId find_signal(const Known& known, const Word& word, Diagnostics&
                   [&](const auto& p) { return word.text.starts_with(p); }))
     return {};
   diagnostics.add(word.place, "there is no signal '" + word.text + "'" +
-                                  did_you_mean(known.table.nearest_name(word.text)));
+                                  config::suggestion(word.text, known.table.names()));
   return {};
 }
 
@@ -110,8 +106,7 @@ void connect_module(WiredModule& wired, const Known& known, Diagnostics& diagnos
       for (const modules::Port& other : ports)
         names.push_back(other.name);
       diagnostics.add(link.port.place, "module " + wired.section->module.text + " has no input '" +
-                                           link.port.text + "'" +
-                                           did_you_mean(config::nearest(link.port.text, names)));
+                                           link.port.text + "'" + config::suggestion(link.port.text, names));
     } else {
       const signals::SignalId signal = find_signal(known, link.signal, diagnostics);
       wired.links.inputs[static_cast<std::size_t>(port - ports.begin())] = signal;

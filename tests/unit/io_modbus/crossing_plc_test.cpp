@@ -57,7 +57,7 @@ std::string stepped_run() {
     const RunTimeNs tick_ns = tick * 50'000'000LL;
     clock.set(tick_ns);
     client.release_outputs(std::vector<double>{tick >= 20 ? 1.0 : 0.0, 0, 0}, tick_ns);
-    EXPECT_TRUE(client.exchange(tick_ns)) << client.health().fault;
+    EXPECT_TRUE(client.exchange(tick_ns)) << client.fault();
     text << tick << ':';
     for (const Sample& sample : latched(client))
       text << ' ' << sample.value << '@' << sample.time_ns << sample.fresh;
@@ -88,7 +88,7 @@ TEST(CrossingPlc, ListensOnAnIpv6Address) {
   bench::HandClock clock;
   ClientDevice client(settings, register_map());
   client.start(clock, Pacing::lockstep);
-  EXPECT_TRUE(client.exchange(0)) << client.health().fault;
+  EXPECT_TRUE(client.exchange(0)) << client.fault();
   client.stop();
 }
 

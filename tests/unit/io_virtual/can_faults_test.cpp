@@ -55,7 +55,7 @@ Logged logged_under(const virtual_bus::FaultConfig& faults) {
   for (int tick = 0; tick < 300; ++tick) {
     clock.set(tick * 10 * ms);
     device.release_outputs(outputs, clock.now_ns());
-    EXPECT_TRUE(device.exchange(clock.now_ns())) << device.health().fault;
+    EXPECT_TRUE(device.exchange(clock.now_ns())) << device.fault();
   }
   device.stop();
   over.store(true);

@@ -60,11 +60,11 @@ TEST(DeviceClock, SettlesAStampOfTheOpeningToWhenItWasBeforeTheFirstTick) {
 TEST(DeviceClock, TellsOfTheOpeningAtTheFirstTick) {
   executive::VirtualClock machine;
   DeviceClock clock(machine);
-  EXPECT_EQ(clock.told_ns(), 0);
+  EXPECT_EQ(clock.report_ns(), 0);
   clock.set_origin(2 * s);
-  EXPECT_EQ(clock.told_ns(), 0);
+  EXPECT_EQ(clock.report_ns(), 0);
   machine.sleep_until(5 * s);
-  EXPECT_EQ(clock.told_ns(), 3 * s);
+  EXPECT_EQ(clock.report_ns(), 3 * s);
 }
 
 /// One station of a CAN bus and the device that listens to it, while a run opens.

@@ -146,7 +146,7 @@ TEST(ProcessWatch, WhatEndsAfterTheWatchHasNotEndedEarly) {
 TEST(ProcessWatch, NamesTheFirstThatIsDeadBeforeTheWatch) {
   ProcessWatch watch({shell("plc", "sleep 100"), shell("dut", "exit 7")}, [] { return std::int64_t{0}; });
   std::string dead;
-  ASSERT_TRUE(comes_true([&] { return !(dead = watch.first_dead()).empty(); }));
+  ASSERT_TRUE(comes_true([&] { return !(dead = watch.first_ended()).empty(); }));
   EXPECT_EQ(dead, "dut exited with code 7");
 }
 
