@@ -1,10 +1,10 @@
 #pragma once
-// The judgement of an emergency-braking controller: will the ego car meet an object if both keep their speed,
-// and does it take hard braking to stop before? Knows no bus. Every result is a function of the calls and the
-// times given with them.
+// The decisions of an emergency-braking controller: whether the ego car meets an object if both keep their
+// velocities, and which deceleration avoids it. It uses no bus and no clock: results depend only on the
+// calls and the times that they give.
 //
 // Axes: x forward, y left; the origin is the middle of the ego's front bumper. Velocities are over ground, in
-// these axes. Times are nanoseconds of any one clock that never goes back.
+// these axes. Times are nanoseconds of one monotonic clock.
 //
 // Threads: one.
 
@@ -19,7 +19,7 @@ struct EgoState {
   double yaw_rate_radps = 0.0;
 };
 
-/// An object as it was, in the ego's axes as they were, `age_s` before the list came.
+/// An object `age_s` before its list was received, in the ego's axes of that instant.
 struct ObjectReport {
   bool valid = false;
   double x_m = 0.0;  ///< its centre
@@ -33,7 +33,7 @@ struct ObjectReport {
 struct BrakeDecision {
   double deceleration_mps2 = 0.0;
   bool warning = false;
-  bool degraded = false;  ///< no fresh ego state: nothing is commanded
+  bool degraded = false;  ///< there is no fresh ego state: no deceleration is commanded
 };
 
 struct Parameters {
@@ -41,41 +41,42 @@ struct Parameters {
   double ego_length_m = 4.5;
   double object_half_width_m = 1.0;
   double lateral_margin_m = 0.4;
-  double time_margin_s = 0.4;  ///< by which an object may come earlier or leave later than predicted
-  double stop_gap_m = 2.0;     ///< left free before the object
-  double horizon_s = 6.0;      ///< conflicts later than this are none of ours yet
+  double time_margin_s = 0.4;  ///< by which an object may arrive earlier or leave later than predicted
+  double stop_gap_m = 2.0;     ///< distance to the object after the stop
+  double horizon_s = 6.0;      ///< later conflicts are ignored
 
-  double warn_demand_mps2 = 1.5;   ///< needed deceleration from which the driver is warned
-  double brake_demand_mps2 = 3.0;  ///< from which the car is braked
-  double brake_time_s = 1.2;       ///< or a conflict this near
-  double demand_factor = 1.25;     ///< commanded over needed: the next list may be a second away
+  double warn_demand_mps2 = 1.5;   ///< least required deceleration for a warning
+  double brake_demand_mps2 = 3.0;  ///< least required deceleration for braking
+  double brake_time_s = 1.2;       ///< a conflict within this time is a reason for braking, too
+  double demand_factor =
+      1.25;  ///< commanded over required deceleration: the next list may come a second later
   double maximum_deceleration_mps2 = 9.0;
 
   double standstill_mps = 0.1;
-  std::int64_t release_after_ns = 1'000'000'000;  ///< of no conflict
+  std::int64_t release_after_ns = 1'000'000'000;  ///< braking ends after this time without a conflict
   std::int64_t ego_timeout_ns = 100'000'000;
 };
 
-/// What keeping speed leads to.
+/// A predicted contact of ego and object if both keep their velocities.
 struct Conflict {
-  double time_s = 0.0;       ///< until ego and object would touch
-  double demand_mps2 = 0.0;  ///< deceleration that avoids it, stop gap included; may exceed any car's
+  double time_s = 0.0;       ///< until the contact
+  double demand_mps2 = 0.0;  ///< required deceleration, stop gap included; may be beyond the limits of a car
 };
 
-/// The conflict with one object measured just now (age 0), if there is one.
+/// The conflict with an object of age 0; empty: there is none.
 std::optional<Conflict> find_conflict(const EgoState& ego, const ObjectReport& object,
                                       const Parameters& parameters);
 
-/// The object moved to now: by its own velocity, and seen from where the ego has driven to.
-ObjectReport brought_to_now(const ObjectReport& object, const EgoState& ego);
+/// The object at age 0: moved by its velocity, in the ego's axes of now.
+ObjectReport extrapolated(const ObjectReport& object, const EgoState& ego);
 
 class Controller {
  public:
   explicit Controller(Parameters parameters = {}) : parameters_(parameters) {}
 
   void ego_status(std::int64_t time_ns, const EgoState& ego);
-  /// A complete list of objects. Braking, once begun, lasts until the ego stands or there was no conflict for
-  /// a while, and is never weakened meanwhile.
+  /// Takes a complete list of objects. Braking lasts until the ego is at rest or there was no conflict for
+  /// release_after_ns; until then the deceleration never decreases.
   BrakeDecision object_list(std::int64_t time_ns, std::span<const ObjectReport> objects);
 
  private:

@@ -1,9 +1,9 @@
-// hil-aeb-controller: a device under test that knows nothing but CAN.
+// hil-aeb-controller: the device under test of the crossing. It uses nothing but CAN.
 //
 //   hil-aeb-controller --bus unix:/path|socketcan:vcan0 --database crossing.dbc [--name NAME]
 //
-// Exit codes: 0 asked to stop, or the virtual bus was closed; 2 bad arguments or database; 4 the bus can not
-// be had.
+// Exit codes: 0 after a signal, or when the virtual bus was closed; 2 for bad arguments or a bad database;
+// 4 when the bus can not be opened.
 
 #include <getopt.h>
 #include <poll.h>
@@ -26,9 +26,9 @@ namespace can = hil::io::can;
 constexpr int bad_usage = 2;
 constexpr int bad_io = 4;
 
-volatile std::sig_atomic_t stop_asked = 0;
-extern "C" void ask_to_stop(int) {
-  stop_asked = 1;
+volatile std::sig_atomic_t stop_requested = 0;
+extern "C" void request_stop(int) {
+  stop_requested = 1;
 }
 
 class MonotonicTime final : public hil::io::RunClock {
@@ -76,8 +76,8 @@ std::unique_ptr<can::Bus> make_bus(const Arguments& arguments) {
       hil::io::virtual_bus::ClientConfig{arguments.bus, arguments.name});
 }
 
-void answer_frames(can::Bus& bus, aeb::Station& station, bool can_come_back) {
-  while (stop_asked == 0) {
+void answer_frames(can::Bus& bus, aeb::Station& station, bool can_reconnect) {
+  while (stop_requested == 0) {
     can::Frame frame;
     switch (bus.receive(frame)) {
       case can::ReceiveResult::frame:
@@ -86,14 +86,14 @@ void answer_frames(can::Bus& bus, aeb::Station& station, bool can_come_back) {
         }
         continue;
       case can::ReceiveResult::lost:
-        if (!can_come_back) return;
+        if (!can_reconnect) return;
         break;
       case can::ReceiveResult::empty:
         break;
     }
-    constexpr int look_again_ms = 20;
+    constexpr int poll_ms = 20;
     pollfd watched{bus.fd(), POLLIN, 0};
-    static_cast<void>(::poll(&watched, 1, look_again_ms));
+    static_cast<void>(::poll(&watched, 1, poll_ms));
   }
 }
 
@@ -136,7 +136,7 @@ int main(int count, char** words) {
     return bad_usage;
   }
   struct sigaction action {};
-  action.sa_handler = ask_to_stop;
+  action.sa_handler = request_stop;
   ::sigaction(SIGTERM, &action, nullptr);
   ::sigaction(SIGINT, &action, nullptr);
   return run(arguments);

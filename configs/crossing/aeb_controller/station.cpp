@@ -10,7 +10,7 @@ namespace {
 
 const can::Protection protected_message{"Counter", "Checksum"};
 
-struct MessageNeed {
+struct RequiredMessage {
   std::string message;
   std::vector<std::string> signals;
   can::Protection protection;
@@ -24,8 +24,8 @@ std::string object_name(std::size_t slot) {
 const std::vector<std::string> object_signal_names = {"Valid", "PosX",   "PosY", "VelX",
                                                       "VelY",  "Length", "Age"};
 
-std::vector<MessageNeed> needs() {
-  std::vector<MessageNeed> all = {
+std::vector<RequiredMessage> required_messages() {
+  std::vector<RequiredMessage> all = {
       {"EgoStatus", {"Speed", "YawRate"}, protected_message, can::Use::receive},
       {"ObjectHeader", {"ObjectCount", "ScanIndex"}, protected_message, can::Use::receive},
       {"BrakeCommand",
@@ -49,7 +49,8 @@ std::size_t signal_index(const can::Dbc& database, const std::string& message_na
 }
 
 const can::Dbc& checked(const can::Dbc& database) {
-  can::require(Station::database_problems(database).empty(), "the controller's database has what it needs");
+  can::require(Station::database_problems(database).empty(),
+               "the database has no problems (Station::database_problems)");
   return database;
 }
 
@@ -57,7 +58,7 @@ const can::Dbc& checked(const can::Dbc& database) {
 
 std::vector<std::string> Station::database_problems(const can::Dbc& database) {
   std::vector<std::string> problems;
-  for (const MessageNeed& need : needs()) {
+  for (const RequiredMessage& need : required_messages()) {
     const can::DbcMessage* const message = database.find_message(need.message);
     if (message == nullptr) {
       problems.push_back("the database has no message '" + need.message + "'");
@@ -110,7 +111,7 @@ std::optional<can::Frame> Station::handle(const can::Frame& frame) {
   }
   if (id == object_header_.layout().can_id()) {
     if (accept(object_header_, frame)) return answer(frame);
-    reported_.fill(false);  // the list that it ended can not be answered
+    reported_.fill(false);  // the list that the frame ended has no valid header
     return std::nullopt;
   }
   for (std::size_t slot = 0; slot < objects_.size(); ++slot) {

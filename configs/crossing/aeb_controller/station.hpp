@@ -1,9 +1,10 @@
 #pragma once
-// The controller as a station on a bus: frames in, frames out, by configs/crossing/crossing.dbc.
+// The controller as a station on a CAN bus: it decodes and encodes the frames of
+// configs/crossing/crossing.dbc.
 //
-// A list is its Object messages followed by its ObjectHeader. The header is answered at once by one
-// BrakeCommand if Object0 to Object<ObjectCount - 1> have all come since the header before; an incomplete
-// list is counted and not answered.
+// An object list is a sequence of Object messages and an ObjectHeader that ends it. The station answers the
+// header with one BrakeCommand if Object0 to Object<ObjectCount - 1> were received since the header before;
+// else it counts an incomplete list.
 //
 // Threads: one.
 
@@ -31,15 +32,16 @@ class Station {
  public:
   static constexpr std::size_t object_slots = 4;
 
-  /// What the database lacks for this controller, in words; empty: nothing.
+  /// Sentences on what the database lacks for this controller; empty: nothing.
   static std::vector<std::string> database_problems(const can::Dbc& database);
 
   /// Misuse (asserts): a database with problems.
   explicit Station(const can::Dbc& database);
 
-  /// The answer to send, if the frame asks for one. The frame's time_ns is the controller's time.
+  /// Takes a received frame. Returns the answer to send, if there is one. The frame's time_ns is the time
+  /// of the controller.
   std::optional<can::Frame> handle(const can::Frame& frame);
-  /// The answer has been sent: the next one carries the next counter.
+  /// The answer was sent: the next one has the next counter.
   void confirm_sent() noexcept { brake_command_.confirm_sent(); }
 
   const StationCounters& counters() const noexcept { return counters_; }
@@ -58,7 +60,7 @@ class Station {
   std::array<bool, object_slots> reported_{};  ///< since the last header
   StationCounters counters_;
 
-  // Places of the signals in their messages.
+  // Indices of the signals in their messages.
   std::size_t speed_, yaw_rate_;
   std::array<std::size_t, 7> object_signals_;
   std::size_t object_count_, list_counter_;

@@ -11,22 +11,22 @@ CrossingLogic::CrossingLogic(const Timing& timing) : timing_(timing) {
                       timing.yellow_ms >= 0 && timing.all_red_ms >= 0 && timing.red_yellow_ms >= 0 &&
                       timing.watchdog_ms >= 0,
                   "CrossingLogic: a time is negative, or maximum green is below minimum green");
-  show();
+  set_outputs();
 }
 
 const Outputs& CrossingLogic::step(const Inputs& inputs, std::int64_t elapsed_ms) {
   modbus::require(elapsed_ms >= 0, "CrossingLogic::step: time goes backwards");
   in_stage_ms_ += elapsed_ms;
-  watch(inputs, elapsed_ms);
-  remember_demand(inputs);
+  check_heartbeat(inputs, elapsed_ms);
+  update_demand(inputs);
   advance(target_of(inputs));
-  show();
+  set_outputs();
   modbus::require(outputs_.ego == Light::red || outputs_.cross == Light::red,
-                  "CrossingLogic: the interlock is broken, both roads have other than red");
+                  "CrossingLogic: no light is red");
   return outputs_;
 }
 
-void CrossingLogic::watch(const Inputs& inputs, std::int64_t elapsed_ms) {
+void CrossingLogic::check_heartbeat(const Inputs& inputs, std::int64_t elapsed_ms) {
   const bool changed = heartbeat_known_ && inputs.heartbeat != last_heartbeat_;
   heartbeat_known_ = true;
   last_heartbeat_ = inputs.heartbeat;
@@ -39,7 +39,7 @@ void CrossingLogic::watch(const Inputs& inputs, std::int64_t elapsed_ms) {
   watchdog_fault_ = watchdog_armed_ && since_heartbeat_ms_ >= timing_.watchdog_ms;
 }
 
-void CrossingLogic::remember_demand(const Inputs& inputs) {
+void CrossingLogic::update_demand(const Inputs& inputs) {
   if (inputs.detector_ego > 0) demand_ego_ = true;
   if (inputs.detector_cross_right > 0 || inputs.detector_cross_left > 0) demand_cross_ = true;
   if (stage_ == Stage::green) (road_ == Road::ego ? demand_ego_ : demand_cross_) = false;
@@ -72,10 +72,10 @@ CrossingLogic::Target CrossingLogic::automatic_target(const Inputs& inputs) cons
 }
 
 void CrossingLogic::advance(Target target) {
-  const Target here = road_ == Road::ego ? Target::ego : Target::cross;
+  const Target current = road_ == Road::ego ? Target::ego : Target::cross;
   switch (stage_) {
     case Stage::green:
-      if (target != here && (watchdog_fault_ || in_stage_ms_ >= timing_.minimum_green_ms))
+      if (target != current && (watchdog_fault_ || in_stage_ms_ >= timing_.minimum_green_ms))
         enter(Stage::yellow);
       break;
     case Stage::yellow:
@@ -88,7 +88,7 @@ void CrossingLogic::advance(Target target) {
       }
       break;
     case Stage::red_yellow:
-      // Nobody has started yet: back to red needs no yellow.
+      // No vehicle has started: red follows without yellow.
       if (target == Target::none) {
         enter(Stage::all_red);
       } else if (in_stage_ms_ >= timing_.red_yellow_ms) {
@@ -103,7 +103,7 @@ void CrossingLogic::enter(Stage stage) {
   in_stage_ms_ = 0;
 }
 
-void CrossingLogic::show() {
+void CrossingLogic::set_outputs() {
   Light light = Light::red;
   if (stage_ == Stage::green) light = Light::green;
   if (stage_ == Stage::yellow) light = Light::yellow;

@@ -1,13 +1,14 @@
 #pragma once
-// The lights of a crossing of two roads, as the logic of a PLC: one step per scan, detectors in, lights out.
+// The logic of a PLC that controls the lights of a crossing of two roads. Each scan takes the detectors and
+// gives the lights.
 //
-// A road's lights go green -> yellow -> red, all roads stay red for a while, then the other road's go
-// red-yellow -> green. Green changes on demand: when the other road's detectors saw a vehicle, the minimum
-// green is over, and this road's detectors are empty or its maximum green is over. Without demand the lights
-// stay. Overrides take the same way. A lost client (watchdog) ends green at once, through yellow, and keeps
-// all lights red until the client is back.
+// A road's light goes green -> yellow -> red; both lights are red for the all-red time; then the other
+// light goes red-yellow -> green. Green changes on demand: a detector of the other road saw a vehicle, the
+// minimum green is over, and the detectors of this road are empty or its maximum green is over. Without
+// demand the lights do not change. An override uses the same sequence. When the heartbeat stops (watchdog),
+// green ends at once, through yellow, and both lights stay red until the heartbeat returns.
 //
-// Threads: one at a time. No allocation, no I/O, no clock: time is what step() is told.
+// Threads: one at a time. No allocation, no I/O and no clock: the caller of step() gives the time.
 
 #include <cstdint>
 
@@ -19,41 +20,41 @@ enum class Override : std::uint8_t { automatic = 0, ego_green = 1, cross_green =
 
 struct Timing {
   std::int64_t minimum_green_ms = 2'000;
-  std::int64_t maximum_green_ms = 20'000;  ///< of a road that is not empty while the other waits
+  std::int64_t maximum_green_ms = 20'000;  ///< of an occupied road while the other road has demand
   std::int64_t yellow_ms = 3'000;
   std::int64_t all_red_ms = 1'000;
   std::int64_t red_yellow_ms = 1'000;
-  std::int64_t watchdog_ms = 2'000;  ///< without a new heartbeat
+  std::int64_t watchdog_ms = 2'000;  ///< time without a change of the heartbeat
 };
 
 struct Inputs {
   std::uint16_t detector_ego = 0;  ///< vehicles on the loops
   std::uint16_t detector_cross_right = 0;
   std::uint16_t detector_cross_left = 0;
-  /// The watchdog watches it change. It is armed by the first change, so that the PLC runs without a client,
-  /// too.
+  /// The first change arms the watchdog, so that the PLC also works without a client.
   std::uint16_t heartbeat = 0;
-  std::uint16_t override_mode = 0;  ///< an Override; other numbers mean automatic
+  std::uint16_t override_mode = 0;  ///< an Override; any other number means automatic
 };
 
 struct Outputs {
   Light ego = Light::red;
   Light cross = Light::green;
-  bool demand_ego = false;  ///< a vehicle waits or waited for green
+  bool demand_ego = false;  ///< a vehicle was detected since the road's last green
   bool demand_cross = false;
   bool watchdog_fault = false;
-  /// Of the minimum green of the road that has green; below zero: for how long it has been over. 0 when no
-  /// road has green.
+  /// Remaining minimum green of the road that has green; below zero: the time since its end. 0 when no road
+  /// has green.
   std::int64_t green_remaining_ms = 0;
 };
 
 class CrossingLogic {
  public:
-  /// Starts with green for the crossing road. Misuse (asserts): a negative time.
+  /// Starts with green for the crossing road. Misuse (asserts): a negative time, or a maximum green below the
+  /// minimum green.
   explicit CrossingLogic(const Timing& timing);
 
-  /// One scan; `elapsed_ms` since the last (not negative). Asserts, always on, that never both roads have
-  /// other than red.
+  /// One scan, `elapsed_ms` (not negative) after the last one. Asserts in every build that at least one
+  /// light is red.
   const Outputs& step(const Inputs& inputs, std::int64_t elapsed_ms);
   const Outputs& outputs() const noexcept { return outputs_; }
 
@@ -61,16 +62,16 @@ class CrossingLogic {
   enum class Stage : std::uint8_t { green, yellow, all_red, red_yellow };
   enum class Target : std::uint8_t { ego, cross, none };
 
-  void watch(const Inputs& inputs, std::int64_t elapsed_ms);
-  void remember_demand(const Inputs& inputs);
+  void check_heartbeat(const Inputs& inputs, std::int64_t elapsed_ms);
+  void update_demand(const Inputs& inputs);
   Target target_of(const Inputs& inputs) const;
   Target automatic_target(const Inputs& inputs) const;
   void advance(Target target);
   void enter(Stage stage);
-  void show();
+  void set_outputs();
 
   const Timing timing_;
-  Road road_ = Road::cross;  ///< has green, is about to, or had it last
+  Road road_ = Road::cross;  ///< has green, gets it next, or had it last
   Stage stage_ = Stage::green;
   std::int64_t in_stage_ms_ = 0;
   bool demand_ego_ = false;

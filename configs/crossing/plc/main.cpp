@@ -1,6 +1,6 @@
-// hil-crossing-plc: the PLC of the crossing, a Modbus TCP server in a process of its own. It knows nothing of
-// hil but its registers (configs/crossing/crossing_plc.yaml); a real PLC with the same registers takes its place by
-// address.
+// hil-crossing-plc: the PLC of the crossing, a Modbus TCP server. It shares with hil only its registers
+// (configs/crossing/crossing_plc.yaml). A real PLC with the same registers can replace it: the scenario
+// then has that PLC's address.
 
 #include <CLI/CLI.hpp>
 #include <sys/signalfd.h>
@@ -35,12 +35,12 @@ modbus::Endpoint endpoint_of(const std::string& text) {
 }
 
 int run(const modbus::Endpoint& endpoint, plc::PlcClock clock, const plc::Timing& timing) {
-  sigset_t ending;
-  sigemptyset(&ending);
-  sigaddset(&ending, SIGINT);
-  sigaddset(&ending, SIGTERM);
-  sigprocmask(SIG_BLOCK, &ending, nullptr);
-  const modbus::Descriptor stop(signalfd(-1, &ending, SFD_CLOEXEC | SFD_NONBLOCK));
+  sigset_t end_signals;
+  sigemptyset(&end_signals);
+  sigaddset(&end_signals, SIGINT);
+  sigaddset(&end_signals, SIGTERM);
+  sigprocmask(SIG_BLOCK, &end_signals, nullptr);
+  const modbus::Descriptor stop(signalfd(-1, &end_signals, SFD_CLOEXEC | SFD_NONBLOCK));
 
   plc::PlcProgram program(timing, clock, modbus::ServerLimits{});
   program.listen(endpoint);
@@ -71,9 +71,9 @@ int parse_and_run(int argc, char** argv) {
   };
   time_option("--minimum-green-ms", timing.minimum_green_ms, "shortest green");
   time_option("--maximum-green-ms", timing.maximum_green_ms,
-              "longest green of an occupied road while the other waits");
+              "longest green of an occupied road while the other road has demand");
   time_option("--yellow-ms", timing.yellow_ms, "yellow after green");
-  time_option("--all-red-ms", timing.all_red_ms, "all lights red between two roads' greens");
+  time_option("--all-red-ms", timing.all_red_ms, "time with all lights red between two greens");
   time_option("--red-yellow-ms", timing.red_yellow_ms, "red-yellow before green");
   modbus::Endpoint endpoint;
   try {

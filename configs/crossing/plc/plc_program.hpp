@@ -1,11 +1,11 @@
 #pragma once
-// The program of the crossing's PLC: registers and logic tied together by a scan cycle (read inputs, logic,
-// write outputs), behind a Modbus TCP server.
+// The program of the crossing's PLC: a scan cycle reads the input registers, steps the logic and writes the
+// output registers, behind a Modbus TCP server.
 //
-// Under the wall clock a scan starts every 20 ms. Under the stepped clock time stands still until a client
-// writes bench_time_ms: the scans up to that time are executed before the write is answered, so what the
-// client reads next is a function of what it wrote, and of nothing else. bench_time_ms starts at 0; a time
-// that is not later than the last moves nothing.
+// Under the wall clock a scan starts every 20 ms. Under the stepped clock the time is what a client writes
+// into bench_time_ms: the program executes the scans up to that time before it answers the write, so what
+// the client reads next depends only on what it wrote. bench_time_ms starts at 0; a time that is not later
+// than the last one causes no scan.
 //
 // Threads: one.
 
@@ -41,7 +41,7 @@ class PlcProgram {
 
   void scan(std::int64_t elapsed_ms);
   void scan_up_to_bench_time(const modbus::WrittenRange& written);
-  void show_outputs();
+  void write_outputs();
   std::uint16_t word(const modbus::RegisterEntry& entry) const noexcept;
 
   const modbus::RegisterMap map_;

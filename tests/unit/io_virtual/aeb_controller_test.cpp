@@ -91,13 +91,13 @@ TEST(FindConflict, MissesNoCollisionOfASteppedSimulation) {
 }
 
 TEST(BroughtToNow, MovesTheObjectAndTheEgo) {
-  const ObjectReport straight = brought_to_now({true, 50.0, -20.0, 1.0, 8.0, 4.0, 0.5}, {10.0, 0.0});
+  const ObjectReport straight = extrapolated({true, 50.0, -20.0, 1.0, 8.0, 4.0, 0.5}, {10.0, 0.0});
   EXPECT_DOUBLE_EQ(straight.x_m, 50.0 + 0.5 - 5.0);
   EXPECT_DOUBLE_EQ(straight.y_m, -16.0);
   EXPECT_EQ(straight.age_s, 0.0);
   // A quarter turn to the left on the spot: what was ahead is now on the right.
   const double quarter = std::acos(0.0);
-  const ObjectReport turned = brought_to_now({true, 10.0, 0.0, 2.0, 0.0, 4.0, 1.0}, {0.0, quarter});
+  const ObjectReport turned = extrapolated({true, 10.0, 0.0, 2.0, 0.0, 4.0, 1.0}, {0.0, quarter});
   EXPECT_NEAR(turned.x_m, 0.0, 1e-12);
   EXPECT_NEAR(turned.y_m, -12.0, 1e-12);
   EXPECT_NEAR(turned.velocity_y_mps, -2.0, 1e-12);
