@@ -28,11 +28,11 @@ struct Dimension {
 struct Picture {
   std::string title{};
   std::string caption{};
-  std::vector<std::string> entities{};      ///< names, by SensorPoint::entity
+  std::vector<std::string> entities{};    ///< names, by SensorPoint::entity
   std::uint32_t subject = 0;              ///< the entity that is measured
   std::array<double, 2> right{1.0, 0.0};  ///< unit vector in x, y that points to the right in the picture
   double outline_length_m = not_known;    ///< of a frame around the subject's points: its real length
-  std::vector<Dimension> dimensions{};      ///< the first is drawn above the points, the others below
+  std::vector<Dimension> dimensions{};    ///< the first is drawn above the points, the others below
   std::vector<SensorPoint> points{};
 };
 

@@ -1,4 +1,4 @@
-// Detector loops in the road: each counts the bodies over it, by a region query at every step.
+// Detector loops in the road: each step counts the bodies over each loop by a region query.
 //
 // Outputs  <loop>  bodies over the loop now
 

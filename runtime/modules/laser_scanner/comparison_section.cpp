@@ -65,9 +65,8 @@ contribution::Table lengths_table(const std::vector<ComparedLengths>& cases) {
 }
 
 void contribute_comparison(const SweepComparison& comparison, contribution::Contribution& report) {
-  contribution::Section section{.name = "scan",
-                                .title = "What the scanner sees of a moving car",
-                                .text = section_text};
+  contribution::Section section{
+      .name = "scan", .title = "What the scanner sees of a moving car", .text = section_text};
   std::vector<ComparedLengths> cases;
   for (std::size_t i = 0; i < comparison.bodies().size(); ++i) {
     const ComparedBody& body = comparison.bodies()[i];
