@@ -1,6 +1,6 @@
 #pragma once
-// The one list of what report.json and world.json hold: every struct of the record, every key, in the order of
-// the file. The writer and the reader both walk it, so they can not disagree. The records of modules in
+// The one list of what report.json and world.json hold: every struct of the record, every key, in the order
+// of the file. The writer and the reader both walk it, so they can not disagree. The records of modules in
 // world.json have keys of their own and are no part of the list.
 //
 // visit(key, member) is called once per member. Points are stored as compact rows (report_json.cpp).
@@ -48,12 +48,12 @@ void each_field(T& gpu, Visit&& visit) {
 }
 
 template <Is<Quantiles> T, class Visit>
-void each_field(T& spread, Visit&& visit) {
-  visit("samples", spread.samples);
-  visit("p50", spread.p50);
-  visit("p99", spread.p99);
-  visit("p999", spread.p999);
-  visit("max", spread.max);
+void each_field(T& quantiles, Visit&& visit) {
+  visit("samples", quantiles.samples);
+  visit("p50", quantiles.p50);
+  visit("p99", quantiles.p99);
+  visit("p999", quantiles.p999);
+  visit("max", quantiles.max);
 }
 
 template <Is<Slack> T, class Visit>
@@ -274,7 +274,7 @@ template <Is<Expectation> T, class Visit>
 void each_field(T& expectation, Visit&& visit) {
   visit("name", expectation.name);
   visit("result", expectation.result);
-  if constexpr (std::is_const_v<T>) {  // for programs that read no more than this; the reader uses `result`
+  if constexpr (std::is_const_v<T>) {  // for programs that need no more; the reader uses `result`
     const bool passed = expectation.result == ExpectationResult::held;
     visit("passed", passed);
   }

@@ -21,18 +21,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void refuse(const fs::path& path, const char* action, const std::string& answer) {
-  throw ReportError(path.string() + " can not be " + action + ": " + answer);
+[[noreturn]] void refuse(const fs::path& path, const char* action, const std::string& error) {
+  throw ReportError(path.string() + " can not be " + action + ": " + error);
 }
 
-std::string last_system_answer() {
+std::string last_system_error() {
   return errno != 0 ? std::strerror(errno) : "the system gave no reason";
 }
 
 void make_directory(const fs::path& directory) {
   std::error_code error;
   fs::create_directories(directory, error);
-  if (error) refuse(directory, "made", error.message());
+  if (error) refuse(directory, "created", error.message());
 }
 
 void write_file(const fs::path& path, const std::function<void(std::ostream&)>& content) {
@@ -44,12 +44,12 @@ void write_file(const fs::path& path, const std::function<void(std::ostream&)>& 
   std::error_code error;
   std::string answer;
   if (!out) {
-    answer = last_system_answer();
+    answer = last_system_error();
   } else if (fs::rename(unfinished, path, error); error) {
     answer = error.message();
   }
   if (answer.empty()) return;
-  fs::remove(unfinished, error);  // on a full disk it takes the room of what is to be written yet
+  fs::remove(unfinished, error);  // it may fill the disk
   refuse(path, "written", answer);
 }
 
@@ -96,7 +96,7 @@ Record load(const fs::path& directory, const char* name, Record (*parse)(std::st
   errno = 0;
   std::ifstream in(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in.is_open() || in.bad()) refuse(path, "read", last_system_answer());
+  if (!in.is_open() || in.bad()) refuse(path, "read", last_system_error());
   try {
     return parse(text);
   } catch (const ReportError& error) {
@@ -110,7 +110,7 @@ void write_report(const RunRecord& record, const fs::path& directory) {
   make_directory(directory);
   const std::string json = report_json(record);
   write_text(directory / "report.json", json);
-  // From what the file tells: it rounds, and the pages made again from it have to be these to the byte.
+  // From the content of the file, which is rounded: `hil report` has to make the same pages, byte for byte.
   remake_report(parse_report(json), directory);
 }
 

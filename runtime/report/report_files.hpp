@@ -1,9 +1,10 @@
 #pragma once
-// The files a run leaves in its folder, as far as they are functions of the record: report.json, report.html,
-// junit.xml, the pictures as SVG files, and trace.json.
+// The files of a run that are functions of its records: report.json, report.html, junit.xml, the pictures
+// as SVG files, trace.json and world.json.
 //
-// Each file is written beside its final name and renamed when it is whole, so a reader never meets half a
-// file, and none stays when the disk does not take it. All throw ReportError with the path and the system's answer.
+// Each file is written under a temporary name and renamed when it is complete, so that a reader never sees
+// a part of a file, and no part stays when the disk fails. All functions throw ReportError with the path
+// and the system's error.
 
 #include <filesystem>
 

@@ -1,15 +1,15 @@
 #pragma once
-// report.json: the complete record of a run, for programs and for `hil report`, which makes the page from it
-// alone: histograms and the points of pictures included. world.json beside it holds the names that `hil history`
-// uses.
+// report.json: the complete record of a run, for programs and for `hil report`, which makes the page from
+// it alone: histograms and the points of pictures included. world.json beside it holds the names that `hil
+// history` uses.
 //
 // Both end with a checksum, which their readers verify (file_checksum.hpp).
 //
-// Keys have the order of record_fields.hpp; a record of a module in world.json has its properties in the order
-// of the module. Numbers are finite; null stands for a number that is not known. Text is UTF-8; bytes that are
-// not UTF-8 become U+FFFD. Bins and points are rows: bin [first_ns, last_ns, count]; point [x, y]; track point
-// [time_ns, x, y]; sensor point [x, y, z, azimuth, elevation, range, entity], rounded to 0.1 mm and
-// 1 microradian. Writing, reading and writing again gives the same bytes.
+// Keys have the order of record_fields.hpp; a record of a module in world.json has its properties in the
+// order of the module. Numbers are finite; null stands for a number that is not known. Text is UTF-8; bytes
+// that are not UTF-8 become U+FFFD. Bins and points are rows: bin [first_ns, last_ns, count]; point [x, y];
+// track point [time_ns, x, y]; sensor point [x, y, z, azimuth, elevation, range, entity], rounded to 0.1 mm
+// and 1 microradian. Writing, reading and writing again gives the same bytes.
 
 #include <stdexcept>
 #include <string>

@@ -1,6 +1,6 @@
 #pragma once
-// The programs of a run that connect to one virtual CAN bus. The run begins when all of them have connected, as
-// an ECU is powered before a test begins.
+// The programs of a run that connect to one virtual CAN bus. The run begins when all of them have
+// connected, as an ECU is powered before a test begins.
 //
 // Threads: the one that opens the run.
 
@@ -22,10 +22,10 @@ class BusStations {
   /// The number of connections that the programs make together.
   std::size_t connection_count() const noexcept;
 
-  /// Whether all programs have connected to the hub, `waited_ns` after they were started. A connection belongs
-  /// to a program by its process group, so that a script may start the program that connects; a connection of
-  /// no program's group may be any program's until the longest start_timeout has passed. Throws
-  /// io::DeviceError when a program has not connected within its start_timeout.
+  /// Whether all programs have connected to the hub, `waited_ns` after they were started. A connection
+  /// belongs to a program by its process group, so that a script may start the program that connects; a
+  /// connection of no program's group may be any program's until the longest start_timeout has passed.
+  /// Throws io::DeviceError when a program has not connected within its start_timeout.
   bool all_connected(io::virtual_bus::Hub& hub, const ProcessWatch& processes, std::int64_t waited_ns) const;
 
  private:

@@ -66,18 +66,18 @@ const io::can::DbcSignal* find_dbc_signal(const io::can::DbcMessage& message, co
   return nullptr;
 }
 
-/// Adds a mistake for a constant that the signal's bits or its range can not hold.
+/// Adds a mistake for a constant beyond the bits or the range of the signal.
 void check_constant(const io::can::DbcSignal& signal, const Word& written, double value,
                     Diagnostics& diagnostics) {
   const io::can::SignalCodec codec(signal);
   if (codec.to_raw(value).verdict != io::can::SignalCodec::Verdict::saturated) return;
   diagnostics.add(written.place, "'" + written.text + "': " + config::format_number(value) +
-                                     " is out of range; the signal holds " +
+                                     " is out of range; the signal has the range " +
                                      config::format_number(codec.physical_minimum()) + " to " +
                                      config::format_number(codec.physical_maximum()));
 }
 
-/// Leaves `protection` empty after a mistake. The message can be used otherwise.
+/// Leaves `protection` empty after a mistake; the message can still be used.
 template <class Section>
 void take_protection(const Section& section, const io::can::DbcMessage& message, io::can::Use use,
                      io::can::Protection& protection, Diagnostics& diagnostics) {
@@ -137,8 +137,7 @@ std::int64_t period_of(const config::SentMessage& sent, const io::can::DbcMessag
   if (period_ns % bus_period_ns != 0) {
     diagnostics.add(sent.message.place, "the period of '" + message.name + "', " + milliseconds(period_ns) +
                                             source + ", is no multiple of the bus's period of " +
-                                            milliseconds(bus_period_ns) +
-                                            "; write 'period', or another 'rate'");
+                                            milliseconds(bus_period_ns) + "; set 'period' or another 'rate'");
   } else if (sent.offset_ns >= period_ns) {
     diagnostics.add(sent.message.place, "'offset': " + milliseconds(sent.offset_ns) +
                                             " has to be less than the message's period of " +
@@ -229,7 +228,7 @@ std::optional<double> value_named(const std::map<std::string, double>& values, c
   if (found != values.end() && !std::isnan(found->second)) return found->second;
   if (found != values.end()) {
     diagnostics.add(name.place,
-                    "'" + signal + "' has several values named '" + name.text + "'; write the number");
+                    "'" + signal + "' has several values with the name '" + name.text + "'; use the number");
     return std::nullopt;
   }
   std::vector<std::string> names;
@@ -268,7 +267,7 @@ void warn_of_unset_signals(const config::SentMessage& sent, const io::can::DbcMe
   }
   if (!by_default.empty()) {
     diagnostics.warn(sent.message.place, "nothing sets these signals of " + message.name +
-                                             "; they carry the start value that the DBC file gives to all "
+                                             "; they have the start value that the DBC file gives to all "
                                              "signals (BA_DEF_DEF_ GenSigStartValue): " +
                                              by_default);
   }
@@ -276,13 +275,13 @@ void warn_of_unset_signals(const config::SentMessage& sent, const io::can::DbcMe
     diagnostics.warn(sent.message.place,
                      "nothing sets these signals of " + message.name +
                          ", and their start values in the DBC file (GenSigStartValue, which is raw) do not "
-                         "fit their bits; they carry their safe values: " +
+                         "fit their bits; they have their safe values: " +
                          unfit);
   }
   if (unset.empty()) return;
   diagnostics.warn(sent.message.place,
                    "nothing sets these signals of " + message.name +
-                       ", and the DBC file gives them no start value; they carry their safe "
+                       ", and the DBC file gives them no start value; they have their safe "
                        "values: " +
                        unset);
 }

@@ -1,8 +1,8 @@
 #pragma once
 // Finds the losses of a run. A device is lost when it is not connected for longer than its time-out
-// (io::Device::loss_timeout_ns), counted from the first tick on. A device that has a time-out and never answered
-// is lost, too, however short the run is. A process is lost when it ends before the run and its end does not end
-// the run.
+// (io::Device::loss_timeout_ns), counted from the first tick on. A device that has a time-out and never
+// answered is lost, too, however short the run is. A process is lost when it ends before the run and its
+// end does not end the run.
 //
 // Threads: check and outputs_must_be_safe from the base thread; losses after the run.
 

@@ -5,8 +5,8 @@
 // Opening: open_buses, choose_ports and open_units(server) before the programs that use their addresses are
 // started; open_units(client) and link after that.
 //
-// Threads: opening, stop and the record on the thread that opens the run; begin_tick and the tasks on the base
-// thread; check, bus_loads and enter_safe_state on any ordinary thread while the run goes on.
+// Threads: opening, stop and the record on the thread that opens the run; begin_tick and the tasks on the
+// base thread; check, bus_loads and enter_safe_state on any ordinary thread while the run goes on.
 
 #include <cstdint>
 #include <functional>

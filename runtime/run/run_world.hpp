@@ -32,12 +32,12 @@ class RunWorld {
   /// The device is lost, and no other one has taken its place.
   bool device_lost() const { return database_->health().device_lost; }
 
-  /// Reports to run.log when the device was lost and replaced, and when the log refuses transactions. False: the
-  /// run has to end, since the world can not be queried or written any more.
+  /// Reports to run.log when the device was lost and replaced, and when the log refuses transactions.
+  /// False: the run has to end, since the world can not be queried or written any more.
   bool check();
 
-  /// Ends the database, fills in record.database_log and returns why the history lacks something, in sentences.
-  /// Transactions fail from here on.
+  /// Ends the database, fills in record.database_log and returns why the history lacks something, in
+  /// sentences. Transactions fail from here on.
   std::vector<std::string> close(report::RunRecord& record);
 
   /// Fills in the device, the transactions, the scheduler, and what was degraded. `record.tasks` is there.

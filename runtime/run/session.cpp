@@ -133,7 +133,7 @@ void LiveSession::open() {
   world_ = std::make_unique<RunWorld>(wiring_, context_);
   devices_.open_buses();
   devices_.choose_ports();
-  devices_.open_units(io::modbus::Role::server);  // programs may be its clients
+  devices_.open_units(io::modbus::Role::server);  // processes may be its clients
   start_processes();
   wait_for_stations();
   open_clients();
@@ -260,7 +260,7 @@ SessionResult LiveSession::run() {
          record);
   for (const std::string& failure : record.failures)
     context_.log.warn(failure);
-  if (const std::string sentence = report::ticks_given_up(record); !sentence.empty())
+  if (const std::string sentence = report::skipped_ticks_sentence(record); !sentence.empty())
     context_.log.warn(report::to_ascii(sentence));
   for (const std::string& sentence : record.realtime.degraded)
     context_.log.warn("degraded: " + sentence);
@@ -268,7 +268,7 @@ SessionResult LiveSession::run() {
   return session;
 }
 
-/// Runs the executive. Meanwhile an ordinary thread watches processes, devices and the database, and shows the
+/// Runs the executive while an ordinary thread watches processes, devices and the database, and prints the
 /// live line.
 executive::RunResult LiveSession::run_watched(executive::Executive& executive) {
   const ProcessWatch::Watching watching =
@@ -280,7 +280,7 @@ executive::RunResult LiveSession::run_watched(executive::Executive& executive) {
                             context_.options.every_second(live_status(executive));
                         });
   executive::RunResult result = executive.run(stop_);
-  if (!devices_.in_step()) processes_->end_watch_after_an_end(std::chrono::milliseconds(100));
+  if (!devices_.in_step()) processes_->end_watch_after_exit(std::chrono::milliseconds(100));
   return result;
 }
 
@@ -401,7 +401,7 @@ void LiveSession::add_failures(std::int64_t end_ns, report::RunRecord& record) c
 }  // namespace
 
 report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
-                                    report::Verdict verdict, int exit_code, const std::string& why) {
+                                    report::Verdict verdict, int exit_code, const std::string& reason) {
   report::RunRecord record;
   describe(scenario, options, record);
   record.started_at = utc_now();
@@ -409,11 +409,11 @@ report::RunRecord record_of_refusal(const config::Scenario& scenario, const Sess
   record.realtime.kernel = kernel_text();
   record.verdict = verdict;
   record.exit_code = exit_code;
-  record.reason = why;
+  record.reason = reason;
   for (const config::Expectation& expectation : scenario.expectations)
     record.expectations.push_back({.name = expectation.name,
                                    .result = report::ExpectationResult::not_checked,
-                                   .detail = "no part of the run was judged"});
+                                   .detail = "no tick of the run was evaluated"});
   return record;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// A picture of a section: measured points seen along a horizontal direction, with the dimensions of their subject
-// as lines to the same scale.
+// A picture of a section: measured points seen along a horizontal direction, with the dimensions of their
+// subject as lines to the same scale.
 
 #include <span>
 

@@ -62,26 +62,26 @@ void cloud_legend(Markup& out, const std::vector<Picture>& pictures) {
 }
 
 void response_card(Markup& out, const ResponseTime& response) {
-  const Quantiles spread = spread_of(response.samples_ns);
+  const Quantiles quantiles = quantiles_of(response.samples_ns);
   const auto late =
       std::ranges::count_if(response.samples_ns, [&](std::int64_t ns) { return ns > response.limit_ns; });
   out.open("div", {{"class", "card"}}).element("h3", response.name);
-  std::string summary = counted(spread.samples, "answer", "answers");
-  if (spread.samples > 0) {
-    summary += ": median " + measured_time(spread.p50) + ", p99 " + measured_time(spread.p99) + ", longest " +
-               measured_time(spread.max);
+  std::string summary = counted(quantiles.samples, "answer", "answers");
+  if (quantiles.samples > 0) {
+    summary += ": median " + measured_time(quantiles.p50) + ", p99 " + measured_time(quantiles.p99) +
+               ", longest " + measured_time(quantiles.max);
   }
   if (response.limit_ns > 0) {
     summary += "; limit " + chosen_time(response.limit_ns) + ", " +
                count_text(static_cast<std::uint64_t>(late)) + " past it";
   }
   out.element("p", {{"class", "small"}}, summary + "; unanswered: " + count_text(response.unanswered) + ".");
-  if (spread.samples > 0) {
+  if (quantiles.samples > 0) {
     HistogramChart chart{"response time", Scale::Kind::linear, {}};
     if (response.limit_ns > 0) chart.marks.push_back({"limit", response.limit_ns, "mark-limit"});
-    chart.marks.push_back({"max", spread.max, "mark-max"});
-    chart.marks.push_back({"p99", spread.p99, "mark-p99"});
-    chart.marks.push_back({"p50", spread.p50, "mark-p50"});
+    chart.marks.push_back({"max", quantiles.max, "mark-max"});
+    chart.marks.push_back({"p99", quantiles.p99, "mark-p99"});
+    chart.marks.push_back({"p50", quantiles.p50, "mark-p50"});
     draw_histogram(out, histogram_of(response.samples_ns, 40), chart);
   }
   out.close();
@@ -101,13 +101,14 @@ void top_view_section(Markup& out, const RunRecord& record) {
   std::string caption;
   if (!record.top_view->scan_points.empty()) {
     caption =
-        "Scan hits lie where each beam met a body at the beam's own instant, so those on a moving body need "
-        "not lie on its outline here. ";
+        "A scan hit is where a beam met a body at the beam's instant, so the hits of a moving body need not "
+        "lie on "
+        "its outline here. ";
   }
-  if (!result.labels_without_room.empty()) {
-    caption += "No room for the names of: ";
-    for (const std::string& name : result.labels_without_room) {
-      caption += (&name == result.labels_without_room.data() ? "" : ", ") + name;
+  if (!result.labels_without_space.empty()) {
+    caption += "Names without space in the picture: ";
+    for (const std::string& name : result.labels_without_space) {
+      caption += (&name == result.labels_without_space.data() ? "" : ", ") + name;
     }
     caption += '.';
   }

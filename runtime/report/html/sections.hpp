@@ -1,6 +1,6 @@
 #pragma once
-// The parts of report.html, each a function of the record. Each writes nothing when the record has nothing
-// for it, unless its absence is itself news.
+// The sections of report.html, each a function of the record. A section without content writes nothing, or
+// a sentence where the absence is a result (no deadline miss).
 
 #include "runtime/report/markup.hpp"
 #include "runtime/report/run_record.hpp"

@@ -160,16 +160,16 @@ TEST(HistogramOf, CountsEverySampleOnce) {
 }
 
 TEST(SpreadOf, IsTheRankedSample) {
-  EXPECT_EQ(spread_of({}).samples, 0U);
+  EXPECT_EQ(quantiles_of({}).samples, 0U);
   std::vector<std::int64_t> samples;
   for (std::int64_t value = 1000; value >= 1; --value)
     samples.push_back(value);
-  const Quantiles spread = spread_of(samples);
+  const Quantiles spread = quantiles_of(samples);
   EXPECT_EQ(spread.p50, 500);
   EXPECT_EQ(spread.p99, 990);
   EXPECT_EQ(spread.p999, 999);
   EXPECT_EQ(spread.max, 1000);
-  EXPECT_EQ(spread_of({7}).p50, 7);
+  EXPECT_EQ(quantiles_of({7}).p50, 7);
 }
 
 TEST(LabelPlacement, NeverOverlapsNorLeavesTheArea) {
@@ -368,8 +368,8 @@ TEST(TopView, NamesWithoutRoomAreHandedBack) {
       count += text->text.starts_with("vehicle number") ? 1 : 0;
     return count;
   }();
-  EXPECT_GT(result.labels_without_room.size(), 0U);
-  EXPECT_EQ(shown + result.labels_without_room.size(), 60U);
+  EXPECT_GT(result.labels_without_space.size(), 0U);
+  EXPECT_EQ(shown + result.labels_without_space.size(), 60U);
 }
 
 TEST(PointPicture, ShowsItsDimensionsToOneScale) {

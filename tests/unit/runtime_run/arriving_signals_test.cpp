@@ -162,7 +162,7 @@ TEST_F(Arriving, RequestsWhileTheReplyingBusIsAwayAreCountedApart) {
   EXPECT_TRUE(says(result, "40 requests, 0 unanswered")) << result.detail;
   EXPECT_TRUE(says(result, "1 further request not judged, since the replying device was not connected"))
       << result.detail;
-  EXPECT_TRUE(says(result, "1 further request not judged, since the run ended before their time was over"))
+  EXPECT_TRUE(says(result, "1 further request not judged, since the run ended before their time limit"))
       << result.detail;
   EXPECT_EQ(claim->response_times(5'000 * ms)->not_judged, 2U);
 }

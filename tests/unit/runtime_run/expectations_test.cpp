@@ -66,7 +66,7 @@ TEST_F(Expectations, EventuallyKeepsItsTimeLimit) {
   const auto result = late->result(until(9 * ms));
   EXPECT_EQ(result.result, Result::failed);
   EXPECT_EQ(result.first_failure_ns, 5 * ms);
-  EXPECT_NE(result.detail.find("only at 0.006 s, wanted by 0.005 s"), std::string::npos) << result.detail;
+  EXPECT_NE(result.detail.find("only at 0.006 s, required by 0.005 s"), std::string::npos) << result.detail;
 }
 
 TEST_F(Expectations, EventuallyFailsWithinTheRunEvenWhenItWasCutShort) {
@@ -285,7 +285,7 @@ TEST_F(Expectations, OfALongRunTheFirstMillionTimesAreKeptAndTheReportSaysSo) {
   EXPECT_EQ(
       result.detail,
       "bus.Header.Counter answered by bus.Command.AnswerTo within 50.00 ms: 1000001 requests, 0 unanswered, "
-      "1 late, slowest 60.00 ms (the list of times holds the first 1000000)");
+      "1 late, slowest 60.00 ms (the list of times has the first 1000000)");
   const auto times = claim->response_times(answers * ms);
   ASSERT_TRUE(times);
   EXPECT_EQ(times->samples_ns.size(), 1'000'000U);

@@ -63,7 +63,7 @@ TEST(ProcessWatch, WaitsForTheEndOfOneThatIsAboutToEnd) {
   {
     const ProcessWatch::Watching watching = watch.watch(deaths.watcher(), {});
     ASSERT_TRUE(comes_true([&] { return deaths.all().size() == 1; })) << "one that nobody needs";
-    watch.end_watch_after_an_end(20s);
+    watch.end_watch_after_exit(20s);
   }
   ASSERT_EQ(deaths.all().size(), 2u);
   EXPECT_EQ(deaths.all().back().name, "dut");
