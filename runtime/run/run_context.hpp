@@ -36,6 +36,9 @@ class DegradedList {
 };
 
 class RunContext {
+  executive::MonotonicClock monotonic_clock_;
+  executive::VirtualClock virtual_clock_;
+
  public:
   /// Throws io::DeviceError when run.log can not be written. Scenario and options outlive it.
   RunContext(const config::Scenario& run_scenario, const SessionOptions& run_options)
@@ -55,12 +58,6 @@ class RunContext {
   const config::Scenario& scenario;
   const SessionOptions& options;
   const bool is_virtual;
-
- private:
-  executive::MonotonicClock monotonic_clock_;
-  executive::VirtualClock virtual_clock_;
-
- public:
   DatabaseClock database_clock;
   DeviceClock device_clock;
   RunLog log;
