@@ -102,7 +102,7 @@ void CanDevice::stop() noexcept {
   started_ = false;
   bus_->close();
   if (log_) log_->close();
-  set_health(false, health().fault);
+  set_health(false, fault());
 }
 
 void CanDevice::latch_inputs(std::span<Sample> samples) noexcept {
@@ -162,9 +162,9 @@ void CanDevice::enter_safe_state() noexcept {
   if (started_ && pacing_ == Pacing::realtime) wake();
 }
 
-DeviceHealth CanDevice::health() const {
+std::string CanDevice::fault() const {
   const std::lock_guard lock(health_mutex_);
-  return {connected(), fault_};
+  return fault_;
 }
 
 std::string CanDevice::send_fault() const {

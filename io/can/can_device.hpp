@@ -10,7 +10,7 @@
 // Real time: one thread per device receives, stamps, decodes, encodes and sends. Lock-step: exchange() does
 // that work.
 //
-// Threads: as in io/device.hpp; any thread may call counters(), health() and enter_safe_state().
+// Threads: as in io/device.hpp; any thread may call counters(), fault() and enter_safe_state().
 
 #include <atomic>
 #include <cstdint>
@@ -95,7 +95,7 @@ class CanDevice final : public Device {
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
   bool connected() const noexcept override { return connected_.load(std::memory_order_relaxed); }
-  DeviceHealth health() const override;
+  std::string fault() const override;
   /// A send queue that stays full for longer than loss_timeout_ns() is also a send fault.
   std::string send_fault() const override;
 

@@ -465,11 +465,11 @@ std::string ClientDevice::send_fault() const {
   return send_fault_;
 }
 
-DeviceHealth ClientDevice::health() const {
+std::string ClientDevice::fault() const {
   const std::scoped_lock lock(health_mutex_);
-  if (!fault_.empty() || !is_stalled()) return {connected(), fault_};
-  return {false, description_ + ": no cycle has ended for more than " +
-                     std::to_string(settings_.max_age.count()) + " ms"};
+  if (!fault_.empty() || !is_stalled()) return fault_;
+  return description_ + ": no cycle has ended for more than " + std::to_string(settings_.max_age.count()) +
+         " ms";
 }
 
 std::vector<DeviceEvent> ClientDevice::events_since(std::size_t first) const {

@@ -253,7 +253,7 @@ void write_points(const std::string& file, const std::string& text) {
 
 int scan(const Arguments& arguments) {
   const RunHistory history(arguments.directory, arguments.salvage);
-  const report::Scanner& scanner = history.scanner(arguments.scanner);
+  const modules::ScannerRecord& scanner = history.scanner(arguments.scanner);
   const std::int64_t at_ns = time_ns("--at", arguments.at);
   history.check_time(at_ns);
   if (at_ns < scanner.first_sweep_ns)

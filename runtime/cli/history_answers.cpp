@@ -64,7 +64,7 @@ Json point_json(const rtstdb::VersionInfo& version) {
 
 Answer describe_extent(const RunHistory& history, const std::string& directory) {
   const rtstdb::HistoryExtent& extent = history.extent();
-  const report::WorldRecord& world = history.world();
+  const contribution::WorldRecord& world = history.world();
   Answer answer;
   answer.json = {{"directory", report::valid_utf8(directory)},
                  {"scenario", report::valid_utf8(world.scenario)},
@@ -101,13 +101,13 @@ Answer describe_extent(const RunHistory& history, const std::string& directory) 
   if (const std::string damage = history.damage(); !damage.empty())
     text += "  damaged, and read without the damaged part: " + damage + '\n';
   std::string names;
-  for (const report::NamedEntity& entity : world.entities) {
+  for (const contribution::NamedEntity& entity : world.entities) {
     answer.json["entities"].push_back(entity_json(history, {entity.index, entity.generation}));
     names += (names.empty() ? "" : ", ") + report::one_line(entity.name);
   }
   if (!names.empty()) text += "  entities: " + names + '\n';
   names.clear();
-  for (const report::Scanner& scanner : world.scanners) {
+  for (const modules::ScannerRecord& scanner : history.scanners()) {
     answer.json["scanners"].push_back(scanner.name);
     names += (names.empty() ? "" : ", ") + report::one_line(scanner.name);
   }

@@ -5,8 +5,6 @@
 
 #include <rtstdb/limits.hpp>
 
-#include "runtime/modules/laser_scanner/scan_pattern.hpp"
-
 namespace hil::history {
 namespace {
 
@@ -30,16 +28,6 @@ rtstdb::WorldTime world_time(std::int64_t time_ns) {
 
 rtstdb::ReadAt known_at(const Instant& instant) {
   return rtstdb::ReadAt::as_of(world_time(instant.known_ns()));
-}
-
-modules::ScanPattern pattern_of(const report::Scanner& scanner) {
-  return modules::ScanPattern({.columns = scanner.columns,
-                               .rows = scanner.rows,
-                               .horizontal_rad = scanner.horizontal_rad,
-                               .vertical_rad = scanner.vertical_rad,
-                               .elevation_rad = scanner.elevation_rad,
-                               .period_ns = scanner.sweep_ns,
-                               .left_to_right = scanner.left_to_right});
 }
 
 }  // namespace
@@ -154,14 +142,15 @@ std::vector<rtstdb::RayHit> Past::along(const Instant& instant, rtstdb::Ray ray,
   return found;
 }
 
-std::pair<std::int64_t, std::int64_t> Past::sweep_at(const report::Scanner& scanner, std::int64_t time_ns) {
+std::pair<std::int64_t, std::int64_t> Past::sweep_at(const modules::ScannerRecord& scanner,
+                                                     std::int64_t time_ns) {
   const std::int64_t sweeps = std::max<std::int64_t>(time_ns - scanner.first_sweep_ns, 0) / scanner.sweep_ns;
   const std::int64_t begin_ns = scanner.first_sweep_ns + sweeps * scanner.sweep_ns;
   return {begin_ns, begin_ns + scanner.sweep_ns};
 }
 
-Sweep Past::scan(const report::Scanner& scanner, std::int64_t time_ns) {
-  const modules::ScanPattern pattern = pattern_of(scanner);
+Sweep Past::scan(const modules::ScannerRecord& scanner, std::int64_t time_ns) {
+  const modules::ScanPattern pattern = modules::pattern_of(scanner);
   const glm::dvec3 mount_m{scanner.mount_m[0], scanner.mount_m[1], scanner.mount_m[2]};
   const rtstdb::EntityId carrier{scanner.carrier_index, scanner.carrier_generation};
   Sweep sweep;

@@ -1,10 +1,14 @@
-#include "runtime/modules/detectors/detectors.hpp"
+// Detector loops in the road: each step counts the bodies over each loop by a region query.
+//
+// Outputs  <loop>  bodies over the loop now
 
 #include <glm/gtc/quaternion.hpp>
 
 #include <cmath>
 
 #include <rtstdb/limits.hpp>
+
+#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
@@ -72,21 +76,20 @@ class Detectors final : public Module {
       context.outputs[i] = query_->answers()[i].found;
   }
 
-  void contribute(report::RunRecord& record) const override {
-    if (!record.top_view) return;
+  void contribute(contribution::Contribution& report) const override {
     for (const Loop& loop : loops_) {
       const glm::dvec2 center(loop.center_m);
       const glm::dvec2 along =
           0.5 * loop.size_m.x * glm::dvec2(std::cos(loop.heading_rad), std::sin(loop.heading_rad));
       const glm::dvec2 across =
           0.5 * loop.size_m.y * glm::dvec2(-std::sin(loop.heading_rad), std::cos(loop.heading_rad));
-      report::Shape shape{
-          .layer = report::Layer::detector, .label = loop.name, .footprint = {}, .body_layer = {}};
+      contribution::Shape shape{
+          .layer = contribution::Layer::detector, .label = loop.name, .footprint = {}, .body_layer = {}};
       for (const glm::dvec2& p : {center + along + across, center - along + across, center - along - across,
                                   center + along - across}) {
         shape.footprint.push_back({p.x, p.y});
       }
-      record.top_view->shapes.push_back(std::move(shape));
+      report.map.shapes.push_back(std::move(shape));
     }
   }
 

@@ -236,7 +236,7 @@ TEST(ServerDevice, StopsAndStartsAgain) {
     RawClient client(device.port());
     client.send(frame(1, {17}));
     EXPECT_FALSE(client.receive_frame().empty());
-    EXPECT_TRUE(device.health().connected);
+    EXPECT_TRUE(device.connected());
     device.stop();
     EXPECT_TRUE(client.closed_within(milliseconds(1000)));
     device.stop();
