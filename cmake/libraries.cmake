@@ -26,7 +26,7 @@ function(hil_precompile name collection)
 endfunction()
 
 # Compiles several sources of a target as one, except those in `separate`: their file-local names collide with
-# those of other sources, or a test replaces them (hil_broken in tests/torture).
+# those of other sources.
 function(hil_compile_as_one name separate)
   if(HIL_COMPILE_TOGETHER)
     set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
@@ -60,30 +60,25 @@ function(hil_library name)
   endif()
 endfunction()
 
-# One test program per folder of tests.
-#   LABEL    what it needs: unit nothing, gpu a Vulkan device, answers that and time on it, scenario that and the built programs, vcan a real AF_CAN,
-#            realtime a machine that keeps time, torture much time (built and run with tools/test --long alone); these two
-#            run alone
+# One test program per folder of tests. ctest runs each of its suites as one test.
+#   LABEL    unit needs nothing but this computer, gpu needs a Vulkan device, system needs the built programs (and what its folder
+#            in tests/system names), long takes much time: tools/test --long alone builds and runs it
+#   LONG     its tests have a long form too (tests/support/rounds.hpp): tools/test --long runs them once more under the label long
+#            and names that begin with Long/, with HIL_TESTS_LONG in the environment and this timeout in seconds; LONG_FILTER chooses
+#            suites of them, as --gtest_filter does
+#   SERIAL   it measures time and runs alone; all long tests do
 #   THREADS  it has threads of its own: the thread sanitizer takes it, and no other
-#   RUNNER   a program that sets the stage: the whole of it then runs as one test, RUNNER PROGRAM
-#   PREFIX   stands before the tests' names where another program has tests of the same; ctest would give both the properties
-#            of one of them. Those of torture have "Long/".
+#   RUNNER   a program that prepares the machine: the whole program then runs as one test, RUNNER PROGRAM
 #   SEPARATE as for hil_library
-#   TIMEOUT  in seconds, 300 unless told; three times as long with sanitizers. It ends what hangs, on slow machines too.
-# The target hil_tests_<label> builds all programs of a label; what sanitizers take is told in tools/test.
+#   TIMEOUT  in seconds for a suite, 600 by default; three times as long with sanitizers. It ends a test that hangs, on slow machines too.
+# The target hil_tests_<label> builds all programs of a label; tools/test says which of them a sanitizer takes.
 function(hil_test name)
-  cmake_parse_arguments(TEST "THREADS" "LABEL;TIMEOUT;RUNNER;PREFIX" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
-  if(NOT TEST_LABEL MATCHES "^(unit|gpu|answers|scenario|vcan|realtime|torture)$")
-    message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, answers, scenario, vcan, realtime or torture, not '${TEST_LABEL}'")
+  cmake_parse_arguments(TEST "THREADS;SERIAL" "LABEL;TIMEOUT;LONG;LONG_FILTER;RUNNER" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
+  if(NOT TEST_LABEL MATCHES "^(unit|gpu|system|long)$")
+    message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, system or long, not '${TEST_LABEL}'")
   endif()
   if(NOT TEST_TIMEOUT)
-    set(TEST_TIMEOUT 300)
-  endif()
-  if(HIL_SANITIZE)
-    math(EXPR TEST_TIMEOUT "3 * ${TEST_TIMEOUT}")
-  endif()
-  if(TEST_LABEL STREQUAL "torture")
-    string(PREPEND TEST_PREFIX "Long/")
+    set(TEST_TIMEOUT 600)
   endif()
   add_executable(${name} ${TEST_SOURCES})
   target_link_libraries(${name} PRIVATE hil_compile_options hil_test_paths ${TEST_USES} ${TEST_LIBS} GTest::gtest_main)
@@ -96,28 +91,70 @@ function(hil_test name)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)  # one thread has no races
     return()
   endif()
-  if(NOT TARGET hil_tests_${TEST_LABEL})
-    add_custom_target(hil_tests_${TEST_LABEL})
-  endif()
-  add_dependencies(hil_tests_${TEST_LABEL} ${name})
-  if(TEST_LABEL STREQUAL "torture")
+  if(TEST_LABEL STREQUAL "long")
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
   endif()
 
-  set(properties LABELS ${TEST_LABEL} TIMEOUT ${TEST_TIMEOUT})
-  if(TEST_LABEL MATCHES "^(realtime|torture)$")
+  if(TEST_RUNNER)
+    hil_test_properties(properties ${TEST_LABEL} ${TEST_TIMEOUT} "${TEST_SERIAL}")
+    list(APPEND properties COST 1000)  # the longest begin first
+    add_test(NAME ${TEST_LABEL}.${name} COMMAND ${TEST_RUNNER} $<TARGET_FILE:${name}>)
+    set_tests_properties(${TEST_LABEL}.${name} PROPERTIES ${properties})
+    hil_add_to_label(${name} ${TEST_LABEL})
+    return()
+  endif()
+  hil_discover(${name} ${TEST_LABEL} ${TEST_TIMEOUT} "${TEST_SERIAL}" "")
+  if(TEST_LONG)
+    hil_discover(${name} long ${TEST_LONG} ON "${TEST_LONG_FILTER}")
+  endif()
+endfunction()
+
+# The properties of a program's tests, for set_tests_properties.
+function(hil_test_properties result label timeout serial)
+  if(HIL_SANITIZE)
+    math(EXPR timeout "3 * ${timeout}")
+  endif()
+  set(properties LABELS ${label} TIMEOUT ${timeout})
+  if(serial OR label STREQUAL "long")
     list(APPEND properties RUN_SERIAL ON)
-  elseif(TEST_LABEL MATCHES "^(gpu|answers|scenario)$")
+  elseif(label MATCHES "^(gpu|system)$")
     # lavapipe computes on all processors: two at once fill the pauses of one another, more only wait.
     cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
     math(EXPR half "(${processors} + 1) / 2")
     list(APPEND properties PROCESSORS ${half})
   endif()
-  if(TEST_RUNNER)
-    list(APPEND properties COST 1000)  # the longest begin first
-    add_test(NAME ${TEST_LABEL}.${name} COMMAND ${TEST_RUNNER} $<TARGET_FILE:${name}>)
-    set_tests_properties(${TEST_LABEL}.${name} PROPERTIES ${properties})
-  else()
-    gtest_discover_tests(${name} TEST_PREFIX "${TEST_PREFIX}" DISCOVERY_MODE PRE_TEST PROPERTIES ${properties})
+  set(${result} ${properties} PARENT_SCOPE)
+endfunction()
+
+function(hil_add_to_label name label)
+  if(NOT TARGET hil_tests_${label})
+    add_custom_target(hil_tests_${label})
   endif()
+  add_dependencies(hil_tests_${label} ${name})
+endfunction()
+
+# The suites of a program that `filter` chooses, each as one test under a label.
+function(hil_discover name label timeout serial filter)
+  hil_test_properties(properties ${label} ${timeout} "${serial}")
+  set(prefix "")
+  if(label STREQUAL "long")
+    set(prefix Long/)
+    list(APPEND properties ENVIRONMENT HIL_TESTS_LONG=1)
+  endif()
+  if(NOT filter)
+    set(filter *)
+  endif()
+  list(JOIN properties "]==] [==[" properties)
+  set(suites ${CMAKE_CURRENT_BINARY_DIR}/${name}_${label}.cmake)
+  file(GENERATE OUTPUT ${suites} CONTENT
+"if(EXISTS \"$<TARGET_FILE:${name}>\")
+  include(\"${PROJECT_SOURCE_DIR}/cmake/test_suites.cmake\")
+  hil_add_suites([==[$<TARGET_FILE:${name}>]==] \"${prefix}\" [==[${filter}]==] [==[${PROJECT_BINARY_DIR}/results]==]
+    [==[${properties}]==])
+else()
+  add_test(${name}_NOT_BUILT ${name}_NOT_BUILT)
+endif()
+")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${suites})
+  hil_add_to_label(${name} ${label})
 endfunction()

@@ -78,12 +78,12 @@ Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<con
     }
     parts.push_back({&buffer, offset, size});
   }
-  return impl_->attempt("bindings of " + of.name + " can not be created", [&]() -> Result<Bindings> {
+  return impl_->attempt("bindings of " + of.kernel->name + " can not be created", [&]() -> Result<Bindings> {
     Bindings bindings;
     bindings.impl_ = std::make_unique<Bindings::Impl>(Bindings::Impl{.device = impl_, .letters = of.letters});
     if (of.letters.empty()) return bindings;
     bindings.impl_->pool = create_pool(impl_->device, of.letters);
-    const vk::DescriptorSetAllocateInfo one(*bindings.impl_->pool, *of.set_layout);
+    const vk::DescriptorSetAllocateInfo one(*bindings.impl_->pool, *of.kernel->set_layout);
     bindings.impl_->set = std::move(vk::raii::DescriptorSets(impl_->device, one).front());
     write_set(impl_->device, *bindings.impl_->set, of.letters, parts);
     return bindings;

@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <map>
+#include <mutex>
+#include <string>
 #include <thread>
+#include <tuple>
 #include <utility>
 
 #include "rtstdb/gpu/device_impl.hpp"
@@ -93,6 +97,7 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& 
   timestamp_period_ns = static_cast<double>(core.timestampPeriod);
   timestamp_bits = physical_device.getQueueFamilyProperties()[queue_family].timestampValidBits;
   memory_types = describe_memory(physical_device);
+  shared = compile_on_first_dispatch = options.shared;
 }
 
 void Device::Impl::name(vk::ObjectType type, std::uint64_t handle, const std::string& text) const {
@@ -103,6 +108,27 @@ Device::Device(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Device::~Device() = default;
 
 Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options) {
+  if (!options.shared) {
+    auto impl = open_impl(options);
+    if (!impl) return impl.error();
+    return std::unique_ptr<Device>(new Device(std::move(impl).value()));
+  }
+  using Key = std::tuple<std::string, bool, std::string, bool, bool, std::uint32_t>;
+  static std::mutex mutex;
+  static auto& open_ones =
+      *new std::map<Key, std::shared_ptr<Impl>>;  // not destroyed: the driver still runs then
+  const std::lock_guard lock(mutex);
+  auto& impl = open_ones[{options.select, options.validation, options.loader_library,
+                          options.imports_host_memory, options.use_subgroup_kernels, options.processors}];
+  if (!impl || impl->lost) {
+    auto opened = open_impl(options);
+    if (!opened) return opened.error();
+    impl = std::move(opened).value();
+  }
+  return std::unique_ptr<Device>(new Device(impl));
+}
+
+Result<std::shared_ptr<Device::Impl>> Device::open_impl(const DeviceOptions& options) {
   auto instance = Instance::open(options.loader_library, options.validation);
   if (!instance) return instance.error();
   try {
@@ -113,9 +139,7 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options) {
       candidates.push_back(device.candidate);
     const auto chosen = choose_device(options.select, candidates);
     if (!chosen) return chosen.error();
-    auto impl =
-        std::make_shared<Impl>(std::move(instance).value(), std::move(devices[chosen.value()]), options);
-    return std::unique_ptr<Device>(new Device(std::move(impl)));
+    return std::make_shared<Impl>(std::move(instance).value(), std::move(devices[chosen.value()]), options);
   } catch (const vk::SystemError& failure) {
     return to_error(failure, "the Vulkan device can not be opened");
   }
@@ -142,7 +166,7 @@ const DeviceLimits& Device::limits() const noexcept {
   return impl_->limits;
 }
 void Device::compile_on_first_dispatch(bool late) noexcept {
-  impl_->compile_on_first_dispatch = late;
+  if (!impl_->shared) impl_->compile_on_first_dispatch = late;
 }
 bool Device::compiles_on_first_dispatch() const noexcept {
   return impl_->compile_on_first_dispatch;

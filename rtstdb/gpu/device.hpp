@@ -231,6 +231,8 @@ class Timeline {
   std::shared_ptr<Impl> impl_;  // shared: a submitted recorder refers to it
 };
 
+struct Kernel;
+
 struct DeviceOptions {
   std::string select = "auto";  ///< see DatabaseOptions::gpu: "auto", an index, or a part of a name
   bool validation = false;
@@ -242,6 +244,9 @@ struct DeviceOptions {
   bool imports_host_memory = true;
   bool use_subgroup_kernels = true;  ///< false: never use kernels for a given subgroup size (for tests)
   std::uint32_t processors = 0;      ///< overrides DeviceLimits::processors; 0: as detected
+  /// One device for all callers of this process with the same options. It compiles kernels on their first dispatch and is
+  /// never closed (for tests, which open hundreds of databases).
+  bool shared = false;
 };
 
 struct DeviceLimits {
@@ -301,6 +306,8 @@ class Device {
 
  private:
   explicit Device(std::shared_ptr<Impl> impl);
+  static Result<std::shared_ptr<Impl>> open_impl(const DeviceOptions& options);
+  Result<Pipeline> create_pipeline(const ShaderInfo& shader, std::shared_ptr<Kernel>& kernel);
   std::shared_ptr<Impl> impl_;  // shared: every object of the device keeps it alive
 };
 

@@ -3,6 +3,7 @@
 // reference to it, so the owner may destroy objects in any order.
 
 #include <atomic>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "rtstdb/gpu/vulkan.hpp"
 
 namespace rtstdb::gpu {
+
+struct Kernel;
 
 struct Device::Impl {
   std::unique_ptr<Instance> instance;
@@ -26,10 +29,13 @@ struct Device::Impl {
   std::vector<MemoryTraits> memory_types;
   std::uint32_t queue_family = 0;
   bool imports_host_memory = false;
+  bool shared = false;
   bool compile_on_first_dispatch = false;
   vk::raii::Device device;
   vk::raii::Queue queue;
   vk::raii::PipelineCache pipeline_cache;
+  std::mutex kernels_mutex;
+  std::map<ShaderId, std::shared_ptr<Kernel>> kernels;  ///< of the pipelines created so far
   /// VkQueueSubmit needs external synchronization; several timelines may submit at once
   std::mutex queue_mutex;
   std::atomic<bool> lost{false};

@@ -1,5 +1,6 @@
 #include <cstddef>
 #include <iterator>
+#include <mutex>
 #include <utility>
 
 #include "rtstdb/gpu/pipeline_impl.hpp"
@@ -58,25 +59,31 @@ void check_against_table(const ShaderInfo& shader) {
 
 }  // namespace
 
-Pipeline::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const ShaderInfo& shader)
+Kernel::Kernel(const Device::Impl& device, const ShaderInfo& shader)
+    : name(shader.name),
+      spirv(shader.spirv),
+      set_layout(create_set_layout(device.device, shader.bindings)),
+      layout(create_layout(device.device, *set_layout, shader.push_constant_bytes)) {}
+
+void Kernel::compile(const Device::Impl& device) {
+  std::call_once(compiled, [&] {
+    pipeline = create_compute_pipeline(device, *layout, spirv);
+    device.name(vk::ObjectType::ePipeline,
+                reinterpret_cast<std::uint64_t>(static_cast<VkPipeline>(*pipeline)), name);
+  });
+}
+
+Pipeline::Impl::Impl(std::shared_ptr<Device::Impl> device_in, std::shared_ptr<Kernel> kernel_in,
+                     const ShaderInfo& shader)
     : device(std::move(device_in)),
-      name(shader.name),
+      kernel(std::move(kernel_in)),
       letters(shader.bindings),
       group_size(shader.group_size),
-      push_constant_bytes(shader.push_constant_bytes),
-      set_layout(create_set_layout(device->device, letters)),
-      layout(create_layout(device->device, *set_layout, push_constant_bytes)),
-      spirv(shader.spirv) {
-  if (!device->compile_on_first_dispatch) compile();
+      push_constant_bytes(shader.push_constant_bytes) {
+  if (!device->compile_on_first_dispatch) kernel->compile(*device);
 }
 
-void Pipeline::Impl::compile() {
-  pipeline = create_compute_pipeline(*device, *layout, spirv);
-  device->name(vk::ObjectType::ePipeline, reinterpret_cast<std::uint64_t>(static_cast<VkPipeline>(*pipeline)),
-               name);
-}
-
-Result<Pipeline> Device::create_pipeline(const ShaderInfo& shader) {
+Result<Pipeline> Device::create_pipeline(const ShaderInfo& shader, std::shared_ptr<Kernel>& kernel) {
   check_against_table(shader);
   if (shader.group_size > impl_->max_group_size) {
     return Error{ErrorCode::capacity, "shader " + std::string(shader.name) + " runs in groups of " +
@@ -85,14 +92,21 @@ Result<Pipeline> Device::create_pipeline(const ShaderInfo& shader) {
   }
   return impl_->attempt("pipeline " + std::string(shader.name) + " can not be created",
                         [&]() -> Result<Pipeline> {
+                          if (!kernel) kernel = std::make_shared<Kernel>(*impl_, shader);
                           Pipeline pipeline;
-                          pipeline.impl_ = std::make_unique<Pipeline::Impl>(impl_, shader);
+                          pipeline.impl_ = std::make_unique<Pipeline::Impl>(impl_, kernel, shader);
                           return pipeline;
                         });
 }
 
+Result<Pipeline> Device::create_pipeline(const ShaderInfo& shader) {
+  std::shared_ptr<Kernel> kernel;
+  return create_pipeline(shader, kernel);
+}
+
 Result<Pipeline> Device::create_pipeline(ShaderId shader) {
-  return create_pipeline(shader_info(shader));
+  const std::lock_guard lock(impl_->kernels_mutex);
+  return create_pipeline(shader_info(shader), impl_->kernels[shader]);
 }
 
 Pipeline::Pipeline() = default;

@@ -18,21 +18,28 @@ constexpr vk::DescriptorType descriptor_type(char letter) noexcept {
   }
 }
 
+/// A shader on a device, compiled once for all pipelines that have it.
+struct Kernel {
+  std::string name;
+  std::span<const std::uint32_t> spirv;
+  vk::raii::DescriptorSetLayout set_layout;
+  vk::raii::PipelineLayout layout;
+  vk::raii::Pipeline pipeline{nullptr};  ///< null until it is compiled
+  std::once_flag compiled;
+
+  Kernel(const Device::Impl& device, const ShaderInfo& shader);
+  /// The first call compiles. Throws the exceptions of Vulkan-Hpp; the next call then tries again.
+  void compile(const Device::Impl& device);
+};
+
 struct Pipeline::Impl {
   std::shared_ptr<Device::Impl> device;
-  std::string name;
+  std::shared_ptr<Kernel> kernel;
   std::string letters;  ///< one letter per binding
   std::uint32_t group_size = 0;
   std::uint32_t push_constant_bytes = 0;
-  vk::raii::DescriptorSetLayout set_layout;
-  vk::raii::PipelineLayout layout;
-  std::span<const std::uint32_t> spirv;
-  vk::raii::Pipeline pipeline{nullptr};  ///< null until it is compiled
 
-  /// Throws the exceptions of Vulkan-Hpp.
-  void compile();
-
-  Impl(std::shared_ptr<Device::Impl> device_in, const ShaderInfo& shader);
+  Impl(std::shared_ptr<Device::Impl> device_in, std::shared_ptr<Kernel> kernel_in, const ShaderInfo& shader);
 };
 
 struct Bindings::Impl {

@@ -39,9 +39,8 @@ bool in_range(const Buffer::Impl& buffer, std::size_t offset, std::size_t size) 
 /// Compiles the pipeline if that is still to be done. False: compilation failed and the device counts as
 /// lost.
 bool compiled(Pipeline::Impl& pipeline) noexcept {
-  if (*pipeline.pipeline != vk::Pipeline{}) return true;
   try {
-    pipeline.compile();
+    pipeline.kernel->compile(*pipeline.device);
     return true;
   } catch (const std::exception&) {
     return false;
@@ -62,10 +61,12 @@ bool bind_pipeline(const Recorder::Impl& recorder, Pipeline::Impl& pipeline, con
   }
   const vk::raii::CommandBuffer& commands = recorder.commands;
   constexpr auto compute = vk::PipelineBindPoint::eCompute;
-  commands.bindPipeline(compute, *pipeline.pipeline);
-  if (!pipeline.letters.empty()) commands.bindDescriptorSets(compute, *pipeline.layout, 0, *bindings.set, {});
+  commands.bindPipeline(compute, *pipeline.kernel->pipeline);
+  if (!pipeline.letters.empty())
+    commands.bindDescriptorSets(compute, *pipeline.kernel->layout, 0, *bindings.set, {});
   if (!push_constants.empty()) {
-    commands.pushConstants<std::byte>(*pipeline.layout, vk::ShaderStageFlagBits::eCompute, 0, push_constants);
+    commands.pushConstants<std::byte>(*pipeline.kernel->layout, vk::ShaderStageFlagBits::eCompute, 0,
+                                      push_constants);
   }
   return true;
 }

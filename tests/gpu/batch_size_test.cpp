@@ -57,6 +57,7 @@ class BatchSizes : public testing::TestWithParam<std::uint32_t> {
     if (const char* select = std::getenv("HIL_TEST_GPU")) options.gpu = select;
     gpu::DeviceOptions device_options;
     device_options.processors = GetParam();
+    device_options.shared = true;
     database_ = open_database(options, device_options).value();
     for (const TriangleMesh& mesh : mixed_meshes(random_))
       geometries_.push_back(database_->add_geometry(mesh, "mesh").value());

@@ -116,7 +116,7 @@ class PacedRuns : public testing::Test {
  protected:
   void SetUp() override {
     auto created = query::GpuExecutor::create(
-        [](const std::vector<std::byte>&) { return gpu::Device::open(gpu::test::test_device_options(true)); },
+        [](const std::vector<std::byte>&) { return gpu::Device::open(gpu::test::shared_device_options()); },
         {});
     ASSERT_TRUE(created.ok()) << created.error().message;
     executor_ = std::move(created).value();

@@ -110,11 +110,12 @@ Tally& Tally::operator+=(const Tally& other) {
   return *this;
 }
 
-void DatabaseTest::open(DatabaseOptions options, const gpu::DeviceOptions& device) {
+void DatabaseTest::open(DatabaseOptions options, gpu::DeviceOptions device) {
   closest_.reset();
   database_.reset();
   if (const char* select = std::getenv("HIL_TEST_GPU"); select != nullptr) options.gpu = select;
   options.validation = Validation::on;
+  device.shared = true;
   auto opened = open_database(options, device);
   ASSERT_TRUE(opened.ok()) << opened.error().message;
   database_ = std::move(opened).value();

@@ -38,7 +38,8 @@ class DatabaseTest : public testing::Test {
   void TearDown() override;
 
   /// With the validation layer on and on the device that HIL_TEST_GPU chooses.
-  void open(DatabaseOptions options, const gpu::DeviceOptions& device = {});
+  /// All tests of a process share the device.
+  void open(DatabaseOptions options, gpu::DeviceOptions device = {});
   Database& database() { return *database_; }
   GeometryId add(const TriangleMesh& mesh);
 

@@ -40,10 +40,17 @@ DeviceOptions test_device_options(bool validation) {
   return options;
 }
 
+DeviceOptions shared_device_options() {
+  DeviceOptions options = test_device_options(true);
+  options.shared = true;
+  return options;
+}
+
 void GpuTest::SetUp() {
-  auto device = Device::open(test_device_options(true));
+  auto device = Device::open(shared_device_options());
   ASSERT_TRUE(device.ok()) << device.error().message;
   device_ = std::move(device).value();
+  messages_taken_ = device_->validation_messages().size();
 }
 
 void GpuTest::TearDown() {

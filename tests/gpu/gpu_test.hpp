@@ -26,6 +26,8 @@ const ShaderInfo& test_shader_info(TestShader shader);
 
 /// DeviceOptions of the tests: HIL_TEST_GPU or "auto".
 DeviceOptions test_device_options(bool validation);
+/// With validation; all tests of the process share the device.
+DeviceOptions shared_device_options();
 
 class GpuTest : public testing::Test {
  protected:

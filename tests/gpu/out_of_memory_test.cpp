@@ -11,6 +11,7 @@
 #include <rtstdb/database.hpp>
 
 #include "tests/gpu/failing_allocation.hpp"
+#include "tests/support/rounds.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -18,10 +19,9 @@ namespace {
 using Then = FailingAllocation::Then;
 
 /// How far it is to the next that fails.
-constexpr std::uint64_t stride([[maybe_unused]] std::uint64_t in_the_short_form) {
-#if defined(HIL_TORTURE_LONG)
-  return 1;
-#elif defined(__SANITIZE_ADDRESS__)
+std::uint64_t stride(std::uint64_t in_the_short_form) {
+  if (hil::tests::is_long()) return 1;
+#if defined(__SANITIZE_ADDRESS__)
   return 3 * in_the_short_form;
 #else
   return in_the_short_form;

@@ -23,7 +23,7 @@ class PausedInCompany : public testing::Test {
   void open(const DatabaseOptions& options) {
     queries_.clear();
     auto created = query::GpuExecutor::create(
-        [](const std::vector<std::byte>&) { return gpu::Device::open(gpu::test::test_device_options(true)); },
+        [](const std::vector<std::byte>&) { return gpu::Device::open(gpu::test::shared_device_options()); },
         options);
     ASSERT_TRUE(created.ok()) << created.error().message;
     executor_ = std::move(created).value();

@@ -12,7 +12,7 @@ namespace {
 TEST(PreparedQueriesOnTheDevice, AreConnectedAgainWhereThePoolHasGrown) {
   auto executor =
       std::move(query::GpuExecutor::create(
-                    [](const auto&) { return gpu::Device::open(gpu::test::test_device_options(true)); },
+                    [](const auto&) { return gpu::Device::open(gpu::test::shared_device_options()); },
                     DatabaseOptions{.max_entities = 4}))
           .value();
   const auto prepare = [&] {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tests/support/rounds.hpp"
+
 namespace rtstdb::test {
 namespace {
 
@@ -64,6 +66,7 @@ RandomQuestions::Window RandomQuestions::random_window() {
 template <class Query, class Elements, class Fill, class Judged>
 Tally RandomQuestions::ask_batches(Query& query, Elements elements, std::size_t count, Fill fill,
                                    Judged judged) {
+  count = hil::tests::rounds(std::min<std::size_t>(count, batch + count / 3), count);
   Tally tally;
   while (tally.asked < count && !HasFailure()) {
     const Window window = random_window();

@@ -23,7 +23,7 @@ class RandomQuestions : public DatabaseTest {
   void fill(const RandomWorld& world);
 
   /// Asks `count` questions in batches, each with a window of its own: an instant, or a millisecond to a second, from the version's
-  /// time on or some seconds later. The capacity is set here. Stops at the first failure.
+  /// time on or some seconds later. The short form of a test asks about a third. The capacity is set here. Stops at the first failure.
   Tally ask(RayQueryOptions wanted, std::size_t count);
   /// Rays that run side by side, eight after eight; the last of a batch are fewer.
   Tally ask_neighbours(RayQueryOptions wanted, std::size_t count);

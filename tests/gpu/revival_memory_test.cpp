@@ -11,6 +11,7 @@
 #include "rtstdb/open_database.hpp"
 #include "tests/gpu/failing_allocation.hpp"
 #include "tests/gpu/fault_loader.hpp"
+#include "tests/support/rounds.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -18,11 +19,7 @@ namespace {
 using gpu::test::FaultLoader;
 using SteadyClock = std::chrono::steady_clock;
 
-#if defined(HIL_TORTURE_LONG)
-constexpr std::uint64_t stride = 7;
-#else
-constexpr std::uint64_t stride = 211;
-#endif
+const std::uint64_t stride = hil::tests::is_long() ? 7 : 211;
 
 class RevivalWithoutMemory : public testing::Test {
  protected:

@@ -410,7 +410,7 @@ TEST_P(LargeAheadTrees, AreNotUsedWithATreeThatIsWorthNothing) {
   EXPECT_EQ(since(before).builds, 1u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, AheadTrees, testing::Values(600u, 2500u, 9000u));
+INSTANTIATE_TEST_SUITE_P(Sizes, AheadTrees, testing::Values(600u, 2500u));
 INSTANTIATE_TEST_SUITE_P(Sizes, LargeAheadTrees, testing::Values(2500u, 9000u));
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "io/can/signal_overlap.hpp"
 #include "tests/paths.h"
+#include "tests/support/rounds.hpp"
 
 namespace hil::io::can {
 namespace {
@@ -261,7 +262,7 @@ double parse_seconds(const std::string& text, DbcResult& result) {
 }
 
 TEST(DbcFuzz, TenMegabytesOfNoiseAreRefusedAtOnce) {
-  constexpr std::size_t size = 10'000'000;
+  const std::size_t size = tests::rounds(10'000'000);
   std::mt19937_64 random(5);
   std::string noise(size, ' ');
   for (char& c : noise)

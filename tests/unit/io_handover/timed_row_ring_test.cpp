@@ -6,6 +6,8 @@
 #include <span>
 #include <thread>
 
+#include "tests/support/rounds.hpp"
+
 namespace hil::io {
 namespace {
 
@@ -25,7 +27,7 @@ TEST(TimedRowRing, RefusesWhenFullAndGivesBackInOrder) {
 
 TEST(TimedRowRing, EveryRowThatWasTakenInComesOutOnceAndInOrder) {
   TimedRowRing ring(16, 3);
-  constexpr int rows = 100'000;
+  const int rows = static_cast<int>(tests::rounds(100'000));
   std::thread producer([&] {
     for (int row = 0; row < rows; ++row) {
       const double value = row;

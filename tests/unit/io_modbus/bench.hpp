@@ -15,31 +15,12 @@
 #include "io/device.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::modbus::bench {
 
 using Bytes = std::vector<std::uint8_t>;
 using std::chrono::milliseconds;
-
-class WallRunClock final : public RunClock {
- public:
-  RunTimeNs now_ns() const noexcept override {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-class HandClock final : public RunClock {
- public:
-  RunTimeNs now_ns() const noexcept override { return now_.load(); }
-  void set(RunTimeNs now_ns) noexcept { now_.store(now_ns); }
-
- private:
-  std::atomic<RunTimeNs> now_{0};
-};
 
 /// "r7"
 std::string numbered(const char* letter, std::size_t number);

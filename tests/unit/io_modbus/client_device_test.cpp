@@ -59,8 +59,8 @@ struct Pair {
     server.stop();
   }
 
-  bench::WallRunClock wall;
-  bench::HandClock hand;
+  RunningClock wall;
+  SetClock hand;
   ServerDevice server;
   std::unique_ptr<ClientDevice> client;
 };

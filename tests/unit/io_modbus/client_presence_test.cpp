@@ -12,7 +12,7 @@ constexpr RunTimeNs ms = 1'000'000;
 
 TEST(ClientPresence, AUnitThatAcceptedIsConnectedFromTheStartAndHasAnsweredAfterItsFirstReply) {
   FakeServer server([](FakeConnection& connection, int) { behave(connection, 7); });
-  bench::HandClock clock;
+  SetClock clock;
   ClientDevice client(patient(server.port()), two_words());
   client.start(clock, Pacing::lockstep);
   EXPECT_TRUE(client.connected());
@@ -23,7 +23,7 @@ TEST(ClientPresence, AUnitThatAcceptedIsConnectedFromTheStartAndHasAnsweredAfter
 
 TEST(ClientPresence, AUnitThatAcceptsAndIsSilentHasNeverAnswered) {
   FakeServer server([](FakeConnection& connection, int) { connection.receive(), connection.receive(); });
-  bench::HandClock clock;
+  SetClock clock;
   ClientDevice client(quick(server.port()), two_words());
   client.start(clock, Pacing::lockstep);
   EXPECT_FALSE(exchange_once(client, 1, 0).good);
@@ -39,7 +39,7 @@ TEST(ClientPresence, AReleaseThatWaitsForLongerThanMaxAgeDisconnectsUntilTheCycl
     connection.send(FakeConnection::reply_to(request, 7));
     behave(connection, 7);
   });
-  bench::HandClock clock;
+  SetClock clock;
   ClientSettings settings = patient(server.port());
   settings.max_age = milliseconds(100);
   ClientDevice client(settings, two_words());
@@ -72,7 +72,7 @@ TEST(ClientPresence, AUnitWithoutInputsGetsUnchangedOutputsAgainSoThatItsLossIsN
     connection.receive();  // silent, and the connection stays open
     connection.receive();
   });
-  bench::HandClock clock;
+  SetClock clock;
   ClientSettings settings = quick(server.port());
   settings.max_age = milliseconds(100);
   ClientDevice client(settings, {{entry("out", Table::holding, 0, ValueType::u16, true)}});

@@ -18,7 +18,7 @@ TEST(ClientRefusals, AnExceptionIsCountedNamedAndCostsNoConnection) {
       connection.send(request[7] == 3 ? bench::frame(id, {0x83, 2}) : FakeConnection::reply_to(request, 9));
     }
   });
-  bench::HandClock clock;
+  SetClock clock;
   ClientDevice client(patient(server.port()), map);
   client.start(clock, Pacing::lockstep);
   for (int round = 0; round < 3; ++round)
@@ -44,7 +44,7 @@ TEST(ClientRefusals, AUnitThatGoesOnRefusingOutputsIsACauseAndOneThatIsBusyForAM
                                                  : FakeConnection::reply_to(request, 9));
     }
   });
-  bench::HandClock clock;
+  SetClock clock;
   ClientDevice client(patient(server.port()), two_words());
   client.start(clock, Pacing::lockstep);
   constexpr RunTimeNs ms = 1'000'000;
@@ -83,7 +83,7 @@ RegisterMap with_gaps() {
 
 TEST(ClientRefusals, AReadAcrossAGapThatIsRefusedIsSplitAndStaysSplit) {
   FakeServer server([](FakeConnection& connection, int) { behave_with_gaps(connection); });
-  bench::HandClock clock;
+  SetClock clock;
   ClientSettings settings = patient(server.port());
   settings.max_gap = 8;
   ClientDevice client(settings, with_gaps());
@@ -107,7 +107,7 @@ TEST(ClientRefusals, AReadAcrossAGapThatIsRefusedIsSplitAndStaysSplit) {
 
 TEST(ClientRefusals, ReadsCrossGapsOnlyIfAllowed) {
   FakeServer server([](FakeConnection& connection, int) { behave_with_gaps(connection); });
-  bench::HandClock clock;
+  SetClock clock;
   ClientDevice client(patient(server.port()), with_gaps());
   client.start(clock, Pacing::lockstep);
   ASSERT_TRUE(exchange_once(client, 1, 1).good);

@@ -49,7 +49,7 @@ double value_of(ClientDevice& client, const std::string& name) {
 /// 20 s of virtual time at 20 Hz, the ego on its loop from 1 s on: every input of every tick, as text.
 std::string stepped_run() {
   const Process plc({HIL_CROSSING_PLC, "--listen", "127.0.0.1:0", "--clock", "stepped"});
-  bench::HandClock clock;
+  SetClock clock;
   ClientDevice client(settings_for(plc), register_map());
   client.start(clock, Pacing::lockstep);
   std::ostringstream text;
@@ -85,7 +85,7 @@ TEST(CrossingPlc, ListensOnAnIpv6Address) {
   EXPECT_TRUE(plc.first_line().starts_with("listening [::1]:")) << plc.first_line();
   ClientSettings settings = settings_for(plc);
   settings.endpoint.host = "::1";
-  bench::HandClock clock;
+  SetClock clock;
   ClientDevice client(settings, register_map());
   client.start(clock, Pacing::lockstep);
   EXPECT_TRUE(client.exchange(0)) << client.fault();
@@ -94,7 +94,6 @@ TEST(CrossingPlc, ListensOnAnIpv6Address) {
 
 TEST(CrossingPlc, SteppedTimeNeverGoesBackAndStandsStillOtherwise) {
   const Process plc({HIL_CROSSING_PLC, "--clock", "stepped"});
-  std::this_thread::sleep_for(milliseconds(60));
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t0\n"), std::string::npos);
   mbpoll(plc.port(), "-t 4:int -r 10", "1000");
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t50\n"), std::string::npos);
@@ -108,7 +107,7 @@ TEST(CrossingPlc, MbpollReadsADetectorAndSetsTheLightWhileTheBenchRuns) {
   Process plc({HIL_CROSSING_PLC, "--listen", "127.0.0.1:0", "--clock", "wall", "--minimum-green-ms", "100",
                "--yellow-ms", "100", "--all-red-ms", "100", "--red-yellow-ms", "100"});
   ASSERT_EQ(plc.first_line(), "listening 127.0.0.1:" + std::to_string(plc.port()));
-  bench::WallRunClock clock;
+  RunningClock clock;
   ClientDevice client(settings_for(plc), register_map());
   client.start(clock, Pacing::realtime);
   const auto runs_until = [&](const std::function<bool()>& holds) {
@@ -147,12 +146,15 @@ TEST(CrossingPlc, WallTimePassesAtItsRateInWholeScans) {
   const auto start = std::chrono::steady_clock::now();
   const int first_ms = number("-t 3:int -r 6", "[6]: \t");
   const int first_scan = number("-t 3 -r 4", "[4]: \t");
-  std::this_thread::sleep_for(milliseconds(1000));
-  const int last_scan = number("-t 3 -r 4", "[4]: \t");
-  const int last_ms = number("-t 3:int -r 6", "[6]: \t");
+  int last_scan = first_scan;
+  int last_ms = first_ms;
+  ASSERT_TRUE(eventually([&] {
+    last_scan = number("-t 3 -r 4", "[4]: \t");
+    last_ms = number("-t 3:int -r 6", "[6]: \t");
+    return last_ms - first_ms >= 500;
+  }));
   const auto passed = std::chrono::steady_clock::now() - start;
   EXPECT_LE(last_ms - first_ms, std::chrono::duration_cast<milliseconds>(passed).count() + 20);
-  EXPECT_GE(last_ms - first_ms, 700);  // a busy machine may be late with the last scans
   EXPECT_EQ((last_ms - first_ms) % 20, 0);
   EXPECT_LE(last_scan - first_scan, (last_ms - first_ms) / 20);
   EXPECT_GT(last_scan, first_scan);

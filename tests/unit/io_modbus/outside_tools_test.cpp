@@ -68,7 +68,7 @@ TEST(OutsideTools, MbpollReadsAndWritesOurServer) {
   map.entries[0].order = ByteOrder::abcd;
   map.entries[1].order = ByteOrder::cdab;
   map.entries[3].order = ByteOrder::cdab;  // mbpoll's order without -B
-  bench::WallRunClock clock;
+  RunningClock clock;
   ServerDevice device({.name = "panel"}, map);
   device.start(clock, Pacing::realtime);
   device.release_outputs(std::vector<double>{12.5, -70000, 1}, 0);
@@ -88,7 +88,7 @@ TEST(OutsideTools, MbpollReadsAndWritesOurServer) {
 
 TEST(OutsideTools, PymodbusExercisesEveryFunctionOfOurServer) {
   need_pymodbus();
-  bench::WallRunClock clock;
+  RunningClock clock;
   ServerDevice device({.name = "panel"}, panel_map());
   device.start(clock, Pacing::realtime);
   device.release_outputs(std::vector<double>{1234.5}, 0);
@@ -108,7 +108,7 @@ TEST(OutsideTools, OurClientReadsAPymodbusUnitWithGaps) {
                          entry("a", Table::holding, 0, ValueType::u16, false),
                          entry("b", Table::holding, 5, ValueType::u16, false)}};
   for (const std::uint16_t max_gap : {std::uint16_t{0}, std::uint16_t{8}}) {
-    bench::HandClock clock;
+    SetClock clock;
     ClientSettings settings;
     settings.name = "pymodbus";
     settings.endpoint.port = unit.port();
@@ -137,7 +137,7 @@ TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
                    entry("bit1", Table::discrete_input, 1, ValueType::boolean, false),
                    entry("bit2", Table::discrete_input, 2, ValueType::boolean, false),
                    entry("beside", Table::holding, 21, ValueType::u16, false)}};
-  bench::HandClock clock;
+  SetClock clock;
   ClientSettings settings;
   settings.name = "pymodbus";
   settings.endpoint.port = unit.port();

@@ -57,7 +57,7 @@ struct Unit {
   }
 
   std::atomic<std::uint16_t> held{0};
-  bench::HandClock clock;
+  SetClock clock;
   FakeServer server;
   ClientDevice client;
 };
@@ -136,7 +136,7 @@ struct Panel {
     made.entries[4].maximum = 0;
     return made;
   }
-  bench::WallRunClock clock;
+  RunningClock clock;
   ServerDevice device;
 };
 

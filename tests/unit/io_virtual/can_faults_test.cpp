@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <thread>
 
-#include "fake_clock.hpp"
 #include "io/can/can_device.hpp"
 #include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
 #include "tests/paths.h"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::can {
 namespace {

@@ -5,10 +5,10 @@
 #include <chrono>
 #include <thread>
 
-#include "fake_clock.hpp"
 #include "io/can/can_device.hpp"
 #include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::can {
 namespace {

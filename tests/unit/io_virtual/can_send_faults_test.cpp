@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "driven_bus.hpp"
-#include "fake_clock.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::can {
 namespace {

@@ -14,8 +14,8 @@
 #include <fstream>
 #include <thread>
 
-#include "fake_clock.hpp"
 #include "io/virtual/client.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::virtual_bus {
 namespace {

@@ -12,10 +12,10 @@
 #include <string>
 #include <thread>
 
-#include "fake_clock.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::virtual_bus {
 namespace {
@@ -34,9 +34,16 @@ class Station {
     thread_.join();
   }
   std::atomic<bool> leave_{false};
-  std::atomic<bool> hang_{false};
+  /// Returns when the station does not answer any more.
+  void hang() {
+    hang_ = true;
+    hangs_.wait(false);
+  }
 
  private:
+  std::atomic<bool> hang_{false};
+  std::atomic<bool> hangs_{false};
+
   void run(const std::string& address, const std::string& name, const Answer& answer, std::uint64_t seed,
            int jitter_us) {
     const RunningClock clock;
@@ -47,6 +54,8 @@ class Station {
     client.open(clock, Pacing::realtime);
     while (!leave_) {
       if (hang_) {
+        hangs_ = true;
+        hangs_.notify_all();
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         continue;
       }
@@ -190,8 +199,7 @@ TEST(Lockstep, AHungStationIsNamed) {
   Station sleeper(
       hub.address(), "sleeper", [](const can::Frame&) { return std::vector<can::Frame>{}; }, 1);
   ASSERT_TRUE(hub.settle(0).settled());
-  sleeper.hang_ = true;
-  std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  sleeper.hang();
   const can::SettleResult result = hub.settle(1);
   EXPECT_EQ(result.status, can::SettleResult::Status::client_hung);
   EXPECT_EQ(result.client, "sleeper");

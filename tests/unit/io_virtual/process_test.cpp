@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <thread>
 
 namespace hil::io::process {
@@ -29,6 +30,16 @@ ChildConfig shell(const std::string& script) {
 std::string content_of(const std::filesystem::path& file) {
   std::ifstream stream(file);
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+/// A shell that has run `setup` when this returns, and then runs for ever.
+std::unique_ptr<Child> endless_shell(const std::string& setup, const std::filesystem::path& output) {
+  ChildConfig config = shell(setup + "; echo ready; while :; do sleep 0.01; done");
+  config.output_file = output;
+  auto child = std::make_unique<Child>(config);
+  while (content_of(output) != "ready\n")
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  return child;
 }
 
 std::filesystem::path scratch(const char* name) {
@@ -64,14 +75,15 @@ TEST(Process, ItsDescriptorSaysWhenItEnds) {
 }
 
 TEST(Process, StopsInOrderAndKillsWhatDoesNotStop) {
-  Child polite(shell("trap 'exit 7' TERM; while :; do sleep 0.01; done"));
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // let the shell set its trap
-  EXPECT_EQ(polite.stop(5 * second_ns), (Exit{Exit::How::exited, 7, false}));
-  Child stubborn(shell("trap '' TERM; while :; do sleep 0.01; done"));
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  const Exit& exit = stubborn.stop(second_ns / 10);
+  const auto output = scratch("ready");
+  const auto polite = endless_shell("trap 'exit 7' TERM", output);
+  EXPECT_EQ(polite->stop(5 * second_ns), (Exit{Exit::How::exited, 7, false}));
+  std::filesystem::remove(output);
+  const auto stubborn = endless_shell("trap '' TERM", output);
+  const Exit& exit = stubborn->stop(second_ns / 10);
   EXPECT_EQ(exit, (Exit{Exit::How::killed, SIGKILL, true}));
-  EXPECT_EQ(stubborn.stop(0), exit) << "again is the same";
+  EXPECT_EQ(stubborn->stop(0), exit) << "again is the same";
+  std::filesystem::remove(output);
 }
 
 TEST(Process, KeepsItsOutput) {
@@ -218,7 +230,6 @@ TEST(Process, KeepsTheFirstPartOfEndlessOutputAndSaysSo) {
     Child child(config);
     for (int wait = 0; wait < 1000 && std::filesystem::file_size(file) <= OutputKeeper::kept_bytes; ++wait)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
     EXPECT_TRUE(child.running()) << "it is neither blocked nor ended";
     EXPECT_EQ(child.stop(5 * second_ns), (Exit{Exit::How::killed, SIGTERM, false}));
   }

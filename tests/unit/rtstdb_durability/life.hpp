@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "rtstdb/transaction/commit_log.hpp"
-#include "tests/support/simulated_disk.hpp"
-#include "tests/unit/rtstdb_transaction/simulated.hpp"
+#include "tests/support/simulation/disk.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace rtstdb::transaction::test {
 

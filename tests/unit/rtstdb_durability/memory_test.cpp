@@ -6,6 +6,7 @@
 #include "life.hpp"
 #include "rtstdb/log/posix_disk.hpp"
 #include "tests/support/failing_new.hpp"
+#include "tests/support/rounds.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
@@ -58,6 +59,9 @@ class Memory : public testing::TestWithParam<DurabilityMode> {
   Model model_;
 };
 
+/// From one allocation that fails to the next.
+const int step = hil::tests::is_long() ? one_in : 5 * one_in;
+
 INSTANTIATE_TEST_SUITE_P(Durability, Memory, every_mode(), mode_name);
 
 TEST_P(Memory, ThatRunsOutAnywhereIsMended) {
@@ -66,7 +70,7 @@ TEST_P(Memory, ThatRunsOutAnywhereIsMended) {
     Life life(open(), options());
     ASSERT_TRUE(life.commit(model_, random_).done());
     bool failed = true;
-    for (int after = 0; failed && !HasFailure(); after += one_in) {
+    for (int after = 0; failed && !HasFailure(); after += step) {
       SCOPED_TRACE("after " + std::to_string(after) + " allocations");
       hil::test::fail_allocations_of("rtstdb log", after);
       commit_some(life);
@@ -89,7 +93,7 @@ TEST_P(Memory, ThatRunsOutAnywhereIsMended) {
 TEST_P(Memory, ThatHasRunOutAtTheEndIsTold) {
   int refused = 0;
   bool failed = true;
-  for (int after = 0; failed && !HasFailure(); after += one_in) {
+  for (int after = 0; failed && !HasFailure(); after += step) {
     SCOPED_TRACE("after " + std::to_string(after) + " allocations");
     Version promised = 0;
     {

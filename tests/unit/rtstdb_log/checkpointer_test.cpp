@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "rtstdb/log/checkpoint_reader.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
 namespace {

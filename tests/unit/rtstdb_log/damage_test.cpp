@@ -11,7 +11,7 @@
 #include "rtstdb/log/geometry_file.hpp"
 #include "rtstdb/log/recovery.hpp"
 #include "sample_log.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
 namespace {

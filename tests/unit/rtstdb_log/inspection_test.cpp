@@ -8,11 +8,11 @@
 #include <random>
 #include <utility>
 
-#include "manual_clock.hpp"
 #include "rtstdb/log/log_replay.hpp"
 #include "rtstdb/log/writer.hpp"
 #include "sample_log.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/clock.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
 namespace {
@@ -146,7 +146,7 @@ TEST(LogInspection, HoldsCheckpointsToTheCommits) {
 /// A checkpoint of a version may have a geometry that was added behind that version's commit.
 TEST(LogInspection, AGeometryAddedBehindTheLastCommitIsNoDamage) {
   SimulatedDisk disk(1);
-  ManualClock clock;
+  hil::test::SimulatedClock clock;
   History history;
   LiveWorld world(9, history, 1 << 16);
   WriterOptions options;
@@ -284,7 +284,8 @@ TEST(LogChronicle, BeginsWithTheOldestCheckpointWhereNothingIsBeforeIt) {
   EXPECT_EQ(retelling.told, (std::vector<Version>{latest - 3, latest - 2, latest - 1, latest}));
 }
 
-Result<std::unique_ptr<Writer>> start_writer(SimulatedDisk& disk, ManualClock& clock, LiveWorld& world) {
+Result<std::unique_ptr<Writer>> start_writer(SimulatedDisk& disk, hil::test::SimulatedClock& clock,
+                                             LiveWorld& world) {
   WriterOptions options;
   options.segment_bytes = 16384;
   options.checkpoint_every_bytes = 0;
@@ -295,7 +296,7 @@ Result<std::unique_ptr<Writer>> start_writer(SimulatedDisk& disk, ManualClock& c
 /// checkpoint.
 TEST(LogChronicle, GoesOnBehindAGap) {
   SimulatedDisk disk(1);
-  ManualClock clock;
+  hil::test::SimulatedClock clock;
   History history;
   LiveWorld world(8, history, 1 << 12);
   auto writer = start_writer(disk, clock, world);
@@ -331,7 +332,7 @@ TEST(LogChronicle, GoesOnBehindAGap) {
 TEST(LogChronicle, LeavesNoVersionOutBehindAGap) {
   for (const std::uint64_t seed : {8u, 9u, 10u, 11u}) {
     SimulatedDisk disk(seed);
-    ManualClock clock;
+    hil::test::SimulatedClock clock;
     History history;
     LiveWorld world(seed, history, 1 << 12);
     auto writer = start_writer(disk, clock, world);

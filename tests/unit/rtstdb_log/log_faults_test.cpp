@@ -7,9 +7,9 @@
 #include <string>
 
 #include "live_world.hpp"
-#include "manual_clock.hpp"
 #include "rtstdb/log/writer.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/clock.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
 namespace {
@@ -27,7 +27,7 @@ struct Life {
 };
 Life live(SimulatedDisk& disk) {
   Life life;
-  ManualClock clock;
+  hil::test::SimulatedClock clock;
   LiveWorld world(5, life.history, 1 << 12);
   auto writer = Writer::start(disk, clock, world.ring(), world,
                               {.segment_bytes = 4096, .checkpoint_every_bytes = 6000, .rows_per_slice = 5},

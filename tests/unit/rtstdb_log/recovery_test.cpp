@@ -7,11 +7,11 @@
 
 #include <functional>
 
-#include "manual_clock.hpp"
 #include "rtstdb/log/writer.hpp"
 #include "rtstdb/store/motion_words.hpp"
 #include "sample_log.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/clock.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
 namespace {
@@ -68,7 +68,7 @@ TEST(LogRecovery, ASalvagedLogGoesOnAndIsWhole) {
   const Version version = salvaged.world.latest.version;
   ASSERT_EQ(version, groups[groups.size() / 2 - 1].header.last_version);
 
-  ManualClock clock;
+  hil::test::SimulatedClock clock;
   sample.history.forget_after(version);
   LiveWorld world(3, sample.history, 1 << 14, salvaged);
   auto writer = Writer::start(disk, clock, world.ring(), world,
@@ -100,7 +100,7 @@ class SalvagedWithoutAGeometry : public testing::TestWithParam<bool> {
   }
   /// Goes on from there, without closing the log, and says what is durable then.
   Version commit(const Recovered& salvaged, int count, std::uint64_t checkpoint_every_bytes) {
-    ManualClock clock;
+    hil::test::SimulatedClock clock;
     sample.history.forget_after(salvaged.world.latest.version);
     LiveWorld world(3, sample.history, 1 << 14, salvaged);
     auto writer = Writer::start(disk, clock, world.ring(), world,
@@ -181,7 +181,7 @@ TEST_P(SalvagedWithoutAGeometry, LosesNothingBeforeItGoesOn) {
   const auto salvaged = recover(disk, {.salvage = true});
   ASSERT_TRUE(salvaged.ok());
   disk.fail_kind(DiskCall::create, EIO);
-  ManualClock clock;
+  hil::test::SimulatedClock clock;
   LiveWorld world(3, sample.history, 1 << 14, salvaged.value());
   EXPECT_FALSE(Writer::start(disk, clock, world.ring(), world, {}, start_after(salvaged.value(), 1)).ok());
   disk.fail_kind(DiskCall::create, 0);
@@ -281,7 +281,7 @@ class EndWithinRecords : public testing::Test {
   }
 
   SimulatedDisk disk{1};
-  ManualClock clock;
+  hil::test::SimulatedClock clock;
   NoWorld source;
 };
 

@@ -2,17 +2,17 @@
 
 #include <cstring>
 
-#include "manual_clock.hpp"
 #include "rtstdb/log/segment_chain.hpp"
 #include "rtstdb/log/segment_walk.hpp"
 #include "rtstdb/log/writer.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/clock.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
 SampleLog make_sample(const SampleOptions& options) {
   SampleLog sample;
   hil::test::SimulatedDisk disk(options.seed);
-  ManualClock clock;
+  hil::test::SimulatedClock clock;
   LiveWorld world(options.seed, sample.history, 1 << 16);
   Recovered nothing = recover(disk).value();
   WriterOptions writer_options;

@@ -9,10 +9,10 @@
 #include <random>
 
 #include "live_world.hpp"
-#include "manual_clock.hpp"
 #include "rtstdb/log/version_range.hpp"
 #include "rtstdb/log/writer.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/clock.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
 
@@ -180,7 +180,7 @@ class Simulation {
   bool pruned_ = false;  // in some life
   std::mt19937_64 random_;
   SimulatedDisk disk_;
-  ManualClock clock_;
+  hil::test::SimulatedClock clock_;
   History history_{{{0, image_of(World{})}}, {0}};
   Version told_ = 0, told_in_life_ = 0;
   std::optional<Version> must_be_;

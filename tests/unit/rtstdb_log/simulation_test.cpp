@@ -1,10 +1,12 @@
 #include "simulation.hpp"
 
+#include "tests/support/rounds.hpp"
+
 namespace rtstdb::log::test {
 namespace {
 
 TEST(LogSimulation, EveryCrashLeavesAStateThatWasAndNothingToldIsLost) {
-  simulate(150);
+  simulate(hil::tests::rounds(150, 20'000));
 }
 
 }  // namespace

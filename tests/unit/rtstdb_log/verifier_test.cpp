@@ -10,12 +10,12 @@
 #include <fstream>
 #include <random>
 
-#include "manual_clock.hpp"
 #include "rtstdb/log/posix_disk.hpp"
 #include "rtstdb/log/writer.hpp"
 #include "sample_log.hpp"
 #include "tests/paths.h"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/clock.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
 namespace {
@@ -148,7 +148,7 @@ TEST_F(VerifierTest, ReadsWhatARealDiskHas) {
     auto opened = open_directory(directory(0));
     Disk& real = *opened.value();
     const Recovered recovered = recover(real).value();
-    ManualClock clock;
+    hil::test::SimulatedClock clock;
     LiveWorld world(life, history, 1 << 14, recovered);
     auto writer = Writer::start(real, clock, world.ring(), world,
                                 {.segment_bytes = 16384, .checkpoint_every_bytes = 10'000},

@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <iterator>
 
-#include "manual_clock.hpp"
 #include "rtstdb/log/writer.hpp"
 #include "sample_log.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/clock.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
 namespace {
@@ -280,7 +280,7 @@ TEST(LogStretch, MovesBehindACheckpointHaveItsTime) {
 
 TEST(LogStretch, NothingIsMadeUpWhereVersionsAreMissing) {
   SimulatedDisk disk(1);
-  ManualClock clock;
+  hil::test::SimulatedClock clock;
   History history;
   LiveWorld world(6, history, 2048);
   auto writer =

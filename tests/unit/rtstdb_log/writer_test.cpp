@@ -375,7 +375,7 @@ TEST_F(WriterTest, RecordingNeitherAllocatesNorCallsTheDiskWhileItStalls) {
 
 TEST(LogThreads, OneCommitsOneWritesAndOthersLookOn) {
   SimulatedDisk disk(1);
-  ManualClock clock;
+  hil::test::SimulatedClock clock;
   History history;
   LiveWorld world(9, history, 1 << 20);
   auto started =

@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "live_world.hpp"
-#include "manual_clock.hpp"
 #include "rtstdb/log/writer.hpp"
-#include "tests/support/simulated_disk.hpp"
+#include "tests/support/simulation/clock.hpp"
+#include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
 
@@ -47,7 +47,7 @@ class WriterTest : public testing::Test {
   }
 
   SimulatedDisk disk{1};
-  ManualClock clock;
+  hil::test::SimulatedClock clock;
   History history;
   LiveWorld world;
   std::unique_ptr<Writer> writer;

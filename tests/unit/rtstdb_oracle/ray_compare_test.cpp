@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "scene.hpp"
+#include "tests/support/rounds.hpp"
 
 namespace rtstdb::oracle {
 namespace {
@@ -96,9 +97,9 @@ class FloatTracer {
 };
 
 TEST(CompareRay, AnHonestFloatTracerPasses) {
-  int too_close = 0;
-  int hits = 0;
-  constexpr int rounds = 5;
+  std::uint64_t too_close = 0;
+  std::uint64_t hits = 0;
+  const std::uint64_t rounds = hil::tests::rounds(5);
   constexpr int rays = 4000;
   for (std::uint64_t round = 0; round < rounds; ++round) {
     const Scene scene = crowd(20 + round, 40);

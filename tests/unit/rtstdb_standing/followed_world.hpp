@@ -10,21 +10,13 @@
 #include "rtstdb/standing/follower.hpp"
 #include "rtstdb/transaction/engine.hpp"
 #include "rtstdb/transaction/monotonic_clock.hpp"
+#include "tests/support/simulation/no_queries.hpp"
 
 namespace rtstdb::standing::test {
 
 inline WorldTime at_ns(std::int64_t ns) {
   return world_time_ns(ns);
 }
-
-/// An executor that executes no query: standing queries need none.
-class NoDevice final : public query::Executor {
- public:
-  query::RunReport run(const query::RowSource&, std::span<const query::Request>, const query::TimeSpan&,
-                       query::ExecutorCallbacks*) noexcept override {
-    return {};
-  }
-};
 
 class FollowedWorld {
  public:
@@ -55,7 +47,7 @@ class FollowedWorld {
 
  private:
   transaction::MonotonicClock clock_;
-  NoDevice device_;
+  hil::test::NoQueries device_;
   std::vector<TriangleMesh> meshes_;
   transaction::Engine engine_;
   std::unique_ptr<Follower> follower_;

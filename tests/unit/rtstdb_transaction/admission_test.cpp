@@ -5,7 +5,7 @@
 #include <random>
 #include <thread>
 
-#include "simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "allocation_count.hpp"
-#include "simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include "simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {

@@ -1,5 +1,7 @@
 // What the engine offers beside transactions.
 
+#include "tests/support/simulation/engine.hpp"
+
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/resource.h>
@@ -7,7 +9,6 @@
 #include <thread>
 
 #include "rtstdb/transaction/monotonic_clock.hpp"
-#include "simulated.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "rtstdb/transaction/monotonic_clock.hpp"
-#include "simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {

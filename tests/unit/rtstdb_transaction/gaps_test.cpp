@@ -9,7 +9,7 @@
 #include <thread>
 #include <tuple>
 
-#include "simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <thread>
 
-#include "simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <rtstdb/limits.hpp>
 
-#include "simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {

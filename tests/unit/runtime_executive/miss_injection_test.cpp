@@ -158,13 +158,17 @@ TEST(MissInjection, HostPauseFoundByTheStallDetector) {
   run.spec.deadline_ns = 1 * ms;
   run.task.on_step = [&](const TickInfo& tick) {
     if (tick.tick != 5) return;
-    // Let the stall_detector fall asleep at an instant near this one, then stop both clocks for 40 ms and let
-    // it wake.
+    // Let the detector fall asleep at an instant near this one, then stop both clocks for 40 ms and let it
+    // wake.
+    const auto let_detector_look = [&] {
+      for (const int before = run.fake.probe.host_looks; run.fake.probe.host_looks < before + 4;)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    };
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    let_detector_look();
     run.fake.clock.advance(40 * ms);
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    let_detector_look();
   };
   run.run_and_expect(MissCause::host_pause, 39 * ms);
 }

@@ -6,6 +6,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/rounds.hpp"
+
 namespace hil::executive {
 namespace {
 
@@ -43,7 +45,7 @@ TEST(SpscRing, TwoThreadsPassEveryRecordInOrder) {
   struct Pair {
     std::uint64_t value, twice;
   };
-  constexpr std::uint64_t count = 200'000;
+  const std::uint64_t count = tests::rounds(200'000);
   SpscRing<Pair> ring(64);
   std::thread writer([&] {
     for (std::uint64_t i = 0; i < count;) {

@@ -68,18 +68,20 @@ TEST(Stop, ASignalEndsTheSleepOfALongTickAndAllThreadsAreJoined) {
   ExecutiveOptions options;
   options.clock = &clock;
   options.base_period_ns = 1'000'000'000;
-  std::atomic<bool> step_done{false};
+  std::atomic<bool> step_begun{false}, step_done{false};
   ScriptedTask own([&](const TickInfo&) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    step_begun = true;
+    while (!interrupted)
+      std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // longer than the end takes without it
     step_done = true;
   });
   Executive executive(options);
   executive.add_task(spec_of("own", 1, "own"), own);
   const pthread_t base = pthread_self();
   std::thread sender([&] {
-    while (executive.live().ticks_begun == 0)
+    while (executive.live().ticks_begun == 0 || !step_begun)
       std::this_thread::yield();
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
     pthread_kill(base, SIGINT);
   });
   const RunResult result = executive.run(interrupted);

@@ -34,7 +34,9 @@ TEST(Watchdog, CallsTheSafeStateOnceAndRecordsTheHang) {
   std::atomic<int> calls_during_hang{0};
   ScriptedTask task([&](const TickInfo& tick) {
     if (tick.tick != 50) return;
-    std::this_thread::sleep_for(milliseconds(450));
+    while (calls == 0)
+      std::this_thread::sleep_for(milliseconds(1));
+    std::this_thread::sleep_for(milliseconds(200));  // two more time-outs
     calls_during_hang = calls.load();
   });
   Executive executive(options);

@@ -9,6 +9,7 @@
 #include "io/can/dbc.hpp"
 #include "runtime/run/expectations.hpp"
 #include "runtime/run/wiring.hpp"
+#include "tests/support/rounds.hpp"
 #include "tests/unit/runtime_run/run_test.hpp"
 
 namespace hil::run {
@@ -315,9 +316,10 @@ TEST_F(CanWiring, AFileWithoutAnyMessageIsRefusedWithAPlace) {
 /// Whatever a damaged file holds, a scenario on it is wired, or refused with places.
 TEST_F(CanWiring, DamagedDatabasesAreWiredOrRefused) {
   std::mt19937_64 random(46);
-  int accepted = 0;
-  int refused = 0;
-  for (int round = 0; round < 2000; ++round) {
+  std::uint64_t accepted = 0;
+  std::uint64_t refused = 0;
+  const std::uint64_t rounds = tests::rounds(2000);
+  for (std::uint64_t round = 0; round < rounds; ++round) {
     std::string text = database;
     for (std::uint64_t changes = 1 + random() % 4; changes > 0; --changes) {
       const std::size_t at = random() % text.size();
@@ -347,8 +349,8 @@ TEST_F(CanWiring, DamagedDatabasesAreWiredOrRefused) {
       ASSERT_GE(mistake.place.line, 1U) << mistake.message << text;
     ++(is_wired ? accepted : refused);
   }
-  EXPECT_GT(accepted, 200);
-  EXPECT_GT(refused, 200);
+  EXPECT_GT(accepted, rounds / 10);
+  EXPECT_GT(refused, rounds / 10);
 }
 
 }  // namespace

@@ -1,0 +1,18 @@
+# Read by ctest: adds one test for each suite of a GoogleTest program. The cases of a suite run in one process, which shares what is
+# expensive to open; each leaves its result in RESULTS/<test>.json, from which tools/tally counts the cases.
+function(hil_add_suites program prefix filter results)
+  execute_process(COMMAND ${program} --gtest_list_tests "--gtest_filter=${filter}"
+    OUTPUT_VARIABLE listed RESULT_VARIABLE failed TIMEOUT 60)
+  if(failed)
+    add_test("${prefix}${program}" "${program}" --gtest_list_tests)  # fails, and says why
+    return()
+  endif()
+  string(REGEX MATCHALL "(^|\n)[A-Za-z0-9_/]+\\." suites "${listed}")
+  foreach(suite IN LISTS suites)
+    string(REGEX REPLACE "[\n.]" "" suite "${suite}")
+    set(test "${prefix}${suite}")
+    string(REPLACE "/" "_" file "${test}")
+    add_test("${test}" "${program}" "--gtest_filter=${suite}.*" "--gtest_output=json:${results}/${file}.json")
+    set_tests_properties("${test}" PROPERTIES ${ARGN})
+  endforeach()
+endfunction()

@@ -1,0 +1,17 @@
+#pragma once
+// An executor for databases without queries.
+
+#include "rtstdb/query/executor.hpp"
+
+namespace hil::test {
+
+class NoQueries final : public rtstdb::query::Executor {
+ public:
+  rtstdb::query::RunReport run(const rtstdb::query::RowSource&, std::span<const rtstdb::query::Request>,
+                               const rtstdb::query::TimeSpan&,
+                               rtstdb::query::ExecutorCallbacks*) noexcept override {
+    return {};
+  }
+};
+
+}  // namespace hil::test

@@ -1,0 +1,65 @@
+#pragma once
+// A disk behind which another one is, that keeps account of how long its calls take. The account may lie in memory that another process
+// reads when this one has been killed.
+//
+// Threads: one calls at a time; the account is anybody's.
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include <rtstdb/time.hpp>
+
+#include "rtstdb/log/disk.hpp"
+
+namespace hil::stress {
+
+class DiskAccount {
+ public:
+  /// In calls so far, and in the one that is under way.
+  rtstdb::Nanoseconds taken(rtstdb::ClockTime now) const noexcept;
+  void begins(rtstdb::ClockTime now) noexcept;
+  void ends(rtstdb::ClockTime now) noexcept;
+
+ private:
+  std::atomic<std::int64_t> finished_ns_{0};
+  std::atomic<std::int64_t> begun_ns_{0};  ///< 0: no call is under way
+};
+
+class TimedDisk final : public rtstdb::log::Disk {
+ public:
+  /// Account and clock outlive it, and its files.
+  TimedDisk(std::unique_ptr<rtstdb::log::Disk> disk, DiskAccount& account, const rtstdb::Clock& clock)
+      : disk_(std::move(disk)), timer_{account, clock} {}
+
+  template <class T>
+  using Result = rtstdb::log::DiskResult<T>;
+  using Fault = rtstdb::log::DiskFault;
+  Result<std::unique_ptr<rtstdb::log::DiskFile>> create(std::string_view name) override;
+  Result<std::unique_ptr<rtstdb::log::DiskFile>> open(std::string_view name) override;
+  Result<std::vector<std::string>> list() override;
+  Fault rename(std::string_view from, std::string_view to) override;
+  Fault remove(std::string_view name) override;
+  Fault sync_directory() override;
+  Result<std::unique_ptr<rtstdb::log::DiskLock>> lock(std::string_view name) override;
+
+ private:
+  struct Timer {
+    DiskAccount& account;
+    const rtstdb::Clock& clock;
+    template <class Call>
+    auto operator()(const Call& call) const {
+      account.begins(clock.now());
+      auto result = call();
+      account.ends(clock.now());
+      return result;
+    }
+  };
+  class File;
+
+  std::unique_ptr<rtstdb::log::Disk> disk_;
+  Timer timer_;
+};
+
+}  // namespace hil::stress

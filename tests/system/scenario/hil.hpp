@@ -1,0 +1,64 @@
+#pragma once
+// The program `hil`, scenarios to feed it with, and the folder of one test.
+
+#include <filesystem>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "tests/system/scenario/program.hpp"
+
+namespace hil::scenario_test {
+
+/// A built program's path: hil, hil-crossing-plc.
+std::string built(const std::string& program);
+/// configs/crossing/crossing.yaml of this checkout.
+std::string crossing();
+
+/// The words of `hil WORDS...`.
+std::vector<std::string> hil(std::vector<std::string> words);
+/// Runs it to its end.
+Ended run_hil(std::vector<std::string> words, const Environment& environment = {});
+
+/// Fewer beams: what a run needs that does not look at what the scanner sees.
+std::vector<std::string> few_beams();
+/// For runs in real time on machines that share their processors: a late tick is no hang, and ticks that are
+/// given up do not break the timing.
+std::vector<std::string> patient_watchdog();
+
+/// One command line of several parts.
+std::vector<std::string> joined(std::initializer_list<std::vector<std::string>> parts);
+
+std::string read_text(const std::filesystem::path& file);
+void write_text(const std::filesystem::path& file, const std::string& text);
+
+/// An empty folder, removed at the end unless the test has failed.
+class Folder {
+ public:
+  Folder();
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  const std::filesystem::path& path() const noexcept { return path_; }
+  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// A copy of the crossing's files to make mistakes in.
+class ScenarioCopy {
+ public:
+  ScenarioCopy();
+  std::string file() const { return folder_ / "crossing.yaml"; }
+  const Folder& folder() const noexcept { return folder_; }
+  /// Replaces the only occurrence of `from` in a file. The place of `marked` in the result, as hil tells
+  /// places: FILE:LINE:COLUMN with the file's full path.
+  std::string replace(const std::string& from, const std::string& to, const std::string& marked,
+                      const std::string& name = "crossing.yaml");
+
+ private:
+  Folder folder_;
+};
+
+}  // namespace hil::scenario_test

@@ -1,0 +1,130 @@
+// Runs in processes that get too little: memory, file descriptors, room for files. Each ends with an exit
+// code of its own and a report; no signal ends it, and the scenario is not blamed.
+
+#include <gtest/gtest.h>
+
+#include "tests/support/rounds.hpp"
+#include "tests/system/scenario/hil.hpp"
+#include "tests/system/scenario/run_files.hpp"
+
+namespace hil::scenario_test {
+namespace {
+
+/// The words of a command that runs within `ulimit OPTION VALUE`.
+std::vector<std::string> within(const char* option, std::uint64_t value,
+                                const std::vector<std::string>& words) {
+  const std::string shell =
+      "ulimit " + std::string(option) + " " + std::to_string(value) + " && exec \"$0\" \"$@\"";
+  return joined({{"bash", "-c", shell}, words});
+}
+
+std::size_t lines_of_hil(const std::string& errors) {
+  std::size_t count = 0;
+  for (std::size_t at = errors.find("hil run: "); at != std::string::npos;
+       at = errors.find("hil run: ", at + 1))
+    ++count;
+  return count;
+}
+
+/// Runs the crossing shortly within the limit. Whether it ran; else it has ended with 4 or 70, one sentence
+/// that names the limit, and a report that agrees.
+bool runs_within(const char* option, std::uint64_t value) {
+  SCOPED_TRACE(std::string("ulimit ") + option + " " + std::to_string(value));
+  const Folder folder;
+  const Ended ended =
+      Program(within(option, value,
+                     hil(joined({{"run", crossing(), "--duration", "0.2s", "--out", folder / "out"},
+                                 few_beams(),
+                                 patient_watchdog()}))))
+          .wait();
+  if (ended.code == 0 || ended.code == 1) {  // a run this short has too few answers
+    EXPECT_GT(read_report(folder / "out")["ticks"], 0);
+    return true;
+  }
+  EXPECT_TRUE(ended.code == 4 || ended.code == 70) << ended.code << ended.output << ended.errors;
+  EXPECT_EQ(lines_of_hil(ended.errors), 1U) << ended.errors;
+  EXPECT_NE(ended.errors.find(std::string("ulimit ") + option), std::string::npos) << ended.errors;
+  EXPECT_EQ(ended.output.find("ulimit"), std::string::npos) << "the reason is printed once: " << ended.output;
+  const auto report = read_report(folder / "out");
+  EXPECT_EQ(report["exit_code"], ended.code);
+  EXPECT_EQ(report["ticks"], 0);
+  EXPECT_NE(report["reason"].get<std::string>().find(std::string("ulimit ") + option), std::string::npos);
+  EXPECT_NE(read_text(folder / "out/junit.xml").find("<error "), std::string::npos);
+  return false;
+}
+
+const std::uint64_t memory_step_kib = tests::is_long() ? 7'000 : 290'000;
+const std::uint64_t descriptor_step = tests::is_long() ? 1 : 37;
+
+constexpr std::uint64_t min_memory_kib = 40'000;  // less does not take the program's libraries
+constexpr std::uint64_t enough_memory_kib = 8'000'000;
+
+TEST(Limits, TooLittleAddressSpaceEndsWithAReport) {
+  for (std::uint64_t kib = min_memory_kib; kib < 1'500'000; kib += memory_step_kib)
+    runs_within("-v", kib);
+  EXPECT_FALSE(runs_within("-v", 300'000));
+  EXPECT_TRUE(runs_within("-v", enough_memory_kib));
+}
+
+TEST(Limits, TooLittleDataEndsWithAReport) {
+  for (std::uint64_t kib = 5'000; kib < 600'000; kib += memory_step_kib)
+    runs_within("-d", kib);
+  EXPECT_FALSE(runs_within("-d", 100'000));
+  EXPECT_TRUE(runs_within("-d", enough_memory_kib));
+}
+
+TEST(Limits, TooFewDescriptorsEndWithAReport) {
+  for (std::uint64_t count = 9; count < 120; count += descriptor_step)
+    runs_within("-n", count);
+  EXPECT_FALSE(runs_within("-n", 24));
+  EXPECT_TRUE(runs_within("-n", 256));
+}
+
+TEST(Limits, ASoftLimitOfDescriptorsIsRaised) {
+  EXPECT_TRUE(runs_within("-S -n", 24));
+}
+
+TEST(Limits, FilesThatAreTooSmallEndWithAReport) {
+  for (const std::uint64_t kib : {100, 1000})
+    EXPECT_FALSE(runs_within("-f", kib));
+}
+
+/// The log of the database is refused first, then report.html; the files of a CI system are smaller.
+TEST(Limits, ReportsThatStillFitAreLeft) {
+  const Folder folder;
+  const Ended ended =
+      Program(within("-f", 8, hil(joined({{"run", crossing(), "--out", folder / "out"}, few_beams()}))))
+          .wait();
+  EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
+  EXPECT_EQ(read_report(folder / "out")["exit_code"], 4);
+  EXPECT_NE(read_text(folder / "out/junit.xml").find("<error "), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/report.html"));
+}
+
+TEST(Limits, AnInterruptedRunWithinALimitEndsInOrder) {
+  for (const int number : {SIGINT, SIGTERM}) {
+    const Folder folder;
+    Program run(
+        within("-v", enough_memory_kib,
+               hil(joined({{"run", crossing(), "--out", folder / "out"}, few_beams(), patient_watchdog()}))));
+    ASSERT_TRUE(eventually([&] {
+      return std::filesystem::exists(folder / "out/run.log") &&
+             read_text(folder / "out/run.log").find("the run begins") != std::string::npos;
+    }));
+    run.signal(number);
+    const Ended ended = run.wait();
+    EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
+    EXPECT_EQ(read_report(folder / "out")["exit_code"], 130);
+  }
+}
+
+TEST(Limits, ACommandWithoutAReportNamesTheLimitToo) {
+  const Ended ended = Program(within("-v", 600'000, hil({"doctor"}))).wait();
+  EXPECT_TRUE(ended.code == 70 || ended.code == 5 || ended.code == 0) << ended.output << ended.errors;
+  if (ended.code == 70) {
+    EXPECT_NE(ended.errors.find("hil doctor: memory ran out: "), std::string::npos) << ended.errors;
+  }
+}
+
+}  // namespace
+}  // namespace hil::scenario_test

@@ -1,0 +1,258 @@
+// A whole CAN device on a real vcan0, with can-utils as the other side and candump as the witness.
+
+#include "io/can/can_device.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "real_bus.hpp"
+#include "tests/paths.h"
+
+namespace hil::io::can {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+const Protection protection{"Counter", "Checksum"};
+
+CanDeviceConfig crossing_config() {
+  CanDeviceConfig config;
+  config.name = "car";
+  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
+  config.send.push_back({"EgoStatus", 0, 0, protection, {}});
+  config.send.push_back({"Object0", 0, 0, {}, {}});
+  config.send.push_back({"ObjectHeader", 0, 0, protection, {}});
+  config.receive.push_back({"BrakeCommand", 0, protection, {{"Deceleration", 0.5}}});
+  return config;
+}
+
+class RealDevice : public ::testing::Test {
+ protected:
+  void start(CanDeviceConfig config) {
+    device_ = std::make_unique<CanDevice>(std::move(config),
+                                          std::make_unique<SocketCanBus>(SocketCanConfig{"vcan0"}));
+    device_->start(clock_, Pacing::realtime);
+    samples_.resize(device_->inputs().size());
+    outputs_.resize(device_->outputs().size());
+  }
+  void TearDown() override {
+    if (device_) real_frames_seen += device_->counters().rx;
+  }
+  const Sample& latched(const std::string& name) {
+    device_->latch_inputs(samples_);
+    for (std::size_t index = 0; index < samples_.size(); ++index) {
+      if (device_->inputs()[index].name == name) return samples_[index];
+    }
+    ADD_FAILURE() << "no input " << name;
+    return samples_.front();
+  }
+  /// "300#..." as cansend takes it: a BrakeCommand with the next counter and a good checksum.
+  std::string brake_command(double deceleration_mps2) {
+    MessageEncoder::Tally tally;
+    const Frame frame =
+        encoder_.build(std::vector<double>{deceleration_mps2, 1.0, 0.0, 7.0, 0.0, 0.0}, tally);
+    encoder_.confirm_sent();
+    std::string line;
+    append_candump_line(line, frame, "x");
+    return line.substr(line.rfind(' ') + 1);
+  }
+  static void cansend(const std::string& frame) {
+    EXPECT_EQ(Tool({"cansend", "vcan0", frame}).finish(), 0) << frame;
+  }
+
+  const RunningClock clock_;
+  std::unique_ptr<CanDevice> device_;
+  std::vector<Sample> samples_;
+  std::vector<double> outputs_;
+  MessageEncoder encoder_{
+      *load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database.find_message("BrakeCommand"),
+      protection};
+};
+
+TEST_F(RealDevice, CansendFromOutsideReachesASignal) {
+  start(crossing_config());
+  EXPECT_EQ(latched("BrakeCommand.Deceleration").value, 0.5);
+  const RunTimeNs before = clock_.now_ns();
+  cansend(brake_command(6.25));
+  ASSERT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").fresh; }));
+  EXPECT_EQ(latched("BrakeCommand.Deceleration").value, 6.25);
+  EXPECT_EQ(latched("BrakeCommand.AnswerTo").value, 7.0);
+  EXPECT_GE(latched("BrakeCommand.Deceleration").time_ns, before - ms);
+  EXPECT_LE(latched("BrakeCommand.Deceleration").time_ns, clock_.now_ns() + ms);
+}
+
+TEST_F(RealDevice, TheWitnessSawTheFramesOfOurLogInTheSameOrder) {
+  const auto log_file = scratch("device.log");
+  CanDeviceConfig config = crossing_config();
+  config.log_file = log_file;
+  Witness witness;
+  start(std::move(config));
+  // Three generators of random frames (classic, extended, FD) beside our own sending.
+  Tool standard({"cangen", "vcan0", "-g", "1", "-n", "800", "-I", "r", "-L", "r"});
+  Tool extended({"cangen", "vcan0", "-g", "1", "-n", "800", "-e", "-R"});
+  Tool fd({"cangen", "vcan0", "-g", "1", "-n", "800", "-f", "-b"});
+  for (int tick = 0; tick < 700; ++tick) {
+    outputs_[0] = 0.01 * tick;
+    device_->release_outputs(outputs_, tick * ms);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(standard.finish(), 0);
+  EXPECT_EQ(extended.finish(), 0);
+  EXPECT_EQ(fd.finish(), 0);
+  std::uint64_t before = 0;
+  do {  // until the bus is quiet; a busy machine may lose frames before any socket sees them
+    before = device_->counters().rx;
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  } while (device_->counters().rx != before);
+  device_->stop();
+  const std::vector<LoggedFrame> seen = witness.log();
+  const CandumpLog log = read_candump_log(log_file);
+  EXPECT_TRUE(log.bad_lines.empty());
+  EXPECT_EQ(device_->counters().dropped + device_->counters().log_dropped, 0U);
+  EXPECT_EQ(device_->counters().tx, 3 * (700 - device_->counters().dropped_releases));
+  EXPECT_GT(device_->counters().tx, 300U);
+  EXPECT_GT(device_->counters().rx, 1200U);
+  ASSERT_EQ(log.frames.size(), seen.size());
+  for (std::size_t index = 0; index < seen.size(); ++index) {
+    ASSERT_TRUE(log.frames[index].frame.same_content(seen[index].frame)) << "frame " << index;
+    ASSERT_EQ(log.frames[index].frame.wall_ns, seen[index].frame.wall_ns) << "frame " << index;
+  }
+  std::filesystem::remove(log_file);
+}
+
+TEST_F(RealDevice, CanplayerPlaysOurLog) {
+  const auto log_file = scratch("play.log");
+  std::vector<Frame> frames;
+  {
+    CandumpLogWriter writer(log_file, "vcan0", CandumpLogWriter::WhenFull::wait);
+    for (std::uint32_t index = 0; index < 200; ++index) {
+      const std::array<std::uint8_t, 8> bytes{static_cast<std::uint8_t>(index), 2, 3, 4, 5, 6, 7, 8};
+      const canid_t id = index % 3 == 0 ? (0x18000000U + index) | CAN_EFF_FLAG : index;
+      Frame frame = make_frame(id, std::span(bytes).first(index % 9));
+      if (index % 10 == 5) frame = make_frame(id | CAN_RTR_FLAG, {});
+      frame.wall_ns = index * ms;
+      frames.push_back(frame);
+      writer.push(frame);
+    }
+  }
+  SocketCanBus bus({"vcan0"});
+  bus.open(clock_, Pacing::realtime);
+  EXPECT_EQ(Tool({"canplayer", "-t", "-I", log_file.string()}).finish(), 0);
+  const std::vector<Frame> seen = receive_count(bus, frames.size());
+  ASSERT_EQ(seen.size(), frames.size());
+  for (std::size_t index = 0; index < seen.size(); ++index)
+    EXPECT_TRUE(seen[index].same_content(frames[index])) << index;
+  std::filesystem::remove(log_file);
+}
+
+TEST_F(RealDevice, GarbageAndErrorFramesAreCountedAndHarmNothing) {
+  start(crossing_config());
+  const std::string good = brake_command(3.0);
+  cansend("300#00");
+  cansend("300#R");
+  cansend("7FF#1122");
+  cansend("300#0000000000000001");
+  cansend("20000040#0000000000000000");
+  cansend(good);
+  cansend(good);
+  ASSERT_TRUE(eventually([&] { return device_->counters().rx == 6 && device_->counters().errors == 1; }))
+      << device_->counters().rx << " " << device_->counters().errors;
+  const CanCounters counters = device_->counters();
+  EXPECT_EQ(counters.wrong_kind, 1U);
+  EXPECT_EQ(counters.unknown_id, 1U);
+  EXPECT_EQ(counters.bad_checksum, 2U) << "one of them is too short to carry it";
+  EXPECT_EQ(counters.bad_counter, 1U);
+  EXPECT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").value == 3.0; }));
+}
+
+/// The frame format is that of the database, on the wire too.
+TEST_F(RealDevice, AnFdMessageOfEightBytesGoesOutAsAnFdFrameWithItsBitRateSwitch) {
+  CanDeviceConfig config;
+  config.name = "car";
+  config.database = parse_dbc(
+                        "BO_ 256 FdShort: 8 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n"
+                        "BO_ 257 Classic: 8 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n"
+                        "BO_ 258 FdAnswer: 8 B\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" A\n"
+                        "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";\nBA_DEF_DEF_ \"CANFD_BRS\" \"1\";\n"
+                        "BA_ \"VFrameFormat\" BO_ 256 14;\nBA_ \"VFrameFormat\" BO_ 258 14;\n")
+                        .database;
+  config.send.push_back({"FdShort", 0, 0, {}, {}});
+  config.send.push_back({"Classic", 0, 0, {}, {}});
+  config.receive.push_back({"FdAnswer", 0, {}, {}});
+  Witness witness;
+  start(std::move(config));
+  outputs_ = {5.0, 6.0};
+  device_->release_outputs(outputs_, 0);
+  ASSERT_TRUE(eventually([&] { return device_->counters().tx == 2; }));
+  cansend("102#0900000000000000");
+  ASSERT_TRUE(eventually([&] { return device_->counters().wrong_kind == 1; }));
+  EXPECT_FALSE(latched("FdAnswer.V").fresh) << "a classic frame is another message";
+  cansend("102##10800000000000000");
+  ASSERT_TRUE(eventually([&] { return latched("FdAnswer.V").value == 8.0; }));
+  const std::vector<LoggedFrame> seen = witness.log();
+  ASSERT_GE(seen.size(), 2U);
+  EXPECT_TRUE(seen[0].frame.is_fd);
+  EXPECT_EQ(seen[0].frame.raw.flags & CANFD_BRS, CANFD_BRS);
+  EXPECT_EQ(seen[0].frame.raw.len, 8U);
+  EXPECT_FALSE(seen[1].frame.is_fd);
+}
+
+TEST_F(RealDevice, AnFdMessageOnAClassicInterfaceIsRefusedWhenTheBusOpens) {
+  CanDeviceConfig config;
+  config.name = "car";
+  config.database = parse_dbc("BO_ 256 Long: 12 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n").database;
+  shell("ip link set vcan0 down && ip link set vcan0 mtu 16 && ip link set vcan0 up");
+  for (const bool is_sent : {true, false}) {
+    CanDeviceConfig one = config;
+    if (is_sent) one.send.push_back({"Long", 0, 0, {}, {}});
+    if (!is_sent) one.receive.push_back({"Long", 0, {}, {}});
+    CanDevice device(std::move(one), std::make_unique<SocketCanBus>(SocketCanConfig{"vcan0"}));
+    std::string words = "it started";
+    try {
+      device.start(clock_, Pacing::realtime);
+    } catch (const DeviceError& error) {
+      words = error.what();
+    }
+    for (const char* part :
+         {"'Long' is a CAN FD message", "'vcan0' carries classic frames only (its MTU is 16)",
+          "ip link set vcan0 mtu 72", "fd on"})
+      EXPECT_NE(words.find(part), std::string::npos) << words;
+  }
+  CanDevice classic(std::move(config), std::make_unique<SocketCanBus>(SocketCanConfig{"vcan0"}));
+  EXPECT_NO_THROW(classic.start(clock_, Pacing::realtime));
+  classic.stop();
+  shell("ip link set vcan0 down && ip link set vcan0 mtu 72 && ip link set vcan0 up");
+}
+
+TEST_F(RealDevice, ALostInterfaceMakesInputsSafeAndComesBack) {
+  start(crossing_config());
+  cansend(brake_command(6.0));
+  ASSERT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").value == 6.0; }));
+  shell("ip link del vcan0");
+  ASSERT_TRUE(eventually([&] { return !latched("BrakeCommand.Deceleration").fresh; }));
+  EXPECT_EQ(latched("BrakeCommand.Deceleration").value, 0.5);
+  EXPECT_FALSE(device_->connected());
+  EXPECT_NE(device_->fault().find("'vcan0' is lost"), std::string::npos);
+  device_->release_outputs(outputs_, 0);
+  EXPECT_TRUE(eventually([&] { return device_->counters().send_errors == 3; }));
+  shell("ip link add dev vcan0 type vcan && ip link set vcan0 up");
+  ASSERT_TRUE(eventually([&] { return device_->connected(); }));
+  cansend(brake_command(2.0));
+  EXPECT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").value == 2.0; }));
+}
+
+TEST_F(RealDevice, AFullQueueIsCountedAndTheDeviceGoesOn) {
+  start(crossing_config());
+  shell("tc qdisc add dev vcan0 root netem delay 300ms limit 4");
+  for (int tick = 0; tick < 20; ++tick)
+    device_->release_outputs(outputs_, tick * ms);
+  EXPECT_TRUE(eventually([&] { return device_->counters().tx + device_->counters().no_buffer == 60; }));
+  EXPECT_EQ(device_->counters().tx, 4U);
+  EXPECT_EQ(device_->counters().no_buffer, 56U);
+  shell("tc qdisc del dev vcan0 root");
+  device_->release_outputs(outputs_, 20 * ms);
+  EXPECT_TRUE(eventually([&] { return device_->counters().tx == 7; }));
+}
+
+}  // namespace
+}  // namespace hil::io::can
