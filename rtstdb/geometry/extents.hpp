@@ -21,7 +21,7 @@
 namespace rtstdb {
 
 /// Of the bounds of all triangles of a mesh, entity frame: not of their corners alone, because a ray meets a triangle anywhere within its
-/// bounds (shaders/query/ray_triangle.glsl).
+/// bounds (shaders/query/ray/ray_triangle.glsl).
 struct Extents {
   Bounds bounds;  ///< exact; the 6 directions through the faces
   /// Extents seen from the middle of `bounds`, metres times the length of the direction, never too small. A direction has

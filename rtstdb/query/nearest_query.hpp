@@ -1,5 +1,5 @@
 #pragma once
-// The nearest query on the GPU. shaders/query/nearest.glsl searches, nearest_sign.comp gives distances their
+// The nearest query on the GPU. shaders/query/nearest/nearest.comp searches, nearest_sign.comp gives distances their
 // sign.
 
 #include <vector>

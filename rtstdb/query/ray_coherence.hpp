@@ -1,5 +1,5 @@
 #pragma once
-// Which batches are traced as packets (shaders/query/packet.glsl): those of a camera or a scanner, whose neighbouring rays look
+// Which batches are traced as packets (shaders/query/simd8/packet.glsl): those of a camera or a scanner, whose neighbouring rays look
 // from one place into nearly one direction. Answers do not depend on it, only what they take.
 
 #include <cstddef>

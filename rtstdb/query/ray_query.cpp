@@ -23,7 +23,7 @@ constexpr std::uint32_t rays_ahead = 64;
 /// Enough that it pays to have a second thread look at others meanwhile.
 constexpr std::uint32_t rays_per_block = 8192;
 
-/// From so many entities on rays gain by lanes that work for one another (shaders/query/work_sharing.glsl).
+/// From so many entities on rays gain by lanes that work for one another (shaders/query/simd8/work_sharing.glsl).
 constexpr std::uint32_t entities_for_crew = 16;
 
 /// Where others take the structures from under searches in so many passes, those are left incomplete.
@@ -98,7 +98,7 @@ Result<void> check_hits_per_ray(const RayQueryOptions& options) {
   return {};
 }
 
-/// What is left of a search that pauses (shaders/query/ray_pause.glsl).
+/// What is left of a search that pauses (shaders/query/ray/pause.glsl).
 constexpr std::size_t words_of_search(const RayQueryOptions& options) noexcept {
   const std::uint32_t hits = options.mode != RayMode::first ? 0 : options.hits_per_ray <= 4 ? 4 : 16;
   return shared::paused_ray_words + hits * shared::paused_hit_words;

@@ -1,5 +1,5 @@
 #pragma once
-// The ray query on the GPU. The caller's spans are what the device reads and writes: shaders/query/ray.glsl reads
+// The ray query on the GPU. The caller's spans are what the device reads and writes: shaders/query/ray/ray_buffers.glsl reads
 // rays and writes hits as they lie; this checks and dispatches.
 
 #include <array>

@@ -15,7 +15,7 @@ const uint max_rounds = 65000u;
 //
 // Lanes that have left a loop run along until the last has, and only what is chosen between at the end of an `if` is kept from
 // them: a value that the body computes outright and that is used behind the loop is the one of the last round, made from
-// what their variables were when they left. (Seen: region_triangles.glsl lost one entity in 1 of 10,000 answers.)
+// what their variables were when they left. (Seen: region_triangles.comp lost one entity in 1 of 10,000 answers.)
 
 // Lanes of one subgroup may use up each other's rounds, which no lane can count. TracedRay last of all, this tells: a loop of two
 // rounds makes only one when loops have stopped. `loop_probe` is 2, unknown to the compiler.

@@ -1,4 +1,4 @@
-// Rays of a camera's image come into a geometry by entries that a group of them shares (shaders/query/shared_entries.glsl): whatever the
+// Rays of a camera's image come into a geometry by entries that a group of them shares (shaders/query/simd8/shared_entries.glsl): whatever the
 // image, the world's place and what stands before it, the answers are those of lone rays.
 
 #include "rtstdb/query/ray_coherence.hpp"
