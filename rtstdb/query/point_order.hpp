@@ -14,7 +14,7 @@
 
 namespace rtstdb::query {
 
-/// Elements in such an order lie all over the memory: who goes through them has those called for that come soon after `place`.
+/// Prefetches the element that an iteration in this order reaches soon after `place`: such elements are scattered in memory.
 template <class Element>
 void call_ahead(std::span<Element> elements, std::span<const std::uint32_t> order,
                 std::size_t place) noexcept {

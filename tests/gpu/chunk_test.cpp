@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "rtstdb/query/ray_coherence.hpp"
-#include "rtstdb/query/spread.hpp"
+#include "rtstdb/query/ray/ray_coherence.hpp"
+#include "rtstdb/query/dispatch_layout.hpp"
 #include "tests/gpu/answer_words.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/random_questions.hpp"
@@ -122,7 +122,7 @@ class Chunks : public DatabaseTest {
   }
 
   Outcome run(const Asker& asker) {
-    const Outcome outcome = execute([&](Transaction& transaction) { asker.add_query(transaction); });
+    const Outcome outcome = execute([&](Transaction& transaction) { asker.ask(transaction); });
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     return outcome;
   }
@@ -314,7 +314,7 @@ TEST_F(Urgent, QueriesPassSearchesThatWillPause) {
     const auto column = static_cast<float>(i % 4), row = static_cast<float>(i / 4 % 3);
     many.push_back(ray_from({0.3f * column - 0.45f, 0.3f * row - 0.8f, 45.0f}, {0, 0, 1}, at_s(5.1)));
   }
-  ASSERT_FALSE(query::run_side_by_side(many));
+  ASSERT_FALSE(query::are_coherent(many));
   EXPECT_LT(median_wait(many, 200), std::chrono::milliseconds(5));
 }
 

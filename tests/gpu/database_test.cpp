@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "rtstdb/open_database.hpp"
-#include "rtstdb/query/ray_coherence.hpp"
+#include "rtstdb/query/ray/ray_coherence.hpp"
 
 namespace rtstdb::test {
 namespace {

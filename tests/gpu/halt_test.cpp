@@ -9,14 +9,15 @@
 #include <vector>
 
 #include "rtstdb/query/gpu_executor.hpp"
-#include "rtstdb/query/nearest_query.hpp"
-#include "rtstdb/query/overlap_query.hpp"
-#include "rtstdb/query/ray_query.hpp"
-#include "rtstdb/query/region_query.hpp"
+#include "rtstdb/query/nearest/nearest_query.hpp"
+#include "rtstdb/query/overlap/overlap_query.hpp"
+#include "rtstdb/query/ray/ray_query.hpp"
+#include "rtstdb/query/region/region_query.hpp"
 #include "tests/gpu/answer_words.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/gaps.hpp"
 #include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/prepare_on.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -65,7 +66,7 @@ class HaltedRuns : public testing::Test {
   template <class Query, class Options, class Fill>
   Asked prepare(Options options, std::uint32_t count, Fill fill) {
     options.capacity = most;
-    auto made = executor_->prepare<Query>(options);
+    auto made = prepare_on<Query>(*executor_, options);
     EXPECT_TRUE(made.ok());
     const std::shared_ptr<Query> query = std::move(made).value();
     Random random(72);

@@ -1,7 +1,7 @@
 // Rays of a camera's image come into a geometry by entries that a group of them shares (shaders/query/simd8/shared_entries.glsl): whatever the
 // image, the world's place and what stands before it, the answers are those of lone rays.
 
-#include "rtstdb/query/ray_coherence.hpp"
+#include "rtstdb/query/ray/ray_coherence.hpp"
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/random_scene.hpp"
 
@@ -106,7 +106,7 @@ TEST_F(SharedEntries, AnswerAsLoneRays) {
     const double far_m = seed % 3 == 0 ? 0.0 : seed % 3 == 1 ? 300.0 : 20'000.0;
     make(seed, far_m, {});
     const auto rays = image(seed, seed % 2 == 0 ? 320 : 509, 4000);
-    ASSERT_TRUE(query::run_side_by_side(rays)) << "seed " << seed;
+    ASSERT_TRUE(query::are_coherent(rays)) << "seed " << seed;
     const auto together = trace_all(rays);
     make(seed, far_m, {.lanes_work_together = false});
     const auto alone = trace_all(rays);
@@ -159,7 +159,7 @@ TEST_F(SharedEntries, AreThoseOfLoneRaysInAnyScene) {
             << "seed " << seed << ", mode " << mode << ", ray " << i << " of " << rays.size();
     }
     hit += static_cast<std::size_t>(std::ranges::count(hits[0], HitStatus::hit, &RayHit::status));
-    together += query::run_side_by_side(rays) ? rays.size() : 0;
+    together += query::are_coherent(rays) ? rays.size() : 0;
   }
   EXPECT_GT(together, 3'000u);
   EXPECT_GT(hit, 1'000u);
@@ -183,7 +183,7 @@ TEST_F(SharedEntries, HoldAHitAtTheEndOfARange) {
       rays.push_back(ray_from(glm::vec3(row.motion.q_world * glm::dvec3(0.0, 0.0, 1.5)),
                               glm::vec3(row.motion.q_world * d)));
     }
-    ASSERT_TRUE(query::run_side_by_side(rays));
+    ASSERT_TRUE(query::are_coherent(rays));
     const auto query = prepare_rays();
     const auto hits = trace(*query, rays);
     for (std::size_t i = 0; i < rays.size(); ++i) {

@@ -166,10 +166,13 @@ class Database {
   /// Allocates the query's buffers and runs its pipeline once, since drivers compile at the first dispatch. Here and in
   /// add_geometry, device_lost is an error only where another device does not take the lost one's place.
   /// Errors: capacity, out_of_memory, device_lost; bad_input for options that contradict one another.
-  virtual Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) = 0;
-  virtual Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) = 0;
-  virtual Result<std::unique_ptr<NearestQuery>> prepare(const NearestQueryOptions& options) = 0;
-  virtual Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) = 0;
+  template <class Options>
+  Result<std::unique_ptr<typename Options::Prepared>> prepare(const Options& options) {
+    auto query = prepare_query(options);
+    if (!query) return query.error();
+    return std::unique_ptr<typename Options::Prepared>(
+        static_cast<typename Options::Prepared*>(query.value().release()));
+  }
   /// Registers a standing query: the membership in the latest version or a later one, and from then on who comes and goes. Errors:
   /// bad_input for a question that one-shot queries refuse too or that nobody can be in for any time, for a carrier or an excluded entity
   /// that does not live, for k or a ring's capacity out of range; out_of_memory.
@@ -238,6 +241,10 @@ class Database {
   virtual ShapeCounts shape_counts() const noexcept = 0;
   virtual StandingCounts standing_counts() const noexcept = 0;
   virtual Health health() const = 0;
+
+ private:
+  /// A query of the options' class.
+  virtual Result<std::unique_ptr<Query>> prepare_query(const AnyQueryOptions& options) = 0;
 };
 
 }  // namespace rtstdb

@@ -27,6 +27,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <variant>
 
 #include <rtstdb/entity.hpp>
 
@@ -71,6 +72,8 @@ class Query {
 };
 
 // ---- ray
+
+class RayQuery;
 
 enum class RayMode : std::uint8_t {
   closest,  ///< the hit with the smallest lambda
@@ -118,6 +121,7 @@ struct RayHit {
 };
 
 struct RayQueryOptions {
+  using Prepared = RayQuery;
   std::string name{};  ///< shown in reports
   std::uint32_t capacity = 0;
   RayMode mode = RayMode::closest;
@@ -150,6 +154,8 @@ class RayQuery : public Query {
 };
 
 // ---- region
+
+class RegionQuery;
 
 /// What a region finds. Entities without geometry are never found.
 enum class RegionLevel : std::uint8_t {
@@ -213,6 +219,7 @@ struct RegionAnswer {
 };
 
 struct RegionQueryOptions {
+  using Prepared = RegionQuery;
   std::string name{};
   std::uint32_t capacity = 0;  ///< regions in a batch
   RegionLevel level = RegionLevel::bounds;
@@ -228,6 +235,8 @@ class RegionQuery : public Query {
 };
 
 // ---- nearest
+
+class NearestQuery;
 
 /// What the distance is measured to.
 enum class NearestTarget : std::uint8_t {
@@ -279,6 +288,7 @@ struct NearestAnswer {
 /// or not their corners are shared by index. A point lies inside where the surface winds around it, whichever
 /// way its fronts face. Of an open geometry no sign is known: its distances are answered without one.
 struct NearestQueryOptions {
+  using Prepared = NearestQuery;
   std::string name{};
   std::uint32_t capacity = 0;  ///< points in a batch
   NearestTarget target = NearestTarget::surface;
@@ -295,6 +305,8 @@ class NearestQuery : public Query {
 
 // ---- overlap
 
+class OverlapQuery;
+
 /// Which entities' oriented bounds overlap (touching counts) the given entity's at time t: the broad phase of
 /// the paper's Intersection Query. The entity itself is never in its answer; it has to have a geometry (no_geometry).
 struct Overlap {
@@ -307,6 +319,7 @@ struct Overlap {
 using OverlapAnswer = RegionAnswer;
 
 struct OverlapQueryOptions {
+  using Prepared = OverlapQuery;
   std::string name{};
   std::uint32_t capacity = 0;
   std::uint32_t ids_per_entity = 64;  ///< 0: the query only counts, which is faster
@@ -318,6 +331,22 @@ class OverlapQuery : public Query {
   virtual std::span<Overlap> overlaps() noexcept = 0;
   virtual std::span<const OverlapAnswer> answers() const noexcept = 0;
 };
+
+// ---- every kind
+
+namespace detail {
+template <class First, class... Rest>
+struct VariantOfRest {
+  using type = std::variant<Rest...>;
+};
+}  // namespace detail
+
+/// The options of a query of any kind (rtstdb/query_kinds.def).
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) , Class##Options
+using AnyQueryOptions = detail::VariantOfRest<void
+#include <rtstdb/query_kinds.def>
+                                              >::type;
+#undef QUERY_KIND
 
 const char* to_string(LatePolicy policy) noexcept;
 const char* to_string(RayMode mode) noexcept;

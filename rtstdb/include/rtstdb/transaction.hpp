@@ -237,10 +237,7 @@ class Transaction {
 
   /// Asks the first `count` elements of the query's input span. Zero is allowed and answers nothing. Once per
   /// query: its answers have one place (a second time is misuse).
-  virtual void add_query(RayQuery& query, std::uint32_t count) noexcept = 0;
-  virtual void add_query(RegionQuery& query, std::uint32_t count) noexcept = 0;
-  virtual void add_query(NearestQuery& query, std::uint32_t count) noexcept = 0;
-  virtual void add_query(OverlapQuery& query, std::uint32_t count) noexcept = 0;
+  virtual void add_query(Query& query, std::uint32_t count) noexcept = 0;
 
   /// After the outcome: the id of a created entity; invalid when the transaction came to nothing.
   virtual EntityId created(std::uint32_t ordinal) const noexcept = 0;

@@ -1,4 +1,4 @@
-#include "rtstdb/query/ray_coherence.hpp"
+#include "rtstdb/query/ray/ray_coherence.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ bool is_packet(std::span<const Ray> group) noexcept {
 
 }  // namespace
 
-bool run_side_by_side(std::span<const Ray> rays) noexcept {
+bool are_coherent(std::span<const Ray> rays) noexcept {
   const std::size_t groups = rays.size() / rays_per_packet;
   const std::size_t seen = std::min(groups, max_groups_seen);
   std::size_t packets = 0;

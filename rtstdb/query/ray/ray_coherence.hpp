@@ -15,6 +15,6 @@ inline constexpr std::size_t rays_per_packet = 8;
 /// within 0.04 rad of the first one's. Looks at up to 64 groups, which stand as far apart as they can. Fewer than eight rays
 /// do not.
 /// Thread rule: any thread. Does not allocate.
-bool run_side_by_side(std::span<const Ray> rays) noexcept;
+bool are_coherent(std::span<const Ray> rays) noexcept;
 
 }  // namespace rtstdb::query
