@@ -1,24 +1,24 @@
 #ifndef RTSTDB_COMMON_LOOPS_GLSL
 #define RTSTDB_COMMON_LOOPS_GLSL
 
-// Lavapipe lets a subgroup make 65,535 rounds through loops, all its loops and lanes taken together; from then on every loop
-// stops after one round, without a word. A search counts its own rounds, so that a lane on its own stops here first: each
-// loop that is come by counts at least one round, since on lavapipe an empty one makes one too.
+// Lavapipe limits a subgroup to 65,535 loop iterations, over all its loops and lanes; after that every loop silently stops
+// after one iteration. So a search counts its own iterations, as `rounds`, and a lane by itself stops at max_rounds first. Each
+// loop counts at least one round, since on lavapipe an empty loop makes one too.
 const uint max_rounds = 65000u;
 
-// Searches end their loops where the condition stands (`do ... while`): a condition before the body costs a round more, in which all
-// that the loop holds runs for nobody. Mesa 22.3's lavapipe then needs the condition once more, around what the body changes:
+// Loops of searches have their condition at the end (`do ... while`): a condition before the body costs one more round, in which
+// the body runs without effect. Mesa 22.3's lavapipe then needs the condition a second time, around what the body changes:
 //
 //   do {
 //     if (condition) { ... }
 //   } while (condition);
 //
-// Lanes that have left a loop run along until the last has, and only what is chosen between at the end of an `if` is kept from
-// them: a value that the body computes outright and that is used behind the loop is the one of the last round, made from
-// what their variables were when they left. (Seen: region_triangles.comp lost one entity in 1 of 10,000 answers.)
+// Lanes that have left a loop still run its body until the last lane leaves. Lavapipe protects only values that are selected at
+// the end of an `if`: a value that the body computes unconditionally and that is used after the loop would be that of the last
+// round, computed from the variables that such lanes had when they left.
 
-// Lanes of one subgroup may use up each other's rounds, which no lane can count. TracedRay last of all, this tells: a loop of two
-// rounds makes only one when loops have stopped. `loop_probe` is 2, unknown to the compiler.
+// Lanes of one subgroup share the limit of rounds, and no lane can count those of others. Called at the end, this finds out
+// whether loops have stopped: a loop of two rounds then makes only one. `loop_probe` is 2, unknown to the compiler.
 bool loops_still_turn(uint loop_probe) {
   uint rounds = 0u;
   for (uint k = 0u; k < loop_probe; ++k) ++rounds;

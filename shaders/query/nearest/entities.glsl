@@ -1,19 +1,19 @@
 // The search for entities by their centres or bounds, which needs the TLAS alone. Part of nearest.comp.
 //
-// Node by node: its entities at once, then the nearest of its inner children; the others wait as a group, and are measured anew
-// when their turn comes, by a reach that has become shorter, unless it has become too short for all of them.
+// Visits a node's entities at once, then its nearest inner child. The other children go on the stack as one group and are
+// measured again when the group is popped, with the reach of that time; a group that is out of reach as a whole is skipped.
 #ifndef RTSTDB_QUERY_NEAREST_ENTITIES_GLSL
 #define RTSTDB_QUERY_NEAREST_ENTITIES_GLSL
 
-// A group: children of one node that have not been looked at; the node in the upper 24 bits, below it one bit a child. One at most
-// waits for each level of the tree.
+// A group is the unvisited children of one node: the node in the upper 24 bits, below it one bit per child. The stack holds
+// at most one group per level of the tree.
 const uint stack_size = 96u;
 uint groups[stack_size];
-float squares[stack_size];  // of the distance to the nearest of each group
+float squares[stack_size];  // distance to the nearest child of each group, squared
 
 uint lowest_bit(uint mask) { return mask & (~mask + 1u); }
 
-// The exponent of a power of two is the place of its bit.
+// The exponent of a power of two is the index of its bit.
 uint place_of_bit(uint bit) { return (floatBitsToUint(float(int(bit))) >> 23) - 127u; }
 
 uint reference_in(MotionNode wide, uint slot) {
@@ -28,8 +28,8 @@ vec3 in_quanta(MotionNode wide, vec3 point) {
   return from * uintBitsToFloat(0x7F000000u - floatBitsToUint(wide.begin.quantum));
 }
 
-// The square of the distance to a child's box with what stands out of it, by its edges as they stand in the node. The greatest of floats
-// is found as that of whole numbers: they have the same order above zero, and what is below does not matter.
+// The squared distance to a child's box, enlarged by the node's overhang. Maxima of floats are taken as integers: positive
+// floats have the order of their bits, and negative values do not matter here.
 float child_square(MotionNode wide, uint k, vec3 from) {
   const vec3 lo = vec3(edge_at(wide, 0u, 0u, k), edge_at(wide, 1u, 0u, k), edge_at(wide, 2u, 0u, k));
   const vec3 hi = vec3(edge_at(wide, 0u, 2u, k), edge_at(wide, 1u, 2u, k), edge_at(wide, 2u, 2u, k));
@@ -37,7 +37,7 @@ float child_square(MotionNode wide, uint k, vec3 from) {
 #ifdef NEAREST_STILL
   const vec3 gap = intBitsToFloat(outside) * wide.begin.quantum;
 #else
-  // A part in a million for what the difference of two large ones loses.
+  // A relative 1e-6 for the cancellation in the difference of two large numbers.
   const vec3 gap = max(intBitsToFloat(outside) * wide.begin.quantum * 0.999999 - wide.overhang, vec3(0.0));
 #endif
   return dot(gap, gap);
@@ -94,15 +94,15 @@ void search_entities(NearestRecord record, vec3 point) {
           waiting_square = intBitsToFloat(min(floatBitsToInt(waiting_square), behind));
           nearest_square = nearer ? square : nearest_square;
         }
-        leaves &= wide.used;  // nothing counts as a leaf
+        leaves &= wide.used;  // an empty slot counts as a leaf
         look_at_entities(wide, leaves, record, point);
-        inner = nearest_square <= box_limit ? inner : 0u;  // the entities may have shortened the reach
+        inner = nearest_square <= box_limit ? inner : 0u;  // the entities above may have shortened the reach
         nearest &= inner;
         const uint rest = (group & ~0xFFu) | (inner ^ nearest);
         groups[depth] = rest;
         squares[depth] = waiting_square;
         depth += (rest & 0xFFu) != 0u ? 1u : 0u;
-        // One group a round: a loop over all that have fallen out of reach costs more than they do.
+        // One group per iteration: an inner loop over groups out of reach costs more than it saves.
         depth -= depth != 0u && squares[max(depth, 1u) - 1u] > box_limit ? 1u : 0u;
         const uint waiting = groups[max(depth, 1u) - 1u];
         const bool pop = inner == 0u;

@@ -1,17 +1,17 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The search of every nearest query: down the nearest box first, passing over what lies beyond the k-th best so far. At the
-// leaves of the TLAS stands the entity at the query's own instant. See rtstdb/query.hpp for what the fields mean.
+// The search of every nearest query: depth first, the nearest box first, skipping what lies beyond the k-th best distance so
+// far. At the leaves of the TLAS, entities have their pose at the query's own time. rtstdb/query.hpp defines the fields.
 //
-// Where triangles are looked for, a round of each loop looks at one node at most and at one leaf at most: lanes that wait for
-// others to come to a leaf are most of the cost of a loop over nodes alone, since they come by leaves at very different times.
+// In searches for triangles, one iteration of a loop visits at most one node and at most one leaf. Lanes reach leaves at
+// different times, and in a loop over nodes alone most of the cost would be lanes that wait for others to reach a leaf.
 //
 // Macros: LIST_SIZE, the largest k, and one of these:
 //   NEAREST_CENTER, NEAREST_BOUNDS   entities by the centre of their bounds, or by the bounds; only the TLAS is searched
 //   NEAREST_SURFACE                  entities by their nearest triangle
 //   NEAREST_TRIANGLE                 triangles
-// NEAREST_STILL, with NEAREST_CENTER: all ask at one instant, to which the slot's window has shrunk.
+// NEAREST_STILL, with NEAREST_CENTER: all points have the same time, and the slot's window is that instant.
 #if defined(NEAREST_CENTER) || defined(NEAREST_BOUNDS)
 #define NEAREST_ENTITY
 #endif
@@ -51,7 +51,7 @@ uint depth = 0u;
 uint rounds = 0u;
 bool cut_short = false;
 
-// Nothing beyond `reach` matters any more; for boxes, squared and with what rounding may take from a box's distance.
+// The search skips what lies beyond `reach`. `box_limit`: its square, enlarged by the rounding error of box distances.
 float reach;
 float box_limit;
 
@@ -60,9 +60,9 @@ void set_reach(float distance) {
   box_limit = distance * distance * (1.0 + 2e-6);
 }
 
-// ---- what was found so far, in order
+// ---- the k best so far, in order
 
-// An instance stands where its entity's index does among the others, so its place decides ties.
+// Instances are ordered by entity index, so the instance number decides ties.
 struct Candidate {
   float distance;
   uint instance;
@@ -91,9 +91,8 @@ Candidate chosen(bool first, Candidate a, Candidate b) {
 }
 #endif
 
-// All of it is moved at every offer, by constant places: vectors in registers, where a list of changing length would be
-// memory that each lane walks by itself. What is over of a list for less than LIST_SIZE is taken up by nearer ones that are
-// not there.
+// Each insertion moves the whole list by constant indices, so the list stays in registers; a list of variable length would
+// be memory that each lane indexes separately. For k below LIST_SIZE, entries with a negative distance fill the front.
 Candidate list[LIST_SIZE];
 
 void clear_list() {
@@ -103,11 +102,11 @@ void clear_list() {
 }
 
 void offer(Candidate candidate) {
-  // What is out of reach passes by the whole list.
+  // A candidate out of reach is inserted behind everything.
   const bool in_reach = candidate.distance <= reach;
   candidate.distance = in_reach ? candidate.distance : nowhere;
   candidate.instance = in_reach ? candidate.instance : no_entity;
-  // The list is in order, so what the candidate comes before moves on: comparing waits for nothing, only moving does.
+  // The list is sorted, so the comparisons do not depend on one another; only the moves do.
   Candidate carried = candidate;
   [[unroll]] for (uint j = 0u; j < LIST_SIZE; ++j) {
     const Candidate before = list[j];
@@ -147,7 +146,7 @@ uint unless_full(uint nearest) {
   return full ? ref_none : nearest;
 }
 
-// The child whose box is nearest; the others that are in reach wait on the stack.
+// Returns the child whose box is nearest and pushes the others within reach.
 uint nearest_entity_child(uint node, float share, vec3 point) {
   const MotionNode wide = fetch_motion_node(tlas, node, share);
   uint nearest = ref_none;
@@ -160,7 +159,7 @@ uint nearest_entity_child(uint node, float share, vec3 point) {
   return unless_full(nearest);
 }
 
-// The same for the boxes of a geometry, stretched by `scale`.
+// The same for the boxes of a geometry, scaled by `scale`.
 uint nearest_triangle_child(uint node, vec3 scale, vec3 point) {
   const WideNode wide = fetch_wide_node(nodes, node);
   uint nearest = ref_none;
@@ -173,7 +172,7 @@ uint nearest_triangle_child(uint node, vec3 scale, vec3 point) {
   return unless_full(nearest);
 }
 
-// What waits above `bottom` and is still in reach, or none.
+// Pops the next reference above `bottom` that is within reach, or ref_none.
 uint next_waiting(uint bottom) {
   uint next = ref_none;
   if (depth > bottom) do {
@@ -192,7 +191,7 @@ bool is_inner(uint reference) { return (reference & ref_leaf_bit) == 0u; }
 // ---- leaves
 
 #ifdef NEAREST_STILL
-// From the point to where the entity's centre is. At one instant there are no late instances, and `place` is the entity's own.
+// From the point to the entity's centre. At one instant all instances have one epoch, and `place` is the instance itself.
 vec3 offset_to_center(uint place, vec3 point) {
   precise vec3 offset = texelFetch(centers, int(place * still_center_texels)).xyz - point;
   return offset;
@@ -223,7 +222,7 @@ TrianglePoint nearest_on_slot(uint slot, vec3 scale, vec3 point, out uint triang
 
 void search_triangles(Instance i, uint root, uint place, vec3 point) {
 #ifdef NEAREST_SURFACE
-  // Only the nearest of the entity's triangles will be offered.
+  // Only the nearest triangle of the entity is inserted.
   const float reach_before = reach;
   Candidate own = Candidate(reach, no_entity, 0u, 0u);
 #endif
@@ -348,7 +347,7 @@ void main() {
   const uint index = place_of_invocation(args.first, args.per_group);
   if (index >= args.end) return;
   if (is_left(args.halt, index + args.halt_from)) {
-    counts[points[index].place] = NearestCount(0u, 0u);  // no neighbor that needs a sign
+    counts[points[index].place] = NearestCount(0u, 0u);  // the sign pass finds no neighbor
     return;
   }
   const NearestRecord record = points[index];

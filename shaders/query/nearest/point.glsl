@@ -23,7 +23,7 @@ TracedRay asked_of(samplerBuffer instances, NearestRecord record) {
   return asked;
 }
 
-// A point in the frame of an entity, turned but not stretched: there lengths are the world's, whatever the scale.
+// A point in the frame of an entity, rotated but not scaled, so that lengths are those of the world.
 vec3 into_frame(Instance i, vec4 q, int t_ns, vec3 point) {
   return rotate(conjugate(q), point - position_of(i, t_ns));
 }

@@ -1,14 +1,14 @@
-// What is left of a ray's search, kept from one dispatch to the next, so that a ray asked again takes as many rounds as it needs. What it
-// finds does not depend on where it pauses: its way is the same one.
+// Saves the state of a ray's search at the end of a dispatch and restores it in the next, so that a retried ray may take any
+// number of iterations. A search visits the same nodes in the same order wherever it pauses, so its result is the same.
 //
-// Include behind traverse.glsl and ray_buffers.glsl, with RAY_PAUSES defined.
+// Included after traverse.glsl and ray_buffers.glsl, with RAY_PAUSES defined.
 #ifndef RTSTDB_QUERY_RAY_PAUSE_GLSL
 #define RTSTDB_QUERY_RAY_PAUSE_GLSL
 
 layout(set = 0, binding = 8) uniform usamplerBuffer again;
 layout(set = 0, binding = 9, scalar) buffer PausedBuffer { uint paused[]; };
 
-// A ray that is asked again, and whether it begins at this and does not go on.
+// A retried ray, and whether its search begins instead of going on.
 uint retry_word(uint place) { return texelFetch(again, int(place >> 2))[place & 3u]; }
 uint retried_ray(uint place) { return retry_word(place) & ~ray_begins_bit; }
 bool begins_again(uint place) { return (retry_word(place) & ray_begins_bit) != 0u; }
@@ -19,7 +19,7 @@ const uint list_words = paused_hit_words * RAY_LIST;
 const uint list_words = 0u;
 #endif
 
-// Where that of the ray at a place of `again` begins: with 0 when nothing is left of it.
+// Where the saved search of the ray at a place of `again` begins; its first word is 0 when the search has ended.
 uint pause_at(uint place) { return place * (paused_ray_words + list_words); }
 
 void carry_over(bool resumes, inout uint at, inout uint word) {
@@ -34,7 +34,7 @@ void carry_over(bool resumes, inout uint at, inout float number) {
   number = uintBitsToFloat(word);
 }
 
-// Writes a search down, or brings it back, word by word.
+// Saves a search, or restores it, word by word.
 void pause_or_resume(bool resumes, uint place, inout TraversalState state) {
   uint at = pause_at(place);
   uint left = 1u;

@@ -1,10 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The body of the ray queries for rays by a lane each.
+// Ray queries, one ray per lane.
 //
-// Macros: RAY_ANY, RAY_MOVING as for ray_buffers.glsl, RAY_LIST as the largest number of hits of each, where that is more than
-// one. With RAY_MOVING they are what asks rays again that were cut short: in as many dispatches as it takes.
+// Macros:
+//   RAY_ANY     a ray stops at its first hit
+//   RAY_MOVING  rays have different times, or some move with a carrier; this variant also retries rays that were cut short,
+//               in as many dispatches as they take
+//   RAY_LIST=n  keeps up to n hits of each ray
 #ifdef RAY_MOVING
 #define RAY_PAUSES
 #endif
@@ -35,7 +38,7 @@ void answer_list(uint index, Found found, TracedRay ray) {
 
 void main() {
   const uint place = place_of_invocation(args.first, args.per_group);
-  // Who has no place runs along for the others of its subgroup, with a ray that there is.
+  // A lane without a ray of its own takes part in the loops of its subgroup with a copy of another ray.
   bool asks = place < args.end;
   if (asks && is_left(args.halt, place + args.halt_from)) asks = false;
   const uint kept_at = asks ? place : args.first;

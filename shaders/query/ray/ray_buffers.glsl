@@ -1,7 +1,7 @@
-// What the ray queries have in common: how a ray is read, and its hit written. See rtstdb/query.hpp for what the fields mean.
+// How every ray kernel reads a ray and writes its hit. rtstdb/query.hpp defines the fields.
 //
-// Include behind what goes through the trees (traverse.glsl, packet.glsl or work_sharing.glsl), with RAY_ANY defined for rays that stop at the
-// first hit, RAY_MOVING where they ask at different instants or some of them move with an entity.
+// Included after the traversal (traverse.glsl, simd8/packet.glsl or simd8/work_sharing.glsl). Macros: RAY_ANY, RAY_MOVING
+// (ray.comp).
 #include "common/exact_cross.glsl"
 #include "common/halt.glsl"
 #include "common/pairs.glsl"
@@ -11,8 +11,8 @@ layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer rays;
 layout(set = 0, binding = 6, scalar) writeonly buffer IncompleteBuffer {
   uint some_incomplete;
-  // A subgroup that goes through all rays of its group may leave some without an answer where loops have stopped (common/loops.glsl),
-  // to which its own count of rounds should not let it come.
+  // Set where loops have stopped (common/loops.glsl) in a subgroup that processes all rays of its group: some have no answer.
+  // The subgroup's own limit of iterations should prevent this.
   uint some_left;
   uint some_paused;
 };
@@ -26,7 +26,7 @@ float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 
 vec3 velocity_at(Instance i, int t_ns, vec3 point) { return i.v + cross(i.w, point - position_of(i, t_ns)); }
 
-// A ray as it is traced, in the world's frame. `unit`: what the caller's lambda is of this one's.
+// A ray in the world frame. `unit`: the caller's lambda per lambda of this ray.
 struct TracedRay {
   vec3 origin;
   vec3 direction;
@@ -65,8 +65,7 @@ TracedRay read_ray(uint index) {
     asked.v_origin = velocity_at(i, asked.t_ns, asked.origin);
   }
 #endif
-  // By a power of two, which changes no digit: whatever the direction's length, products of the search stay far from the ends of
-  // single precision.
+  // Scaled by a power of two, which is exact, so that no product of the search overflows or underflows for any direction.
   const uint exponent = floatBitsToUint(largest(asked.direction)) >> 23;
   asked.unit = uintBitsToFloat(254u - exponent << 23);
   asked.direction *= asked.unit;
@@ -82,7 +81,7 @@ void write_hit(uint place, Found found, TracedRay ray) {
   const int corners = int(found.slot * triangle_texels);
   const vec3 across = direction_across(triangle_texel(corners).xyz, triangle_texel(corners + 1).xyz,
                                        triangle_texel(corners + 2).xyz);
-  // Normals turn with the body and scale with the inverse. Lengths near one, so that no square vanishes.
+  // Normals rotate with the body and scale inversely. Lengths are brought near one first, so that no square underflows.
   const vec3 n = across / largest(across) / i.scale;
   const vec3 n_world = normalize(rotate(orientation_of(i, ray.t_ns), n / largest(n)));
   const vec3 v_relative_mps =
@@ -102,7 +101,7 @@ void write_hit(uint place, Found found, TracedRay ray) {
 
 void answer(uint place, Found found, TracedRay ray) {
 #ifdef RAY_ANY
-  // The rest of the hit stays as it was made.
+  // The rest of the hit keeps its initial value.
   store_pair(destination_of_hit(place), 0u, uvec2(found.status, 0u));
 #else
   write_hit(place, found, ray);

@@ -1,5 +1,5 @@
-// A ray in the frame of an entity, and where it meets a triangle there. Every kernel for rays makes both by these, so that an answer
-// has the same bits whichever of them has been asked.
+// A ray in the frame of an entity, and its intersection with a triangle there. All ray kernels use these functions, so an
+// answer has the same bits from any of them.
 #ifndef RTSTDB_QUERY_RAY_RAY_TRIANGLE_GLSL
 #define RTSTDB_QUERY_RAY_RAY_TRIANGLE_GLSL
 #include "common/instance.glsl"
@@ -8,19 +8,19 @@
 
 layout(push_constant, scalar) uniform Push { RayArgs args; };
 
-// A ray in the frame of what is being traversed.
+// A ray in the frame of the tree that is traversed.
 struct Segment {
   vec3
-      minus_o;  // not o: the compiler would push a negation into what o was made by, and make it anew at every visit
+      minus_o;  // not o: the compiler would move the negation into the expression for o and evaluate it at every visit
   vec3 d;
   vec3 inverse_d;
-  // For triangles: the axis along which the ray runs most, and what makes it the z axis (see test_corners).
+  // For triangles: the dominant axis of the direction, and the shear that makes the ray the z axis (see test_corners).
   uint axis;
   vec3 shear;
   uint octant;
-  uint order;         // in which a ray by itself visits children: by slot ^ order
-  uint group_bit[8];  // of the child in a slot: 1 << (slot ^ order)
-  // By so much rounding may move a corner, a box or the ray aside, in the frame of a geometry.
+  uint order;         // a single ray visits children in ascending slot ^ order
+  uint group_bit[8];  // of the child in each slot: 1 << (slot ^ order)
+  // Upper bound of the rounding error of corners, boxes and the ray, in the frame of a geometry.
   float blur_m;
 };
 
@@ -29,23 +29,23 @@ vec3 quantum_of(uvec4 head) {
               uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
 }
 
-// Of all that a node's boxes hold, seen from a ray's origin: what turns and moves it there, and tests it, loses less than this part of
-// how far away the farthest is along an axis.
+// Rounding error of the content of a node's boxes relative to the ray's origin, for its transformation and the tests: less
+// than this part of the largest distance along an axis.
 float blur_of(vec3 origin_from_ray, vec3 quantum) {
   const ivec3 farthest = floatBitsToInt(abs(origin_from_ray) + 255.0 * quantum);
   return 1e-6 * intBitsToFloat(max(max(farthest.x, farthest.y), farthest.z));
 }
 
 vec3 inverse_direction(vec3 d) {
-  // Beside the largest component so little is nothing, even over the width of a world; and its inverse times the coordinates of any
-  // box, which may lie far beyond the limit of positions when it is large or has moved for long, stays finite.
+  // Beside the largest component, a component this small moves the ray by nothing over the width of a world; and its inverse
+  // times the coordinates of any box stays finite, also for large or fast bodies far beyond the limit of positions.
   const float tiny = 1e-17 * max(max(abs(d.x), abs(d.y)), abs(d.z));
   const vec3 safe =
       mix(d, mix(vec3(tiny), vec3(-tiny), lessThan(d, vec3(0.0))), lessThan(abs(d), vec3(tiny)));
   return 1.0 / safe;
 }
 
-// Axes in turn, so that `axis` comes last.
+// Permutes the axes cyclically so that `axis` comes last.
 vec3 axis_last(vec3 p, uint axis) {
   const vec3 turned = axis == 0u ? p.yzx : p.zxy;
   return axis == 2u ? p : turned;
@@ -53,8 +53,8 @@ vec3 axis_last(vec3 p, uint axis) {
 
 uint octant_of(vec3 d) { return (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u); }
 
-// The order of slots that begins with the nearest child; where any hit will do, with the farthest one. A ray often
-// begins at a surface, or within the boxes of what is all around it: of those it crosses a part, but the farther ones from side to side.
+// The order of slots that begins with the nearest child or, where any hit is enough, with the farthest: a ray often begins
+// at a surface or inside near boxes, which it crosses in part, while it crosses farther ones from side to side.
 uint order_of(uint octant) {
 #ifdef RAY_ANY
   return octant ^ 7u;
@@ -80,7 +80,7 @@ Segment make_segment(vec3 minus_o, vec3 d, float blur_m) {
   return ray;
 }
 
-// In the world, where boxes are blurred node by node: an entity far away makes no other's wider.
+// A ray in the world, where each node has its own rounding bound, so that a far entity does not enlarge the boxes of others.
 Segment make_segment(vec3 minus_o, vec3 d) { return make_segment(minus_o, d, 0.0); }
 
 struct Found {
@@ -99,12 +99,12 @@ Found nothing_within(float lambda_max) {
   return Found(status_miss, lambda_max, 0.0, 0.0, no_entity, no_entity, 0u, 0u, false);
 }
 
-// A box that begins beyond holds nothing that is nearer or ties: rounding of the box, too, is covered. Not negative, so that it may be
-// compared as a whole number.
+// A box that begins beyond this lambda holds no hit that is nearer or ties; covers the rounding of boxes. Not negative, so
+// that it may be compared as an integer.
 float reach_of(Found best) { return max(best.lambda * 1.000001, 1e-37); }
 
-// The frame of an instance at `t_ns`, in which its geometry stands still. The direction is not normalised, so that lambda
-// means the same on both sides. `root`: the head of the geometry's first node.
+// The ray in the frame of an instance at `t_ns`. The direction is not normalised, so that lambda is the same in both frames.
+// `root`: the head of the geometry's first node.
 Segment enter_instance(Segment world, Instance i, int t_ns, uvec4 root) {
   const vec4 q = conjugate(orientation_of(i, t_ns));
   precise vec3 minus_o = position_of(i, t_ns) + world.minus_o;
@@ -113,8 +113,8 @@ Segment enter_instance(Segment world, Instance i, int t_ns, uvec4 root) {
                       blur_of(uintBitsToFloat(root.xyz) + minus_o_there, quantum_of(root)));
 }
 
-// Whether a hit takes the place of the best so far: the nearer one, of those that are as near the one with the lower entity, then
-// triangle. Where none has been found yet, it lies in the range.
+// Whether a hit replaces the best so far: the nearer one, then the lower entity, then the lower triangle. Without a best,
+// whether it lies in the range.
 bool precedes(float lambda, uint entity, uint triangle, Found best) {
   const bool nearer = lambda < best.lambda || best.status == status_miss || entity < best.entity ||
                       (entity == best.entity && triangle < best.triangle);
@@ -126,36 +126,36 @@ float greater_of(float a, float b) { return b > a ? b : a; }
 vec3 least(vec3 a, vec3 b) { return mix(a, b, lessThan(b, a)); }
 vec3 most(vec3 a, vec3 b) { return mix(a, b, greaterThan(b, a)); }
 
-// Whether all are above zero. Whole numbers have the order of floats that are, and -0 is none.
+// Whether all are above zero, compared as integers: positive floats have the order of their bits, and -0 is not positive.
 bool all_above(vec3 v) {
   const ivec3 bits = floatBitsToInt(v);
   return min(min(bits.x, bits.y), bits.z) > 0;
 }
 
-// Whether a triangle lies beside the ray, which is the z axis: to one side of it along x or y.
+// Whether a triangle lies to one side of the ray, which is the z axis, along x or y.
 bool beside(vec2 a, vec2 b, vec2 c) {
   const vec3 x = vec3(a.x, b.x, c.x);
   const vec3 y = vec3(a.y, b.y, c.y);
   return all_above(x) || all_above(-x) || all_above(y) || all_above(-y);
 }
 
-// Twice the area that the origin, p and q span; swapping p and q turns the sign and changes nothing else.
+// Twice the signed area of the triangle of the origin, p and q. Swapping p and q changes the sign alone.
 float edge_function(vec2 p, vec2 q) {
   precise float area = p.x * q.y - p.y * q.x;
   return area;
 }
 
-// Watertight (Woop, Benthin and Wald 2013): the corners are sheared so that the ray becomes the z axis, each by itself, hence
-// to the same point in every triangle that shares it; then the products of a shared edge are the same numbers for both its
-// triangles (`precise` keeps the compiler from fusing them), and no ray slips between. Edges belong to both. Corners are seen
-// from the ray's origin with an error that grows with their distance alone, however small the triangle.
+// Watertight test (Woop, Benthin and Wald 2013). Each corner is sheared by itself so that the ray becomes the z axis, so all
+// triangles that share a corner get the same point, and both triangles of an edge get the same products (`precise` keeps the
+// compiler from fusing them): no ray passes between them. An edge belongs to both. Corners are relative to the ray's origin,
+// with an error that grows with their distance alone, not with the size of the triangle.
 //
-// Of a triangle far beside the ray nothing is left of the edges' products but rounding, whatever its sign; so it is told by its
-// corners. A triangle that the ray meets has it between them, by the same numbers.
+// For a triangle far beside the ray, the edge products are rounding noise of either sign. Such a triangle is rejected by its
+// corners: the ray lies between the corners of every triangle that it hits, by the same numbers.
 //
-// And it is met within its own bounds, as the boxes around it are entered: so no box that is passed by, because it lies beyond the
-// nearest hit or the ends of the range, holds one that would have been taken, whoever else has entered it. Of a large triangle the
-// weights alone would put the hit before its bounds or behind.
+// The hit is clamped to the triangle's bounds, by the arithmetic with which boxes are entered. So a box that is skipped,
+// because it lies beyond the nearest hit or outside the range, holds no hit that another order of traversal would accept. For
+// a large triangle the barycentric weights alone may place the hit outside of the bounds.
 void test_corners(Segment ray, vec4 t0, vec4 t1, vec3 t2, uint slot, float lambda_min, float faces,
                   uint instance, uint entity, inout Found best) {
   const uint triangle = floatBitsToUint(t0.w);

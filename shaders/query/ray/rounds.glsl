@@ -1,14 +1,15 @@
-// How many rounds rays make in one dispatch: so many that few need a second one, and so few that others wait for about a millisecond
-// at the most (docs/decisions/0015).
+// Limits of loop iterations (rounds, common/loops.glsl) of rays in one dispatch: large enough that few rays need a second
+// dispatch, small enough that a dispatch takes about a millisecond at most.
 #ifndef RTSTDB_QUERY_RAY_ROUNDS_GLSL
 #define RTSTDB_QUERY_RAY_ROUNDS_GLSL
 #include "common/loops.glsl"
 
-// A subgroup's for each eight of its rays; what those leave is there for the next eight. Who is cut short is asked again, alone.
+// Of a subgroup, per eight rays; what eight rays leave unused is available to the next eight. A ray that is cut short is
+// retried by itself.
 const uint rounds_at_first = 2000u;
 
-// Of one that is asked again and goes on in another dispatch. Sixteen lanes, none of which can count what the others use up, come nowhere
-// near max_rounds together.
+// Of a retried ray, which goes on in another dispatch. No lane can count the rounds of others; sixteen lanes together stay far
+// below max_rounds.
 const uint rounds_at_once = 1000u;
 
 #endif

@@ -1,9 +1,9 @@
-// A ray seen from a node, and whether it enters a child's box.
+// A ray in the coordinates of a node, and whether it enters the box of a child.
 #ifndef RTSTDB_QUERY_RAY_SLABS_GLSL
 #define RTSTDB_QUERY_RAY_SLABS_GLSL
 #include "query/ray/ray_triangle.glsl"
 
-// Lambda of a plane is slope * quanta + offset.
+// Lambda at a plane is slope * quanta + offset.
 struct Slabs {
   vec3 slope;
   vec3 offset;
@@ -29,13 +29,13 @@ Slabs slabs_of(uvec4 head, Segment ray, float blur_m, float lambda_min, float li
   return slabs;
 }
 
-// Of a node of the entities' tree.
+// For a node of the TLAS.
 float blur_of(uvec4 head, Segment world) {
   return blur_of(uintBitsToFloat(head.xyz) + world.minus_o, quantum_of(head));
 }
 
-// Whether the ray enters the box between two corners, in quanta. Floats that are not negative are ordered as their bits;
-// negative ones come below all, which is all that is asked of them.
+// Whether the ray enters the box between two corners, in quanta. Compared as integers: floats that are not negative have the
+// order of their bits, and negative ones are below all of them.
 bool enters(Slabs slabs, vec3 near, vec3 far) {
   const ivec3 begin = floatBitsToInt(near * slabs.slope + slabs.offset);
   const ivec3 end = floatBitsToInt(far * slabs.far_slope + slabs.far_offset);
@@ -46,7 +46,7 @@ bool enters(Slabs slabs, vec3 near, vec3 far) {
 // Edge k of four in a word.
 float quanta_of(uint edges, uint k) { return float(int(edges >> 8u * k & 0xFFu)); }
 
-// While the window passes from one edge to the other.
+// An edge at a share of the window, between its positions at the begin and the end.
 float quanta_at(uint begin, uint end, uint k, float share) {
   const float from = quanta_of(begin, k);
   return from + share * (quanta_of(end, k) - from);

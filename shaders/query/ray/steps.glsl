@@ -1,9 +1,7 @@
-// The steps of a ray's search that a lane makes for one ray: child tests and pushes without branches, because masked lanes run a
-// branch's body anyway on lavapipe.
+// The steps of a search by one lane for one ray. Tests of children and pushes have no branches, since on lavapipe masked lanes
+// run the body of a branch anyway.
 //
-// Include with RAY_ANY defined for rays that stop at the first hit, RAY_MOVING where they ask at different instants,
-// RAY_LIST as the largest number of hits that is kept of each, where that is more than one, RAY_PAUSES where a search may go on in
-// another dispatch (pause.glsl).
+// Macros: RAY_ANY, RAY_MOVING, RAY_LIST (ray.comp); RAY_PAUSES where a search may go on in another dispatch (pause.glsl).
 #ifndef RTSTDB_QUERY_RAY_STEPS_GLSL
 #define RTSTDB_QUERY_RAY_STEPS_GLSL
 #include "query/ray/rounds.glsl"
@@ -15,7 +13,7 @@ layout(set = 0, binding = 1) uniform samplerBuffer triangles;
 layout(set = 0, binding = 2) uniform usamplerBuffer tlas;
 layout(set = 0, binding = 3) uniform samplerBuffer instances;
 
-// One group a level of a tree at most: a binary one has a level for each bit of a code (63) and of a place (32).
+// At most one group per level of a tree: a binary tree has at most a level for each bit of a code (63) and of a place (32).
 const uint stack_size = paused_ray_groups;
 
 Instance instance_at(uint index) { return fetch_instance(instances, index); }
@@ -32,7 +30,7 @@ void test_triangle(Segment ray, uint slot, float lambda_min, float faces, uint i
 }
 
 #ifdef RAY_LIST
-// The nearest hits so far, in order; where there is none, one beyond all. What a hit needs besides is found again at the end.
+// The nearest hits so far, in order; empty entries have an infinite lambda. The other fields of a hit are computed at the end.
 float list_lambda[RAY_LIST];
 uint list_entity[RAY_LIST];
 uint list_triangle[RAY_LIST];
@@ -71,14 +69,13 @@ void keep(Found one) {
 }
 #endif
 
-// A group: children of one node still to be visited; the node in the upper 24 bits, below it one bit a child, in the order in
-// which the ray visits them: bit i is slot i ^ order. One word, because a store to a place that differs from lane to lane is
-// dear on lavapipe.
-// Where one is full, whoever runs along writes to the place behind it.
+// A group is the children of one node that are still to be visited: the node in the upper 24 bits, below it one bit per child
+// in the order of visits: bit i is slot i ^ order. One word, because lavapipe stores lane by lane where the address differs
+// between lanes. The extra entry takes the writes of lanes that have no work when the stack is full.
 uint entity_stack[stack_size + 1u];
 uint geometry_stack[stack_size + 1u];
 
-// The edges of one axis, low ones of all children and then high ones, as those that the ray meets first and last.
+// The edges of all children along one axis: those that the ray meets first, and those that it meets last.
 struct Edges {
   uvec2 near;
   uvec2 far;
@@ -90,7 +87,7 @@ Edges edges_along(uvec4 edges, bool backwards) {
 
 float quanta_of(uvec2 edges, uint k) { return quanta_of(edges[k >> 2], k & 3u); }
 
-// Bits of slots as bits of a group.
+// Converts bits by slot to bits by order of visits.
 uint in_group_order(uint slots, uint order) {
   uint bits = slots;
   bits = (order & 1u) != 0u ? (bits & 0x55u) << 1 | (bits >> 1 & 0x55u) : bits;
@@ -98,15 +95,15 @@ uint in_group_order(uint slots, uint order) {
   return (order & 4u) != 0u ? (bits & 0x0Fu) << 4 | bits >> 4 : bits;
 }
 
-// `entered`: one bit of a group for each slot. `used`: the slots that have a child; the box of an empty one is inside out, which
-// a distant ray may not notice.
+// `entered`: the group's bit for each slot that the ray enters. `used`: the slots that have a child; the box of an empty slot is
+// inside out, but rounding may let a distant ray enter it.
 uint as_group(uint node, uint entered[8], uint used, uint order) {
   const uint mask = ((entered[0] | entered[1]) | (entered[2] | entered[3])) |
                     ((entered[4] | entered[5]) | (entered[6] | entered[7]));
   return node << 8 | (mask & in_group_order(used, order));
 }
 
-// The children of a node that the ray enters, as a group. `base`: the node's first texel.
+// The group of a node's children that the ray enters. `base`: the node's first texel.
 uint enter_children(usamplerBuffer of, int base, uint node, Segment ray, bool of_entities, float lambda_min,
                     float limit) {
   const uvec4 head = texelFetch(of, base);
@@ -132,7 +129,7 @@ float quanta_at(uvec2 begin, uvec2 end, uint k, float share) {
   return quanta_at(begin[k >> 2], end[k >> 2], k & 3u, share);
 }
 
-// The same for entities; `share`: of the window that has passed when the ray asks.
+// The same in the TLAS. `share`: the part of the window that has passed at the ray's time.
 uint enter_entities(uint node, float share, Segment ray, float lambda_min, float limit) {
   const int base = int(node * tlas_node_texels);
   const uvec4 head = texelFetch(tlas, base);
@@ -156,14 +153,14 @@ uint enter_entities(uint node, float share, Segment ray, float lambda_min, float
   return as_group(node, entered, head.w >> 24, ray.order);
 }
 #else
-// The same for entities, all of them where they are at the window's begin, which is its end.
+// The same in the TLAS, where the window is one instant.
 uint enter_entities(uint node, float share, Segment ray, float lambda_min, float limit) {
   return enter_children(tlas, int(node * tlas_node_texels), node, ray, true, lambda_min, limit);
 }
 #endif
 
-// What is left of the way down a tree, but for its stack, and how many rounds the search has made, of max_rounds: one that is given
-// fewer begins with the others made.
+// The state of a search in one tree, without its stack. `rounds`: loop iterations so far, of max_rounds; a search with a lower
+// limit begins with a higher count.
 struct Search {
   uint depth;
   uint rounds;
@@ -177,7 +174,7 @@ bool may_pause() { return false; }
 
 Search nothing_begun() { return Search(0u, may_pause() ? 0u : max_rounds - rounds_at_first); }
 
-// False: the search has made its rounds of this dispatch, and stands still as it is.
+// False: the search has used its rounds of this dispatch and pauses.
 bool may_go_on(Search search) {
 #ifdef RAY_PAUSES
   return search.rounds < (may_pause() ? rounds_at_once : max_rounds);
@@ -186,17 +183,17 @@ bool may_go_on(Search search) {
 #endif
 }
 
-// The next child, or ref_none when nothing is left: of the group at hand, or of that on top of the stack.
+// The next child to visit, of the group `at_hand` or else of the group on top of the stack; ref_none when none is left.
 uint take_next(bool of_entities, inout Search search, uint at_hand, uint order) {
   const bool pop = (at_hand & 0xFFu) == 0u;
   const bool done = pop && search.depth == 0u;
-  // Read wherever it stands, whether it is asked for or not: the read need not wait for the answer.
+  // Read in any case, so that the read does not wait for the decision.
   const uint top = max(search.depth, 1u) - 1u;
   const uint waiting = of_entities ? entity_stack[top] : geometry_stack[top];
   search.depth -= pop && !done ? 1u : 0u;
   const uint group = pop ? waiting : at_hand;
   const uint rest = group & (group - 1u);
-  // The exponent of a power of two is the place of its bit.
+  // The exponent of a power of two is the index of its bit.
   const uint slot = (uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u) ^ order;
   if (of_entities) {
     entity_stack[search.depth] = rest;
@@ -212,13 +209,13 @@ uint take_next(bool of_entities, inout Search search, uint at_hand, uint order) 
   return done || search.rounds >= max_rounds ? ref_none : (slot & 2u) != 0u ? high : low;
 }
 
-// A group that leaves all as it is when its one child is taken.
+// A group without effect: taking its one child changes nothing.
 const uint idle_group = 1u;
 
 bool is_inner(uint current) { return (current & ref_leaf_bit) == 0u; }
 bool is_leaf(uint current) { return !is_inner(current) && current != ref_none; }
 
-// Down a geometry's tree to a run of triangles.
+// Goes down a geometry's tree to a leaf: a run of triangles.
 uint descend_geometry(uint node, inout Search search, Segment ray, float lambda_min, float limit) {
   uint current = node;
   do {
@@ -231,7 +228,7 @@ uint descend_geometry(uint node, inout Search search, Segment ray, float lambda_
   return current;
 }
 
-// `run`: of triangles, or anything else, of which nothing is tested.
+// Tests the triangles of a leaf. Any other reference: tests nothing.
 void test_run(uint run, inout Search search, Segment ray, float lambda_min, float faces, uint last_kept,
               uint instance, uint entity, inout Found best) {
   const uint first = is_leaf(run) ? run & ref_triangle_first_mask : 0u;
@@ -260,8 +257,8 @@ uint unless_found(uint current, Found best) {
 #endif
 }
 
-// From `below` of a geometry's tree to the next run of triangles, and through all that follow one another. Ends at an inner node, or
-// where nothing is left, or where the search stands still.
+// Goes from `below` of a geometry's tree to the next leaf and tests all leaves that follow one another. Ends at an inner node,
+// when none is left, or when the search pauses.
 uint go_through_leaves(uint below, inout Search search, Segment ray, float lambda_min, float faces,
                        uint last_kept, uint instance, uint entity, inout Found best) {
   uint current = descend_geometry(below, search, ray, lambda_min, reach_of(best));
@@ -275,7 +272,7 @@ uint go_through_leaves(uint below, inout Search search, Segment ray, float lambd
   return current;
 }
 
-// Instances that a ray has come by and not entered yet, in that order; behind them ref_none.
+// Instances that a ray has found in the TLAS and not entered yet, in that order, followed by ref_none.
 const uint max_pending = 4u;
 
 struct PendingInstances {
@@ -297,7 +294,7 @@ uint count_of(PendingInstances pending) {
 bool is_full(PendingInstances pending) { return pending.leaf[max_pending - 1u] != ref_none; }
 
 void append(inout PendingInstances pending, bool wanted, uint leaf) {
-  bool before = wanted;  // all places before this one are taken
+  bool before = wanted;  // all entries before this one are used
   [[unroll]] for (uint k = 0u; k < max_pending; ++k) {
     const bool free = pending.leaf[k] == ref_none;
     pending.leaf[k] = before && free ? leaf : pending.leaf[k];
@@ -305,17 +302,17 @@ void append(inout PendingInstances pending, bool wanted, uint leaf) {
   }
 }
 
-// Without the first; without any when nothing more is asked.
+// The list without its first entry; empty when the ray is complete.
 PendingInstances rest_of(PendingInstances pending, Found best) {
   PendingInstances rest = no_pending();
   [[unroll]] for (uint k = 1u; k < max_pending; ++k) rest.leaf[k - 1u] = unless_found(pending.leaf[k], best);
   return rest;
 }
 
-// Whether a ray has a way left down the entities' tree, and a place for what it meets there.
+// Whether a ray has nodes left in the TLAS, and room for another pending instance.
 bool goes_on(uint current, PendingInstances pending) { return current != ref_none && !is_full(pending); }
 
-// A step of that way: into a node, or past an instance.
+// Visits a node of the TLAS, or appends an instance.
 void visit_next(inout uint current, inout PendingInstances pending, inout Search search, float share,
                 Segment world, float lambda_min, float limit) {
   const bool goes = goes_on(current, pending);

@@ -1,19 +1,19 @@
-// Rays by a lane each, which goes through its own ray's search.
+// The search of one ray per lane.
 #ifndef RTSTDB_QUERY_RAY_TRAVERSE_GLSL
 #define RTSTDB_QUERY_RAY_TRAVERSE_GLSL
 #include "query/ray/steps.glsl"
 
-// What is left of a ray's search.
+// The state of a ray's search.
 struct TraversalState {
-  uint current;  // of the entities' tree
+  uint current;  // in the TLAS
   PendingInstances pending;
-  uint below;  // of the geometry of the first of them, once that has been entered and not been left
+  uint below;  // in the geometry of the first pending instance, while that is entered; else ref_none
   uint depth_below;
-  Search search;  // of the entities' tree
+  Search search;  // in the TLAS
   Found best;
 };
 
-// `root`: ref_none where nothing is asked.
+// `root`: ref_none for a lane without a ray.
 TraversalState begin_traversal(uint root, float lambda_max) {
   return TraversalState(root, no_pending(), ref_none, 0u, nothing_begun(), nothing_within(lambda_max));
 }
@@ -26,7 +26,7 @@ const bool pauses = true;
 const bool pauses = false;
 #endif
 
-// Down the entities' tree until there is nothing left, `current` being ref_none then, or as many instances as fit are pending.
+// Goes down the TLAS until no node is left (`current` is ref_none) or the list of pending instances is full.
 void find_instances(inout TraversalState state, float share, Segment world, float lambda_min, float limit) {
   do {
     ++state.search.rounds;
@@ -34,14 +34,14 @@ void find_instances(inout TraversalState state, float share, Segment world, floa
   } while (another_round(goes_on(state.current, state.pending) && may_go_on(state.search)));
 }
 
-// The loops of a ray's search through both levels of the structure (paper, Section 5.2): in each, one over nodes and one over leaves
-// ("while-while", Aila and Laine 2009). Ends where nothing is left, or where it pauses.
+// A ray's search through both levels of the structure (paper, Section 5.2): in each level, a loop over nodes and a loop over
+// leaves ("while-while", Aila and Laine 2009). Ends when nothing is left, or when it pauses.
 //
-// `t_ns`: since the epoch of the instances that stand from `instance_base` on. `share`: of the window that has passed then.
+// `t_ns`: since the epoch of the instances from `instance_base` on. `share`: the part of the window that has passed then.
 //
-// On lavapipe whatever stands in a loop runs in each of its rounds, for nobody if need be, and a round more is made where the
-// condition stands before the body. So conditions stand at the end, and no loop is begun again for what only some lanes may
-// need: instances are met some at a time, and then entered, for lanes come by them at very different times.
+// On lavapipe every lane runs the body of a loop in each iteration, masked or not, and a condition before the body costs one
+// more iteration. So conditions stand at the end, and instances are collected before they are entered: lanes find them at
+// very different times, and entering each at once would restart the inner loops for few lanes.
 void trace(inout TraversalState state, Segment world, float lambda_min, int t_ns, float share,
            uint instance_base, uint mask, float faces, uint last_kept) {
   do {
@@ -75,12 +75,12 @@ void trace(inout TraversalState state, Segment world, float lambda_min, int t_ns
   } while (another_round(is_left(state) && may_go_on(state.search)));
 }
 
-// What has been found once nothing is left. `loop_probe`: see loops_still_turn.
+// The result of a search that has ended. `loop_probe`: see loops_still_turn.
 Found found_by(TraversalState state, uint loop_probe) {
   Found found = state.best;
   bool cut_short = state.search.rounds >= max_rounds;
 #ifdef RAY_ANY
-  // A hit is one, whatever was not looked at.
+  // A hit is a valid answer also where the search was cut short.
   cut_short = cut_short && found.status == status_miss;
 #endif
   if (cut_short || !loops_still_turn(loop_probe)) found.status = status_incomplete;

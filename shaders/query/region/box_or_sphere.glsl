@@ -1,4 +1,4 @@
-// Boxes and spheres as regions, and how oriented boxes lie to them.
+// Boxes and spheres as regions, and their tests against oriented boxes.
 #ifndef RTSTDB_QUERY_REGION_BOX_OR_SPHERE_GLSL
 #define RTSTDB_QUERY_REGION_BOX_OR_SPHERE_GLSL
 #include "common/packed_edges.glsl"
@@ -9,10 +9,10 @@ struct Shape {
   bool is_sphere;
   bool wants_inside;
   Box outer;  // contains it
-  Box inner;  // lies in it; inside out where nothing is known to
+  Box inner;  // lies in it; inside out where no such box is known
 };
 
-// `at`: where it stands.
+// `at`: the pose of the region.
 Shape shape_of(OrientedBox at, RegionRecord record) {
   Shape shape;
   shape.is_sphere = (record.flags & region_is_sphere) != 0u;
@@ -22,7 +22,7 @@ Shape shape_of(OrientedBox at, RegionRecord record) {
   const mat3 s = mat3(abs(r[0]), abs(r[1]), abs(r[2]));
   const float radius = shape.box.half_extent.x;
   const vec3 reach = shape.is_sphere ? vec3(radius) : s * shape.box.half_extent;
-  // The largest box of that form that fits: all of an upright box, a part of others.
+  // An axis-aligned box inside the region: all of an axis-aligned region, a part of others.
   const vec3 fits = shape.box.half_extent / max(reach * s, vec3(1e-30));
   const vec3 inner_reach = shape.is_sphere ? vec3(0.577 * radius) : reach * min(fits.x, min(fits.y, fits.z));
   const vec3 slop = 1e-6 * (abs(shape.box.center) + reach);
@@ -31,8 +31,8 @@ Shape shape_of(OrientedBox at, RegionRecord record) {
   return shape;
 }
 
-// Separating axes of two oriented boxes (Gottschalk, Lin and Manocha 1996). Touching counts. Inside: no corner of b beyond a
-// face of a.
+// Separating axis test of two oriented boxes (Gottschalk, Lin and Manocha 1996). Touching counts. Inside: no corner of b lies
+// beyond a face of a.
 bool box_holds(OrientedBox a, bool inside, OrientedBox b) {
   const vec4 to_a = conjugate(a.q);
   const vec3 t = rotate(to_a, b.center - a.center);
@@ -44,7 +44,7 @@ bool box_holds(OrientedBox a, bool inside, OrientedBox b) {
   [[unroll]] for (int j = 0; j < 3; ++j) {
     apart = apart || abs(dot(t, r[j])) > dot(a.half_extent, s[j]) + b.half_extent[j];
   }
-  // Axes of parallel edges are null vectors and separate nothing; the slack keeps rounding from claiming that.
+  // Parallel edges give null axes, which separate nothing; the slack covers their rounding.
   const float slack = 1e-6 * (length(t) + 1e-3);
   [[unroll]] for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3;

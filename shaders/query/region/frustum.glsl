@@ -1,4 +1,4 @@
-// Frusta as regions, and how oriented boxes lie to them. In its own frame a frustum looks along x from the origin.
+// Frusta as regions, and their tests against oriented boxes. In its own frame a frustum looks along x from the origin.
 #ifndef RTSTDB_QUERY_REGION_FRUSTUM_GLSL
 #define RTSTDB_QUERY_REGION_FRUSTUM_GLSL
 #include "common/packed_edges.glsl"
@@ -15,8 +15,8 @@ struct Shape {
   vec4 planes[6];  // normals to the inside, and the distance of the origin
 };
 
-// The largest and the smallest of dot(axis, p) over the frustum, in its own frame: at a corner, and all corners lie at the near
-// or the far distance along four edges.
+// The smallest and the largest value of dot(axis, p) over the frustum, in its own frame. They occur at corners, which lie at
+// the near and the far distance along four edges.
 vec2 frustum_span(Shape shape, vec3 axis) {
   const float aside = dot(abs(axis.yz), shape.opening);
   const float low = axis.x - aside;
@@ -24,7 +24,7 @@ vec2 frustum_span(Shape shape, vec3 axis) {
   return vec2(min(shape.near * low, shape.far * low), max(shape.near * high, shape.far * high));
 }
 
-// `at`: where the frustum's own frame stands.
+// `at`: the pose of the frustum's frame.
 Shape shape_of(OrientedBox at, RegionRecord record) {
   Shape shape;
   shape.eye = at.center;
@@ -50,7 +50,7 @@ Shape shape_of(OrientedBox at, RegionRecord record) {
   return shape;
 }
 
-// Boxes beyond one of the planes do not meet it; those before all of them lie within.
+// A box beyond one of the planes does not meet the frustum; a box inside all of them lies within.
 ChildMasks children_of(PackedNode node, Shape shape) {
   float sure[8];
   float possible[8];
@@ -83,13 +83,13 @@ ChildMasks children_of(PackedNode node, Shape shape) {
   return masks;
 }
 
-// Separating axes of two convex bodies: the normals of their faces and the cross products of their edges. Touching counts.
-// Inside: no corner of b beyond a face.
+// Separating axis test of two convex bodies: face normals and cross products of edges. Touching counts. Inside: no corner of b
+// lies beyond a face.
 bool holds(Shape shape, OrientedBox b) {
   const vec4 to_own = conjugate(shape.q);
   const vec3 t = rotate(to_own, b.center - shape.eye);
   const mat3 r = axes_of(quat_product(to_own, b.q));
-  // Of null vectors, which edges that are parallel give, rounding must not make axes that separate.
+  // Parallel edges give null axes, which separate nothing; the slack covers their rounding.
   const float slack =
       3e-7 * (length(t) + length(b.half_extent) + shape.far * (1.0 + shape.opening.x + shape.opening.y));
   const vec3 faces[5] =
@@ -102,7 +102,7 @@ bool holds(Shape shape, OrientedBox b) {
     const float reach = dot(abs(faces[k] * r), b.half_extent);
     const vec2 span = frustum_span(shape, faces[k]);
     apart = apart || at - reach > span.y || at + reach < span.x;
-    // Of the sides' spans only the lower end is a face.
+    // For the sides, only the lower end of the span is a face.
     inside = inside && at - reach >= (k == 0 ? shape.near : 0.0) && (k != 0 || at + reach <= shape.far);
   }
   const vec3 edges[6] =

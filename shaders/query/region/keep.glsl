@@ -1,4 +1,5 @@
-// Keeping what a region finds. Include with REGION_KEY defined as what `ids` holds, after `args`, `ids` and `rounds`.
+// Counts and lists what a region finds. Included after the declarations of `args`, `ids` and `rounds`. Macros: REGION_KEY, the
+// type of an entry of `ids`.
 uint found = 0u;
 
 #if defined(REGION_COUNT)
@@ -7,7 +8,7 @@ void keep(uint base, bool hit, REGION_KEY id) { found += hit ? 1u : 0u; }
 bool is_below(uint a, uint b) { return a < b; }
 bool is_below(uvec2 a, uvec2 b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
 
-// The largest on top, so that the lowest remain.
+// A heap with the largest id on top, so that the lowest ids remain.
 void keep(uint base, bool hit, REGION_KEY id) {
   const bool full = found >= args.capacity;
   uint place = hit && !full ? found : 0u;

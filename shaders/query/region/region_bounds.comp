@@ -1,16 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The search of region and overlap queries at entity level: down the TLAS by upright boxes, then the exact test of oriented
-// boxes at the query's own time, for those alone that lie across the region's border.
+// The search of region and overlap queries for entities by their bounds: down the TLAS by axis-aligned boxes, then the exact
+// test of oriented boxes at the query's own time, for those that cross the region's border.
 //
-// What a node's children are is written down and looked at later, each kind in a loop of its own: on lavapipe lanes wait for
-// one another in every loop, and by lists they wait only where one has more of a kind altogether.
+// Leaves are collected in lists, and each list has a loop of its own: on lavapipe lanes wait for one another in every loop,
+// and with lists they wait only for the lane with the most entries in total.
 //
-// Macros: REGION_MOVING defined where the window is longer than an instant (it answers for an instant too, at a price),
-// REGION_FRUSTUM for frusta instead of boxes and spheres, and one of these, or none to list what is found:
-//   REGION_LOWEST   for regions that found more than they have room for: only the lowest ids, by a heap
-//   REGION_COUNT    no ids, only how many
+// Macros: REGION_MOVING where regions have different times (right for one instant too, but slower); REGION_FRUSTUM for frusta
+// instead of boxes and spheres; and one of these, or none to list what is found:
+//   REGION_LOWEST   for regions that found more ids than fit: finds the lowest ids, by a heap
+//   REGION_COUNT    counts, without ids
 #define REGION_BOUNDS
 #include "common/halt.glsl"
 #include "common/loops.glsl"
@@ -34,12 +34,12 @@ layout(set = 0, binding = 4, scalar) buffer CountsBuffer { RegionCount counts[];
 layout(set = 0, binding = 5, scalar) buffer IdsBuffer { uint ids[]; };
 #endif
 
-// Groups of inner nodes: at most one a level of the tree.
+// Groups of inner nodes: at most one per level of the tree.
 const uint stack_size = 64u;
 uint stack[stack_size];
 uint depth = 0u;
 
-// Groups of leaves: that have to be looked at, and those that lie in the region for certain.
+// Groups of leaves: those to be tested, and those that certainly lie in the region.
 const uint list_size = 32u;
 uint border_list[list_size];
 uint within_list[list_size];
@@ -52,7 +52,7 @@ bool cut_short = false;
 #define REGION_KEY uint
 #include "query/region/keep.glsl"
 
-// Writes down the children of a node that meet the region; returns the next node.
+// Collects the children of a node that meet the region; returns the next node.
 uint visit(uint node, uint share, Shape shape) {
   const PackedNode packed = fetch_packed_node(tlas, node, share);
   const ChildMasks children = children_of(packed, shape);
@@ -138,7 +138,7 @@ void main() {
   if (is_left(args.halt, index + args.halt_from)) return;
 #else
   if (is_left(args.halt, index + args.halt_from)) {
-    counts[index] = RegionCount(0u, 0u);  // nothing for the lowest ids' pass
+    counts[index] = RegionCount(0u, 0u);  // the pass of the lowest ids skips it
     return;
   }
 #endif
@@ -160,7 +160,7 @@ void main() {
     } while (node != ref_none);
   cut_short = cut_short || !loops_still_turn(args.loop_probe);
 #ifdef REGION_LOWEST
-  // How many there are stands there already, and is true whatever becomes of the list.
+  // The count is complete already, whatever happens to the list.
   if (cut_short) counts[index].incomplete = 1u;
 #else
   counts[index] = RegionCount(found, cut_short ? 1u : 0u);

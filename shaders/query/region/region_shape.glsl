@@ -1,4 +1,4 @@
-// Where regions and the bounds of entities stand at an instant.
+// The poses of regions and of entity bounds at an instant.
 #ifndef RTSTDB_QUERY_REGION_REGION_SHAPE_GLSL
 #define RTSTDB_QUERY_REGION_REGION_SHAPE_GLSL
 #include "common/instance.glsl"
@@ -20,7 +20,7 @@ OrientedBox posed(samplerBuffer instances, RegionRecord record) {
   return box;
 }
 
-// Of a node: which children may meet the region, at least all that do, and which lie in it for certain.
+// Bits of a node's children: `meeting`, all that meet the region and perhaps others; `within`, some that lie in it.
 struct ChildMasks {
   uint meeting;
   uint within;

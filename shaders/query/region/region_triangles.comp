@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The search of regions by triangle: down the TLAS to an entity, then down its geometry in the entity's own frame, turned but
-// not stretched, by upright boxes; then the exact test, for those triangles alone that lie across the region's border. What a
-// node's leaves are is written down and looked at later, as in region_bounds.comp.
+// The search of regions by triangles: down the TLAS to an entity, then down its geometry by axis-aligned boxes in the entity's
+// frame, rotated but not scaled; then the exact test, for triangles that cross the region's border. Leaves are collected in
+// lists, as in region_bounds.comp.
 //
-// Macros: REGION_BOX, REGION_SPHERE or REGION_FRUSTUM, with REGION_SURFACE for the entities to which the triangles belong
-// instead of the triangles, and one of these, or none to list what is found:
-//   REGION_LOWEST   for regions that found more than they have room for: only the lowest, by a heap
-//   REGION_COUNT    only how many
+// Macros: REGION_BOX, REGION_SPHERE or REGION_FRUSTUM; REGION_SURFACE to find entities by their triangles instead of triangles;
+// and one of these, or none to list what is found:
+//   REGION_LOWEST   for regions that found more than fits: finds the lowest, by a heap
+//   REGION_COUNT    counts alone
 #define REGION_MOVING
 #include "common/halt.glsl"
 #include "common/loops.glsl"
@@ -41,12 +41,12 @@ layout(set = 0, binding = 5, scalar) buffer CountsBuffer { RegionCount counts[];
 layout(set = 0, binding = 6, scalar) buffer IdsBuffer { REGION_KEY ids[]; };
 #endif
 
-// Groups of both trees, the entity's above those of the entities' tree: at most one a level.
+// Groups of both trees, those of the geometry above those of the TLAS: at most one per level.
 const uint stack_size = 96u;
 uint stack[stack_size];
 uint depth = 0u;
 
-// Groups of leaves of one entity: that have to be looked at, and those that lie in the region for certain.
+// Groups of leaves of one entity: those to be tested, and those that certainly lie in the region.
 const uint list_size = 32u;
 uint border_list[list_size];
 uint within_list[list_size];
@@ -66,7 +66,7 @@ struct Entity {
   mat3 axes;    // of the region
 };
 
-// The next of the group or else of those above `bottom`, or ref_none.
+// The next child, of the group or else of those above `bottom` on the stack; ref_none when none is left.
 uint next_child(usamplerBuffer of, uint texels, uint group, uint bottom) {
   const bool pop = (group & 0xFFu) == 0u;
   const bool done = pop && depth == bottom;
@@ -89,7 +89,7 @@ bool holds_slot(Shape shape, Entity entity, uint slot, out uint triangle) {
   return holds_triangle(shape, a * entity.axes, b * entity.axes, c * entity.axes);
 }
 
-// A leaf that is being looked at, and where in it.
+// The leaf that is tested, and the current triangle in it.
 struct Leaf {
   uint group;
   uint slot;
@@ -111,11 +111,10 @@ bool needs_group(Leaf leaf) { return leaf.slot == leaf.end && (leaf.group & 0xFF
 
 #ifdef REGION_SURFACE
 
-// Whether one of the triangles has told about the entity, so that the others do not matter: one that touches, or one that does
-// not lie inside.
+// Whether one triangle has decided about the entity: one that touches, or one that does not lie inside.
 bool settled;
 
-// Writes down the leaves of a node that lie across the border; returns the next node.
+// Collects the leaves of a node that cross the border; returns the next node.
 uint visit(uint node, Shape shape, Entity entity, uint bottom) {
   const PackedNode packed = fetch_packed_geometry(nodes, node, entity.scale);
   const ChildMasks children = children_near(packed, shape, entity.axes);
@@ -162,7 +161,7 @@ void search_geometry(uint root, Shape shape, Entity entity, uint base) {
 
 #else
 
-// How many triangles the leaves of a mask have.
+// The number of triangles in the leaves of a mask.
 uint triangles_of(References references, uint mask) {
   const uvec4 first = (references.first >> ref_triangle_count_shift & 0xFu) + 1u;
   const uvec4 second = (references.second >> ref_triangle_count_shift & 0xFu) + 1u;
@@ -172,7 +171,7 @@ uint triangles_of(References references, uint mask) {
   return sums.x + sums.y + sums.z + sums.w;
 }
 
-// Writes down the leaves of a node that meet the region; returns the next node.
+// Collects the leaves of a node that meet the region; returns the next node.
 uint visit(uint node, Shape shape, Entity entity, uint bottom) {
   const PackedNode packed = fetch_packed_geometry(nodes, node, entity.scale);
   const ChildMasks children = children_near(packed, shape, entity.axes);
@@ -183,7 +182,7 @@ uint visit(uint node, Shape shape, Entity entity, uint bottom) {
   border_list[border_count] = node << 8 | border_leaves;
   border_count += border_leaves != 0u ? 1u : 0u;
 #ifndef REGION_LOWEST
-  // Of what is not listed the number will do.
+  // Leaves that are not listed are counted at once.
 #ifdef REGION_COUNT
   const bool counts_alone = true;
 #else
@@ -228,7 +227,7 @@ void search_geometry(uint root, Shape shape, Entity entity, uint base) {
   const uint bottom = depth;
   uint node = root;
 #ifdef REGION_LOWEST
-  // None of it is among the lowest.
+  // None of its triangles is among the lowest.
   node = found >= args.capacity && entity.id > ids[base].x ? ref_none : node;
 #endif
   while (node != ref_none) {
@@ -283,14 +282,14 @@ void main() {
   if (is_left(args.halt, index + args.halt_from)) return;
 #else
   if (is_left(args.halt, index + args.halt_from)) {
-    counts[index] = RegionCount(0u, 0u);  // nothing for the lowest ids' pass
+    counts[index] = RegionCount(0u, 0u);  // the pass of the lowest ids skips it
     return;
   }
 #endif
   search_entities(regions[index], index * args.capacity);
   cut_short = cut_short || !loops_still_turn(args.loop_probe);
 #ifdef REGION_LOWEST
-  // How many there are stands there already, and entities were passed over.
+  // The count is complete already; this pass skips entities.
   if (cut_short) counts[index].incomplete = 1u;
 #else
   counts[index] = RegionCount(found, cut_short ? 1u : 0u);

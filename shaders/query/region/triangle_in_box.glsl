@@ -1,12 +1,12 @@
-// How triangles lie to boxes. Corners are given in the box's own frame: seen from its centre, along its axes.
+// Tests of triangles against boxes. Corners are in the box's frame: relative to its centre, along its axes.
 #ifndef RTSTDB_QUERY_REGION_TRIANGLE_IN_BOX_GLSL
 #define RTSTDB_QUERY_REGION_TRIANGLE_IN_BOX_GLSL
 #include "query/region/box_or_sphere.glsl"
 #include "query/region/triangle_plane.glsl"
 
-// The directions that are square to an edge and to one of the box's axes, all three at once. `on` lies on the edge, `off` is
-// the corner across. Components along the axis drop out, so that rounding stays in proportion to the direction's length, also
-// where edge and axis are nearly parallel; where they are, the direction is null and tells nothing apart.
+// The separating axes that are perpendicular to an edge and to one of the box's axes, all three at once. `on` lies on the edge,
+// `off` is the opposite corner. Components along the box's axis cancel exactly, so the rounding error is proportional to the
+// length of the separating axis, also where edge and axis are nearly parallel; a null axis separates nothing.
 bool edge_is_apart(vec3 half_extent, vec3 edge, vec3 on, vec3 off) {
   const vec3 s0 = edge.zxy * on.yzx - edge.yzx * on.zxy;
   const vec3 s1 = edge.zxy * off.yzx - edge.yzx * off.zxy;
@@ -14,7 +14,7 @@ bool edge_is_apart(vec3 half_extent, vec3 edge, vec3 on, vec3 off) {
   return any(greaterThan(max(min(s0, s1), -max(s0, s1)), reach));
 }
 
-// Separating axes of a box and a triangle (Akenine-Moeller 2001). Touching counts.
+// Separating axis test of a box and a triangle (Akenine-Moeller 2001). Touching counts.
 bool box_touches(vec3 half_extent, vec3 a, vec3 b, vec3 c) {
   const vec3 lo = min(a, min(b, c));
   const vec3 hi = max(a, max(b, c));
@@ -37,7 +37,7 @@ bool holds_triangle(Shape shape, vec3 a, vec3 b, vec3 c) {
   return shape.wants_inside ? inside : box_touches(half_extent, a, b, c);
 }
 
-// Also along the region's own axes, so that what lies beside a turned box is passed by. `axes`: of the box.
+// Tests children along the region's axes too, so that children beside a rotated box are skipped. `axes`: of the box.
 ChildMasks children_near(PackedNode node, Shape shape, mat3 axes) {
   ChildMasks masks = children_of(node, shape);
   const vec3 half_extent = shape.box.half_extent;
@@ -45,7 +45,7 @@ ChildMasks children_near(PackedNode node, Shape shape, mat3 axes) {
   const vec3 from_center = node.origin - shape.box.center;
   const vec3 slop =
       2e-6 * vec3(sum_of_sizes(node.origin) + sum_of_sizes(shape.box.center) + sum_of_sizes(half_extent));
-  // One row for each axis of the box: what a quantum along each axis of the entity is worth.
+  // One row for each axis of the box: the length along it of a quantum along each axis of the entity.
   const mat3 worth = transpose(mat3(axes[0] * half_quantum, axes[1] * half_quantum, axes[2] * half_quantum));
   const mat3 reach_worth = mat3(abs(worth[0]), abs(worth[1]), abs(worth[2]));
   const vec3 offset = from_center * axes;

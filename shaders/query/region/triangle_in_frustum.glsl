@@ -1,23 +1,23 @@
-// How triangles lie to frusta. Corners are given in the frustum's own frame: seen from its eye, looking along x.
+// Tests of triangles against frusta. Corners are in the frustum's frame: relative to its eye, looking along x.
 #ifndef RTSTDB_QUERY_REGION_TRIANGLE_IN_FRUSTUM_GLSL
 #define RTSTDB_QUERY_REGION_TRIANGLE_IN_FRUSTUM_GLSL
 #include "query/region/frustum.glsl"
 #include "query/region/triangle_plane.glsl"
 
-// How deep a point lies before the four sides, in units that differ from side to side.
+// The depth of a point inside each of the four sides, each in its own unit.
 vec4 before_sides(Shape shape, vec3 p) {
   const vec2 half_view = shape.opening * p.x;
   return vec4(half_view.x + p.y, half_view.x - p.y, half_view.y + p.z, half_view.y - p.z);
 }
 
-// Whether the spans [s0, s1] or [s1, s0] lie beyond [low, high].
+// Whether the interval between s0 and s1 lies outside of [low, high].
 bvec4 beyond(vec4 s0, vec4 s1, vec4 low, vec4 high) {
   return greaterThan(max(min(s0, s1) - high, low - max(s0, s1)), vec4(0.0));
 }
 
-// The directions that are square to an edge of the triangle and to one of the frustum's. `on` lies on the edge, `off` is the
-// corner across. Seen along one of the four slanted edges, the frustum is a rectangle in which its sides' depths are
-// coordinates: so rounding stays in proportion to the direction's length, also where both edges are nearly parallel.
+// The separating axes that are perpendicular to an edge of the triangle and to one of the frustum. `on` lies on the edge, `off`
+// is the opposite corner. Along one of the four slanted edges, the frustum is a rectangle whose coordinates are the depths of
+// its sides, so the rounding error is proportional to the length of the axis, also where both edges are nearly parallel.
 bool edge_is_apart(Shape shape, vec3 edge, vec3 on, vec3 off, vec4 edge_sides, vec4 on_sides,
                    vec4 off_sides) {
   const vec2 widest = 2.0 * shape.far * shape.opening;
@@ -36,7 +36,7 @@ bool edge_is_apart(Shape shape, vec3 edge, vec3 on, vec3 off, vec4 edge_sides, v
   return any(slanted) || any(upright);
 }
 
-// How far the triangle's plane lies off the frustum, in lengths of the normal; not above zero where they meet.
+// The distance of the triangle's plane from the frustum, times the normal's length; not above zero where they meet.
 float plane_gap(Shape shape, vec3 normal, float at) {
   const vec2 span = frustum_span(shape, normal);
   return max(at - span.y, span.x - at);

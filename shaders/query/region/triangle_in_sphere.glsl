@@ -1,4 +1,4 @@
-// How triangles lie to spheres. Corners are seen from the sphere's centre.
+// Tests of triangles against spheres. Corners are relative to the sphere's centre.
 #ifndef RTSTDB_QUERY_REGION_TRIANGLE_IN_SPHERE_GLSL
 #define RTSTDB_QUERY_REGION_TRIANGLE_IN_SPHERE_GLSL
 #include "query/nearest_on_triangle.glsl"
@@ -11,7 +11,7 @@ bool holds_triangle(Shape shape, vec3 a, vec3 b, vec3 c) {
   return square <= radius * radius;
 }
 
-// By the nearest and the farthest point of each child's box.
+// Tests the nearest and the farthest point of each child's box.
 ChildMasks children_near(PackedNode node, Shape shape, mat3 axes) {
   ChildMasks masks = children_of(node, shape);
   const float radius = shape.box.half_extent.x;

@@ -1,16 +1,17 @@
-// Eight rays between bounds, and which children of a node they may enter: each lane holds the beam against a child of its own.
+// A beam: bounds around the eight rays of a packet, and which children of a node these rays may enter. Each lane tests one
+// child.
 //
-// Include with RAY_MOVING defined where the rays ask at different instants.
+// Macros: RAY_MOVING where rays have different times.
 #ifndef RTSTDB_QUERY_SIMD8_BEAM_GLSL
 #define RTSTDB_QUERY_SIMD8_BEAM_GLSL
 #include "query/simd8/lanes.glsl"
 #include "query/ray/ray_triangle.glsl"
 
-// Which child of a node a lane decodes: lane j has that in slot j ^ octant, so that a packet comes by them in the order of lanes.
+// Which child of a node a lane decodes: lane j takes slot j ^ octant, so that a packet visits children in the order of lanes.
 struct ChildLane {
   uint octant;
-  bool upper;  // of the eight slots: their edges are in the second word
-  uint shift;  // of its byte there
+  bool upper;  // one of slots 4 to 7, whose edges are in the second word
+  uint shift;  // of the child's byte in that word
   uint used_bit;
 };
 
@@ -36,29 +37,29 @@ Child child_of(uvec4 texels, ChildLane child_lane) {
   return child;
 }
 
-// The rays of a packet between bounds along each axis (interval arithmetic: Boulos, Wald and Shirley 2006).
+// Bounds of the rays of a packet along each axis (interval arithmetic: Boulos, Wald and Shirley 2006).
 //
-// Where all go the same way along an axis, whichever it is, none meets the low edge of a box beyond where the one bound leads, and none
-// the high edge beyond where the other does. Where some go one way and some the other, they meet the edge that faces them, and no
-// edge ends them all.
+// Where all rays have one direction along an axis, one bound gives the earliest lambda at the low edges of boxes, the other
+// one at the high edges. Where they have both directions, each ray meets the edge that faces it first, and no edge ends all
+// of them.
 struct Beam {
   vec3 minus_o_low;
   vec3 minus_o_high;
-  vec3 inverse_low;   // of the largest components of directions: for low edges
-  vec3 inverse_high;  // of the least
+  vec3 inverse_low;   // of the largest direction components: for low edges
+  vec3 inverse_high;  // of the smallest ones: for high edges
   bvec3 both_ways;
 };
 
-// Between the least and the most along each axis, of directions that are nowhere zero and of origins, negated.
+// From bounds along each axis of directions, which are nowhere zero, and of negated origins.
 Beam beam_between(vec3 min_d, vec3 max_d, vec3 minus_o_low, vec3 minus_o_high) {
   const bvec3 backwards = lessThan(max_d, vec3(0.0));
   const bvec3 not_forwards = lessThan(min_d, vec3(0.0));
-  // A relative 1e-6 where lambda ends covers the rounding of slope, offset and their sum.
+  // A relative 1e-6 at the far edges covers the rounding of slope, offset and their sum.
   return Beam(minus_o_low, minus_o_high, mix(vec3(1.0), vec3(1.000001), backwards) / max_d,
               mix(vec3(1.000001), vec3(1.0), not_forwards) / min_d, notEqual(not_forwards, backwards));
 }
 
-// Of the lanes that ask.
+// Around the rays of the lanes for which `asks` holds.
 Beam beam_of(bool asks, Segment ray) {
   const vec3 none = vec3(3.4e38);
   const vec3 d = 1.0 / ray.inverse_d;
@@ -67,7 +68,7 @@ Beam beam_of(bool asks, Segment ray) {
                       -min_of_lanes(asks ? -ray.minus_o - ray.blur_m : none));
 }
 
-// Where lambda begins and ends, of rays that still ask.
+// The range of lambda that some ray still searches.
 struct Range {
   int first;
   int last;
@@ -77,7 +78,7 @@ Range range_of(float lambda_min, float limit) {
   return Range(floatBitsToInt(min_of_lanes(lambda_min)), floatBitsToInt(max_of_lanes(limit)));
 }
 
-// A beam seen from a node: lambda of a plane is slope * quanta + offset.
+// A beam in the coordinates of a node: lambda at a plane is slope * quanta + offset.
 struct Slabs {
   vec3 slope_low;
   vec3 slope_high;
@@ -93,15 +94,15 @@ Slabs slabs_of(uvec4 head, Beam beam, float blur_m) {
                (origin + beam.minus_o_high + blur_m) * beam.inverse_high);
 }
 
-// Of a node of the entities' tree.
+// For a node of the TLAS.
 float blur_of(uvec4 head, Beam world) {
   const vec3 low = uintBitsToFloat(head.xyz) + world.minus_o_low;
   const vec3 high = uintBitsToFloat(head.xyz) + world.minus_o_high;
   return blur_of(max(abs(low), abs(high)), quantum_of(head));
 }
 
-// Whether a ray of the beam may enter a box, by lambda of its planes. Floats that are not negative are ordered as their bits; negative
-// ones come below all, which is all that is asked of them.
+// Whether a ray of the beam may enter a box, from lambda at its planes. Compared as integers: floats that are not negative
+// have the order of their bits, and negative ones are below all of them.
 bool enters(vec3 lambda_low, vec3 lambda_high, bvec3 both_ways, Range range) {
   const ivec3 at_low = floatBitsToInt(lambda_low);
   const ivec3 at_high = floatBitsToInt(lambda_high);
@@ -118,7 +119,7 @@ bool enters(Slabs slabs, bvec3 both_ways, vec3 low, vec3 high, Range range) {
                 both_ways, range);
 }
 
-// The children that the beam enters, one bit a lane. `blur_m`: beside what is in the beam already.
+// The children that the beam enters, one bit per lane. `blur_m`: rounding bound in addition to the beam's.
 uint children_entered(uvec4 texels, ChildLane child_lane, Beam beam, float blur_m, Range range) {
   const uvec4 head = of_lane(texels, 0u);
   const Child child = child_of(texels, child_lane);
@@ -127,7 +128,7 @@ uint children_entered(uvec4 texels, ChildLane child_lane, Beam beam, float blur_
 }
 
 #ifdef RAY_MOVING
-// The same for entities, at the shares of the window that have passed when the rays ask. `ends`: edges at the window's end.
+// The same in the TLAS. `shares`: the range of the rays' times as parts of the window. `ends`: edges at the window's end.
 uint entities_entered(uvec4 texels, uvec4 ends, ChildLane child_lane, vec2 shares, Beam beam, Range range) {
   const uvec4 head = of_lane(texels, 0u);
   const Child child = child_of(texels, child_lane);

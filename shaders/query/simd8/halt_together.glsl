@@ -3,7 +3,7 @@
 #include "common/halt.glsl"
 #include "query/simd8/lanes.glsl"
 
-// The same for all lanes of a subgroup, each of which may have read another word.
+// Whether the subgroup halts: lane 0 decides, since each lane may have read another value.
 bool all_halt(uvec2 halt) { return of_lane(halt_is_wanted(halt) ? 1u : 0u, 0u) != 0u; }
 
 #endif

@@ -1,5 +1,5 @@
-// What the eight lanes of a subgroup tell one another. By shuffles: on lavapipe a shuffle is one or two instructions, and all else that
-// subgroups can do goes lane by lane.
+// Reductions and scans over the eight lanes of a subgroup, by shuffles: on lavapipe a shuffle is one or two instructions, while
+// all other subgroup operations run lane by lane.
 #ifndef RTSTDB_QUERY_SIMD8_LANES_GLSL
 #define RTSTDB_QUERY_SIMD8_LANES_GLSL
 
@@ -20,7 +20,7 @@ uint min_of_lanes(uint v) {
   return min(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ 1u));
 }
 
-// The bits of all lanes.
+// The bitwise or over all lanes.
 uint in_any(uint bits) {
   bits |= subgroupShuffle(bits, gl_SubgroupInvocationID ^ 4u);
   bits |= subgroupShuffle(bits, gl_SubgroupInvocationID ^ 2u);
@@ -35,13 +35,13 @@ uint sum_of_lanes(uint v) {
 
 uint count_of_lanes(bool which) { return sum_of_lanes(which ? 1u : 0u); }
 
-// The sum of this lane and as many before it.
+// Adds the value of the lane `lanes` before this one.
 uint sum_with_before(uint v, uint lanes) {
   const uint before = subgroupShuffle(v, (gl_SubgroupInvocationID - lanes) & 7u);
   return v + (gl_SubgroupInvocationID >= lanes ? before : 0u);
 }
 
-// Of those, the lanes before this one.
+// How many of the lanes before this one have `which`.
 uint lanes_before(bool which) {
   const uint own = which ? 1u : 0u;
   return sum_with_before(sum_with_before(sum_with_before(own, 1u), 2u), 4u) - own;

@@ -1,12 +1,12 @@
-// Rays that run side by side, eight at a time (packets: Wald, Slusallek, Benthin and Wagner 2001): a lane has a ray, and all lanes go
-// down the trees together, into every child that the beam of all of them enters. What they read and where they go is the same for
-// all, so a node is fetched once, its children are decoded and tested by a lane each, and the stack lies across the lanes of a few
-// words. Triangles are tested against each ray by itself, so answers have the bits of ray/traverse.glsl's.
+// Packets: eight coherent rays that one subgroup traverses together (Wald, Slusallek, Benthin and Wagner 2001). Each lane has a
+// ray; all lanes visit every child that the beam around the rays enters. Addresses and branches are the same for all lanes, so
+// a node is fetched once, each lane decodes and tests one child, and the stack is spread over the lanes of a few words. Each
+// ray tests triangles by itself, so answers have the same bits as those of ray/traverse.glsl.
 //
-// For subgroups of eight lanes, all of them in use. Where rays part, each pays for all: rtstdb/query/ray_coherence.hpp tells which
-// batches come here.
+// For subgroups of eight lanes, all of them active. Rays that diverge make the packet slow: rtstdb/query/ray/ray_coherence.hpp
+// decides which batches come here.
 //
-// Include with RAY_ANY or RAY_MOVING defined as for ray/traverse.glsl.
+// Macros: RAY_ANY, RAY_MOVING (ray/ray.comp).
 #ifndef RTSTDB_QUERY_SIMD8_PACKET_GLSL
 #define RTSTDB_QUERY_SIMD8_PACKET_GLSL
 #include "query/simd8/beam.glsl"
@@ -15,16 +15,16 @@
 #include "query/ray/rounds.glsl"
 #include "query/ray/ray_triangle.glsl"
 
-// One group a level of the trees at most, one lane a group.
+// At most one group per level of the trees, one lane per group.
 const uint stack_words = 3u;
 const uint stack_size = 8u * stack_words;
 
-// What is left of a search: groups of children, each of one node; the node in the upper 24 bits, below it one bit a child_lane. Group k
-// of the stack is in lane k & 7 of word k >> 3.
+// The state of a search. A group is the unvisited children of one node: the node in the upper 24 bits, below it one bit per
+// lane of a child. Group k of the stack is in lane k & 7 of word k >> 3.
 struct Search {
   uint depth;
-  uint rounds;   // of all that the subgroup has made
-  uint allowed;  // so many; then the search is cut short
+  uint rounds;   // loop iterations of the subgroup so far
+  uint allowed;  // the limit of rounds, where the search is cut short
   uint stack[stack_words];
 };
 
@@ -37,7 +37,7 @@ Search nothing_begun(uint rounds, uint allowed) {
   return search;
 }
 
-// The group on top of the stack; where none is left above `bottom`, one of a node that there is.
+// The group on top of the stack; where none is left above `bottom`, a group of some existing node.
 uint top_of(Search search, uint bottom) {
   const uint top = search.depth - 1u;
   const uint low = of_lane(search.stack[0], top & 7u);
@@ -46,14 +46,15 @@ uint top_of(Search search, uint bottom) {
   return search.depth == bottom ? 0u : top < 8u ? low : top < 16u ? middle : high;
 }
 
-// A lane's texel: of the node, which has its references in the texels 4 and 5, and in lanes 6 and 7 the references of `waiting`,
-// the node on top of the stack. Fetched together, before it is known which of both goes on.
+// The texel that a lane loads: one of the node, whose references are in texels 4 and 5; in lanes 6 and 7 the references of
+// `waiting`, the node on top of the stack. Both are loaded together, before it is known which node comes next.
 int lane_texel(uint node, uint waiting, uint texels) {
   const uint lane = gl_SubgroupInvocationID;
   return int(lane < 6u ? node * texels + lane : waiting * texels + lane - 2u);
 }
 
-// The next child, or ref_none when nothing is left above `bottom`: of those just entered, or of the group on top of the stack.
+// The next child to visit, of those just entered or else of the group on top of the stack; ref_none when none is left above
+// `bottom`.
 uint take_next(inout Search search, uvec4 texels, uint node, uint entered, uint waiting, uint bottom,
                uint octant) {
   const bool pop = entered == 0u;
@@ -62,7 +63,7 @@ uint take_next(inout Search search, uvec4 texels, uint node, uint entered, uint 
   search.depth -= pop && !done ? 1u : 0u;
   const uint group = pop ? waiting : node << 8 | entered;
   const uint rest = group & (group - 1u);
-  // The exponent of a power of two is the place of its bit.
+  // The exponent of a power of two is the index of its bit.
   const uint slot = (uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u) ^ octant;
   [[unroll]] for (uint word = 0u; word < stack_words; ++word) {
     search.stack[word] = gl_SubgroupInvocationID + 8u * word == search.depth ? rest : search.stack[word];
@@ -87,7 +88,7 @@ uint pop_entities(inout Search search, uint octant) {
   return take_next(search, texels, 0u, 0u, waiting, 0u, octant);
 }
 
-// Down the entities' tree to the next instance, or none.
+// Goes down the TLAS to the next instance, or to ref_none.
 uint descend_entities(uint node, inout Search search, vec2 shares, ChildLane child_lane, Beam beam,
                       Range range) {
   uint current = node;
@@ -110,7 +111,7 @@ uint descend_entities(uint node, inout Search search, vec2 shares, ChildLane chi
   return current;
 }
 
-// The same down a geometry's tree, above `bottom` of the stack, to a run of triangles.
+// Goes down a geometry's tree to a leaf, using the stack above `bottom`.
 uint descend_geometry(uint node, inout Search search, uint bottom, ChildLane child_lane, Beam beam,
                       Range range) {
   uint current = node;
@@ -144,7 +145,7 @@ void test_run(uint run, inout Search search, Segment ray, float lambda_min, floa
   } while (slot < end);
 }
 
-// Where a ray begins that asks for nothing, or for nothing more: beyond everything, so that it enters no box and hits no triangle.
+// lambda_min of a ray that is complete, or of a lane without a ray: it enters no box and hits no triangle.
 const float beyond_all = 3.4028e38;  // ray_buffers.glsl ends every range before it
 
 float begin_of(float lambda_min, Found best) {
@@ -165,13 +166,13 @@ uint unless_found(uint current, float lambda_min) {
 
 #include "query/simd8/shared_entries.glsl"
 
-// As trace of ray/traverse.glsl, whose loops these are. `asks`: whether the lane's ray is one of the packet;
-// `first_lane` has one. `rounds`: of the subgroup so far, of which there may be as many as `allowed`.
+// The loops of trace in ray/traverse.glsl, for a packet. `asks`: whether the lane's ray belongs to the packet; `first_lane` has
+// one. `rounds`: of the subgroup so far, at most `allowed`.
 Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, float lambda_max, int t_ns,
                    float share, uint instance_base, uint mask, uint root, float faces, uint loop_probe,
                    Entries entries, inout uint rounds, uint allowed) {
   Found best = nothing_within(asks ? lambda_max : 0.0);
-  Search search = nothing_begun(rounds + 8u, allowed);  // with the loops around this and behind it
+  Search search = nothing_begun(rounds + 8u, allowed);  // including the loops around and after this one
   const ChildLane world_child_lane = child_lane_of(of_lane(world.octant, first_lane));
   const Beam world_beam = beam_of(asks, world);
   const vec2 shares = vec2(min_of_lanes(asks ? share : 1.0), max_of_lanes(asks ? share : 0.0));
@@ -191,7 +192,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
           const ChildLane child_lane = child_lane_of(of_lane(ray.octant, first_lane));
           const Beam beam = beam_of(asks, ray);
           const uint bottom = search.depth;
-          // A mask shuts out the one ray or the other.
+          // The mask excludes some rays.
           float begin = (candidate.mask & mask) != 0u ? world_begin : beyond_all;
           Range range = range_of(begin, reach_of(best));
           const Entries here = entries_into(instance, of_lane(candidate.blas_root, first_lane), entries);
@@ -224,7 +225,7 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
     } while (current != ref_none);
   bool cut_short = search.rounds >= search.allowed;
 #ifdef RAY_ANY
-  // A hit is one, whatever was not looked at.
+  // A hit is a valid answer also where the search was cut short.
   cut_short = cut_short && best.status == status_miss;
 #endif
   if (cut_short || !loops_still_turn(loop_probe)) best.status = status_incomplete;

@@ -1,23 +1,23 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The body of the ray queries for neighbours that run side by side: one subgroup, which goes through its group's rays eight at a time.
+// Ray queries for batches of coherent rays: a workgroup is one subgroup, which traces its group's rays eight at a time.
 //
-// Include with RAY_ANY or RAY_MOVING defined as for ray/ray_buffers.glsl.
+// Macros: RAY_ANY, RAY_MOVING (ray/ray.comp).
 #include "query/simd8/halt_together.glsl"
 #include "query/simd8/packet.glsl"
 #include "query/ray/ray_buffers.glsl"
 
 layout(local_size_x = 8) in;
 
-// Whether two rays gain by going together: directions within 0.1 rad, origins within a decimetre.
+// Whether two rays are worth tracing together: directions within 0.1 rad, origins within a decimetre.
 bool runs_beside(vec3 apart, vec3 a, vec3 b) {
   const float along = dot(a, b);
   return largest(apart) <= 0.1 && along > 0.0 && along * along >= 0.99 * dot(a, a) * dot(b, b);
 }
 
-// Rays that part from the first one go in a turn of their own, with those beside them. Where an image's row ends, a packet has rays of
-// the next one, too: a beam around both would be led through the whole world.
+// Rays that diverge from the first one are traced as a packet of their own. Where a row of an image ends, eight rays include
+// some of the next row: a beam around both would enter most of the world.
 Found trace_together(bool asks, TracedRay ray, Entries entries, inout uint rounds, uint allowed) {
   Found found = nothing_within(0.0);
   found.status = status_incomplete;
@@ -74,10 +74,10 @@ void main() {
   do {
     const uint index = first + 8u * turn + gl_SubgroupInvocationID;
     const bool asks = index < args.end;
-    // A lane without a ray has one that there is, and asks nothing.
+    // A lane without a ray has a copy of another one, with `asks` false.
     const TracedRay ray = read_ray(asks ? index : first);
     ++turn;
-    // What one packet leaves of what it may have is there for those behind it.
+    // Rounds that one packet does not use are available to the next ones.
     const Found found = trace_together(asks, ray, entries, rounds, rounds_at_first * turn);
     if (asks) answer(index, found, ray);
     halted = all_halt(args.halt);

@@ -1,15 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The body of the ray queries for rays whose lanes work for one another: one subgroup, which goes through its group's rays.
+// Ray queries with work sharing: a workgroup is one subgroup, which traces its group's rays.
 //
-// Include with RAY_ANY or RAY_MOVING defined as for ray/ray_buffers.glsl.
+// Macros: RAY_ANY, RAY_MOVING (ray/ray.comp).
 #include "query/simd8/work_sharing.glsl"
 #include "query/simd8/halt_together.glsl"
 
 layout(local_size_x = 8) in;
 
-// For lanes that have none, rays from `next` on.
+// Gives the next rays, from `next` on, to lanes without one.
 void take_rays(inout RayState state, inout uint next, uint end) {
   const uint place = next + lanes_before(!state.is_active);
   const bool takes = !state.is_active && place < end;
@@ -19,12 +19,12 @@ void take_rays(inout RayState state, inout uint next, uint end) {
   next = min(next + count_of_lanes(!state.is_active || takes), end);
 }
 
-// Answers of rays that are done, or of all where the search is cut short.
+// Writes the answers of rays that are complete, or of all where the search is cut short.
 void finish_rays(inout RayState state, bool cut_short) {
   if (state.is_active && (cut_short || is_done(state))) {
     Found found = state.best;
 #ifdef RAY_ANY
-    // A hit is one, whatever was not looked at.
+    // A hit is a valid answer also where the search was cut short.
     cut_short = cut_short && found.status == status_miss;
 #endif
     found.status = cut_short ? status_incomplete : found.status;
@@ -50,7 +50,7 @@ void main() {
     const uint before = next;
     take_rays(state, next, end);
     rounds = min(rounds, max_rounds) - (next - before) * (rounds_at_first / 8u);
-    rounds += 4u;  // with those of loops_still_turn
+    rounds += 4u;  // including those of loops_still_turn
     uint done;
     bool cut_short;
     do {

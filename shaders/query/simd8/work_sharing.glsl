@@ -1,48 +1,47 @@
-// Rays by a lane each, whose lanes work for one another. A ray alone waits most of the time: some have met four instances when others
-// have met none, and of those that are below an instance few are in its tree as long as the last one is. So a lane goes down the
-// entities' tree for its own ray, and what the ray meets is entered by any lane that has nothing to do, as an item. What that finds
-// goes back to the ray's own lane. (Work that lanes take from one another: Garanzha and Loop 2010, whose rays wait in queues.)
+// Work sharing between the lanes of a subgroup. With one ray per lane, lanes wait for one another most of the time: rays find
+// instances at different rates, and their searches inside instances take different times. Here a lane goes down the TLAS for
+// its own ray, and each instance that the ray finds becomes a work item, which any lane without work takes. The result returns
+// to the ray's own lane. (Compare Garanzha and Loop 2010, whose rays wait in queues.)
 //
-// What a ray finds does not depend on who runs its items: its hits are compared as ray/traverse.glsl compares them, and made by
-// the same lines.
+// A ray's result does not depend on the lanes that run its items: hits are computed and compared by the code of
+// ray/traverse.glsl.
 //
-// For subgroups of eight lanes, all of them in use: they go through all loops together.
+// For subgroups of eight lanes, all of them active: they go through all loops together.
 //
-// Include with RAY_ANY or RAY_MOVING defined as for ray/steps.glsl.
+// Macros: RAY_ANY, RAY_MOVING (ray/ray.comp).
 #ifndef RTSTDB_QUERY_SIMD8_WORK_SHARING_GLSL
 #define RTSTDB_QUERY_SIMD8_WORK_SHARING_GLSL
 #define RAY_WORK_SHARING
 #include "query/ray/steps.glsl"
-// Behind it, for what it reads of instances and triangles.
+// After steps.glsl, whose functions it uses.
 #include "query/ray/ray_buffers.glsl"
 
-// When lanes turn to something else; found by trying (docs/decisions/0015). Down the entities' tree they go while so many have a way
-// there,
+// When the lanes change between the loops; measured optima. They stay in the TLAS while this many lanes have nodes left there,
 const uint enough_going = 6u;
-// or while there are fewer items than lanes.
+// or while there are fewer work items than lanes.
 const uint enough_items = 8u;
-// Below they stay while so many have an item, and take next rays when so many have none.
+// They stay in the geometries while this many lanes have an item, and take next rays when this many have none.
 const uint enough_at_work = 4u;
 const uint enough_free = 4u;
 
-// A lane's own ray.
+// The ray of a lane.
 struct RayState {
   bool is_active;
   uint index;
   TracedRay ray;
   Segment world;
-  Search search;  // of the entities' tree
-  uint current;   // there
+  Search search;  // in the TLAS
+  uint current;   // in the TLAS
   PendingInstances pending;
   Found best;
-  bool waits;  // for an item that is under way
+  bool waits;  // for an item that some lane runs
 };
 
-// Into an instance, for the ray of the lane `owner`; none has it when there is nothing to do.
+// A work item: the search in an instance for the ray of lane `owner`; `nobody`: the lane has no work.
 struct WorkItem {
   uint owner;
   uint below;
-  Search search;  // of the geometry's tree
+  Search search;  // in the geometry's tree
   uint instance;
   uint entity;
   float lambda_min;
@@ -72,14 +71,14 @@ RayState begin_ray(uint index, TracedRay ray, uint root) {
   return state;
 }
 
-// To instances that have not been entered.
+// Whether the ray has instances that have not been entered, or nodes left in the TLAS.
 bool has_instances_left(RayState state) {
   return state.current != ref_none || state.pending.leaf[0] != ref_none;
 }
 
 bool is_done(RayState state) { return !has_instances_left(state) && !state.waits; }
 
-// Down the entities' tree.
+// Goes down the TLAS.
 void find_instances(inout RayState state, WorkItem item) {
   const float limit = reach_of(state.best);
   uint going;
@@ -95,7 +94,7 @@ void find_instances(inout RayState state, WorkItem item) {
   } while (going >= enough_going || (going != 0u && items < enough_items));
 }
 
-// For lanes that have none, the first item of rays that have one, in the order of lanes.
+// Gives the first pending instance of rays that have one to lanes without an item, both in the order of lanes.
 void take_items(inout RayState state, inout uint owner, inout uint leaf) {
   const bool idle = owner == nobody;
   const bool has_one = state.pending.leaf[0] != ref_none;
@@ -144,7 +143,7 @@ void begin_items(inout RayState state, inout WorkItem item) {
   }
 }
 
-// What one item has found bounds all that are run for the same ray: what lies behind it need not be looked for any more.
+// Bounds every item of a ray by the best hit of all its items.
 void share_bounds(inout WorkItem item) {
   float nearest = item.best.lambda;
   bool found = false;
@@ -154,14 +153,14 @@ void share_bounds(inout WorkItem item) {
     nearest = same ? lesser_of(nearest, lambda) : nearest;
     found = found || (same && of_lane(item.best.status, lane) == status_hit);
   }
-  // A hit behind it is none that the ray would be told of.
+  // A hit beyond the bound would be discarded.
   if (nearest < item.best.lambda) item.best = nothing_within(nearest);
 #ifdef RAY_ANY
   item.below = found ? ref_none : item.below;
 #endif
 }
 
-// Down the geometries' trees. `more_waits`: there is something else to do.
+// Goes through the geometries. `more_waits`: there are rays or instances that wait.
 void run_items(inout WorkItem item, bool more_waits, float faces) {
   uint at_work;
   do {
@@ -173,7 +172,7 @@ void run_items(inout WorkItem item, bool more_waits, float faces) {
   } while (at_work >= enough_at_work || (at_work != 0u && !more_waits));
 }
 
-// What items have found so far goes to the rays that they are run for.
+// Returns the best hits of items to the rays that they run for.
 void return_results(inout RayState state, inout WorkItem item) {
   Found best = state.best;
   uint by = nobody;
