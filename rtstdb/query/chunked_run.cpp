@@ -280,7 +280,7 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
 
 std::uint32_t ChunkedRun::at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept {
   if (pass == Pass::again) return std::max(elements, query(request).min_retry_batch());
-  const std::uint32_t step = fewest_places(structures_.device.limits().processors);
+  const std::uint32_t step = min_places(structures_.device.limits().processors);
   return (elements + step - 1) / step * step;
 }
 
@@ -318,9 +318,12 @@ void ChunkedRun::record(const Chunk& chunk, Pass pass, accel::Submit& lane) noex
   std::uint32_t before = 0;
   each_part(chunk, pass, [&](GpuQuery& query, PlaceRange range) {
     const HaltAt halt{.words = lane.halt_address(), .from = before - range.first};
-    query.record(
-        {range, pass == Pass::again, query.stage()},
-        {.rows = rows_, .pool = structures_.pool, .tlas = structures_.tlas, .view = view_, .halt = halt, .recorder = lane.recorder()});
+    query.record({range, pass == Pass::again, query.stage()}, {.rows = rows_,
+                                                               .pool = structures_.pool,
+                                                               .tlas = structures_.tlas,
+                                                               .view = view_,
+                                                               .halt = halt,
+                                                               .recorder = lane.recorder()});
     before += range.end - range.first;
   });
 }

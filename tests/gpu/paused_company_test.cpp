@@ -45,7 +45,8 @@ class PausedInCompany : public testing::Test {
   OneWorld world(Version shape) const { return {states_, 10 + shape, shape, ball_.positions_m}; }
 
   query::GpuRayQuery& prepare() {
-    auto made = prepare_on<query::GpuRayQuery>(*executor_, RayQueryOptions{.name = "rays", .capacity = max_rays});
+    auto made =
+        prepare_on<query::GpuRayQuery>(*executor_, RayQueryOptions{.name = "rays", .capacity = max_rays});
     EXPECT_TRUE(made.ok());
     queries_.push_back(std::move(made).value());
     return *queries_.back();

@@ -17,7 +17,8 @@ TEST(PreparedQueriesOnTheDevice, AreConnectedAgainWhereThePoolHasGrown) {
                     DatabaseOptions{.max_entities = 4}))
           .value();
   const auto prepare = [&] {
-    return std::move(prepare_on<query::GpuRayQuery>(*executor, RayQueryOptions{.name = "rays", .capacity = 4}))
+    return std::move(
+               prepare_on<query::GpuRayQuery>(*executor, RayQueryOptions{.name = "rays", .capacity = 4}))
         .value();
   };
   const auto first = prepare();

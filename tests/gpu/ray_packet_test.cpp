@@ -1,5 +1,5 @@
-// Rays of a camera's image come into a geometry by entries that a group of them shares (shaders/query/simd8/shared_entries.glsl): whatever the
-// image, the world's place and what stands before it, the answers are those of lone rays.
+// Coherent rays, as those of a camera's image, are traced as packets (shaders/query/simd8/packet.glsl): whatever the image, the
+// world's place and the bodies before it, the answers have the bits of those of single rays.
 
 #include "rtstdb/query/ray/ray_coherence.hpp"
 #include "tests/gpu/database_test.hpp"
@@ -8,7 +8,7 @@
 namespace rtstdb::test {
 namespace {
 
-class SharedEntries : public DatabaseTest {
+class RayPackets : public DatabaseTest {
  protected:
   /// One finely meshed body that fills the image, turned and stretched, and small ones before, within and behind it.
   void make(std::uint64_t seed, double far_m, const gpu::DeviceOptions& device) {
@@ -99,7 +99,7 @@ class SharedEntries : public DatabaseTest {
   glm::dvec3 looks_at_m_;
 };
 
-TEST_F(SharedEntries, AnswerAsLoneRays) {
+TEST_F(RayPackets, AnswerAsLoneRays) {
   std::size_t hit = 0;
   std::size_t missed = 0;
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
@@ -124,7 +124,7 @@ TEST_F(SharedEntries, AnswerAsLoneRays) {
 
 /// Many bodies of all kinds and sizes, turned and stretched, some of them around the eye; rays of any length, range and mask, some along
 /// an axis; batches of any size, and at one instant, whether their bodies move or not.
-TEST_F(SharedEntries, AreThoseOfLoneRaysInAnyScene) {
+TEST_F(RayPackets, AreThoseOfLoneRaysInAnyScene) {
   std::size_t hit = 0;
   std::size_t together = 0;
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
@@ -166,7 +166,7 @@ TEST_F(SharedEntries, AreThoseOfLoneRaysInAnyScene) {
 }
 
 /// The mesh lies far from its own origin, where a box is as wide as what its corners are rounded by.
-TEST_F(SharedEntries, HoldAHitAtTheEndOfARange) {
+TEST_F(RayPackets, HoldAHitAtTheEndOfARange) {
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     Random random(seed);
     TriangleMesh floor = make_sphere(1.0, 4);
