@@ -1,12 +1,12 @@
-// What ends a chunk early (shaders/common/halt.glsl).
+// Words by which the host halts a chunk (shaders/common/halt.glsl).
 #ifndef RTSTDB_SHARED_HALT_H
 #define RTSTDB_SHARED_HALT_H
 #include "shared/interop.h"
 
-// The host writes and reads them while the chunk runs. Elements are counted from the chunk's first.
+// The host writes and reads them while the chunk runs. Elements are numbered from the chunk's first one.
 #define RTSTDB_FIELDS_HaltWords(F)                                                         \
-  F(uint, wanted)          /* not 0: elements that have not begun do not begin any more */ \
-  F(uint, first_unstarted) /* of those, the first */
+  F(uint, wanted)          /* not 0: the kernel starts no further elements */ \
+  F(uint, first_unstarted) /* the first element that was not started */
 RTSTDB_STRUCT(HaltWords)
 
 #endif

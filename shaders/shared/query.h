@@ -8,16 +8,17 @@ RTSTDB_CONSTANT(status_miss, 0)
 RTSTDB_CONSTANT(status_hit, 1)
 RTSTDB_CONSTANT(status_incomplete, 2)
 
-// A ray lies as the caller filled it in (rtstdb::Ray), 4 texels:
+// The layout of a ray is that of rtstdb::Ray, in 4 texels:
 //   0 origin, direction x    1 direction yz, lambda range    2 time (int64 ns, low word first), mask, carrier's index    3 -
 RTSTDB_CONSTANT(ray_texels, 4)
-// A hit lies as the caller reads it (rtstdb::RayHit), 8 pairs of words:
+// The layout of a hit is that of rtstdb::RayHit, in 8 pairs of words:
 //   0 status, lambda    2 entity's index and generation    4 triangle, front    6 normal z, relative velocity x
 //   1 u, v              3 mask, material                   5 normal xy          7 relative velocity yz
 RTSTDB_CONSTANT(hit_pairs, 8)
 
-// So many rays are asked again at a time. What is left of the search of one takes so many words, two stacks of 96 groups and 18 more, and 5
-// for each hit that it may have a list of. The upper bit of its word in `again` says that it begins.
+// Retried rays: at most paused_rays of them at a time. The state of a paused search takes paused_ray_words (two stacks of
+// paused_ray_groups groups and 18 words) and paused_hit_words for each hit of its list. ray_begins_bit in a ray's word of
+// `retried_rays` says that its search begins.
 RTSTDB_CONSTANT(paused_rays, 256)
 RTSTDB_CONSTANT(paused_ray_groups, 96)
 RTSTDB_CONSTANT(paused_ray_words, 210)
@@ -27,15 +28,15 @@ RTSTDB_CONSTANT(ray_begins_bit, 0x80000000u)
 #define RTSTDB_FIELDS_RayArgs(F)                                                                             \
   F(uint, root)                                                                                              \
   F(uint, first) /* see place_of_invocation */                                                               \
-  F(uint, end)   /* no ray from this place on is asked */                                                    \
+  F(uint, end)   /* one behind the last place */                                                             \
   F(uint, per_group)                                                                                         \
-  F(uint, is_retry)  /* 1: places are those in `again`, which names rays, and searches may pause; 0: rays */ \
-  F(uint, epoch_ns)  /* low word; rays lie less than two epochs after it, so it says enough */               \
+  F(uint, is_retry)  /* 1: places are those of `retried_rays`, and searches may pause; 0: places are rays */ \
+  F(uint, epoch_ns)  /* low word, which suffices: times are less than two epochs after it */               \
   F(uint, late_base) /* where the next epoch's instances begin */                                            \
-  F(uint, still)     /* 1: every ray asks at still_ns */                                                     \
+  F(uint, still)     /* 1: every ray has time still_ns */                                                    \
   F(uint, still_ns)  /* low word */                                                                          \
   F(uint, window_begin_ns) /* low word */                                                                    \
-  F(float, per_window_ns)  /* 1 over the window's length; 0: it is an instant */                             \
+  F(float, per_window_ns)  /* 1 over the window's length; 0: the window is an instant */                             \
   F(uint, hits_per_ray)                                                                                      \
   F(uvec2, hits)      /* their address, low word first */                                                    \
   F(float, faces)     /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                          \
@@ -61,7 +62,7 @@ RTSTDB_CONSTANT(region_wants_inside, 2)
   F(float, near_m) /* frustum */
 RTSTDB_STRUCT(RegionRecord)
 
-// Followed in the id buffer by `capacity` ids of each region.
+// The id buffer holds up to `capacity` ids of each region.
 #define RTSTDB_FIELDS_RegionCount(F) \
   F(uint, found)                     \
   F(uint, incomplete)

@@ -148,8 +148,7 @@ std::vector<const gpu::Buffer*> GpuNearestQuery::bound_buffers(gpu::ShaderId sha
                                                                const accel::GeometryPool& pool,
                                                                const accel::Tlas& tlas) const {
   if (shader == gpu::ShaderId::nearest_sign)
-    return {&pool.nodes(), &tlas.instances(slot), &records_,
-            &counts_,      &pool.triangles(),     &tlas.places(slot)};
+    return {&pool.nodes(), &tlas.instances(slot), &records_, &counts_, &pool.triangles(), &tlas.places(slot)};
   std::vector<const gpu::Buffer*> buffers{&tlas.nodes(slot), &tlas.instances(slot), &records_, &counts_,
                                           &tlas.identity_texels(slot)};
   if (searches_triangles(options_.target))

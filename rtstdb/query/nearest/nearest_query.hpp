@@ -60,7 +60,8 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   NearestQueryOptions options_;
   std::vector<Nearest> points_;
   PointOrder order_;
-  std::vector<gpu::HostMemory> neighbor_memory_;     // one per answer slot, in the device's order, k for each point
+  std::vector<gpu::HostMemory>
+      neighbor_memory_;  // one per answer slot, in the device's order, k for each point
   std::vector<std::vector<NearestAnswer>> answers_;  // one per answer slot; they refer to neighbor_memory_
   gpu::Buffer records_, counts_;
   std::vector<gpu::Buffer> neighbors_;  // one per answer slot

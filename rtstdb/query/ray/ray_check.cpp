@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include <rtstdb/limits.hpp>
@@ -13,17 +12,13 @@
 namespace rtstdb::query {
 namespace {
 
-/// The range of a direction's largest component in which every product of the search is a finite, normal float.
-constexpr float smallest_direction = 1e-15f;
-constexpr float largest_direction = 1e15f;
-
 std::optional<BadInput> check_direction(const glm::vec3& d, std::uint32_t element) noexcept {
   const glm::vec4 values(d, 0.0f);
   if (!std::isfinite(d.x) || !std::isfinite(d.y) || !std::isfinite(d.z))
     return with_field(refused(BadInputReason::not_finite, element, values),
                       {"direction.x", "direction.y", "direction.z"}, glm::dvec3(d));
   const float largest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
-  if (largest < smallest_direction || largest > largest_direction)
+  if (largest < min_direction_component || largest > max_direction_component)
     return refused(BadInputReason::bad_ray, element, values);
   return std::nullopt;
 }
@@ -72,18 +67,6 @@ std::optional<BadInput> check_ray(const Ray& ray, std::uint32_t element, bool ig
   TimeSpan times;
   if (const auto bad = check_time(ignore_motion ? rows.time() : ray.t, element, rows, times)) return bad;
   return check_carrier(ray.carrier, element, rows);
-}
-
-bool is_valid_ray(const Ray& ray) noexcept {
-  constexpr float limit = static_cast<float>(max_coordinate_m);
-  const auto within = [](const glm::vec3& v, float bound) {
-    return (std::abs(v.x) <= bound) & (std::abs(v.y) <= bound) & (std::abs(v.z) <= bound);
-  };
-  const glm::vec3& d = ray.direction;
-  const bool has_length = (std::abs(d.x) >= smallest_direction) | (std::abs(d.y) >= smallest_direction) |
-                          (std::abs(d.z) >= smallest_direction);
-  return within(ray.origin_m, limit) & within(d, largest_direction) & has_length & (ray.lambda_min >= 0.0f) &
-         (ray.lambda_max >= ray.lambda_min) & (ray.lambda_min <= std::numeric_limits<float>::max());
 }
 
 }  // namespace rtstdb::query

@@ -1,6 +1,7 @@
 #pragma once
-// Puts indices in order. In a short list, for each the others below it are counted: no branch depends on them. In a longer one each
-// sets its bit in a field, which is then read from its begin; a bit above each word says whether to look at it.
+// Sorts indices. In a short list, each index is placed by the number of smaller ones, without branches on their values. In a
+// longer list, each index sets its bit in a bit field, which is then read in order; a second level has one bit per word that
+// is not zero.
 
 #include <algorithm>
 #include <array>
@@ -20,11 +21,10 @@ class IdOrder {
  public:
   IdOrder() : field_(std::make_unique<Field>()) {}
 
-  /// Up to here to count is faster: 5, 15, 30, 50 and 80 of 100,000 ids took 24, 55, 113, 230 and 495 ns, by their bits 80, 172, 237,
-  /// 330 and 460 (a Sapphire Rapids).
+  /// Up to this length counting is faster.
   static constexpr std::size_t max_counted = 64;
 
-  /// Calls `each` with the ids, ascending, once with each. They are below max_entities. Does not allocate.
+  /// Calls `each` with the ids in ascending order, once per distinct id. They are below max_entities. Does not allocate.
   template <class Each>
   void ascending(std::span<const std::uint32_t> ids, Each each) noexcept {
     if (ids.size() <= max_counted)
@@ -36,27 +36,27 @@ class IdOrder {
  private:
   template <class Each>
   static void by_counting(std::span<const std::uint32_t> ids, Each each) noexcept {
-    constexpr std::size_t side_by_side = 8;
-    static_assert(max_counted % side_by_side == 0);
-    // Signed: before AVX-512 processors compare no others. What is behind the last is above all.
+    constexpr std::size_t vector_width = 8;
+    static_assert(max_counted % vector_width == 0);
+    // Signed, since processors before AVX-512 compare signed vectors alone. Entries behind the last id are above all ids.
     std::array<std::int32_t, max_counted> keys;
     std::array<std::int32_t, max_counted> sorted;
-    const std::size_t rounded = (ids.size() + side_by_side - 1) / side_by_side * side_by_side;
-    std::fill_n(keys.begin(), rounded, nobody);
-    std::fill_n(sorted.begin(), rounded, nobody);
+    const std::size_t rounded = (ids.size() + vector_width - 1) / vector_width * vector_width;
+    std::fill_n(keys.begin(), rounded, no_id);
+    std::fill_n(sorted.begin(), rounded, no_id);
     std::ranges::transform(ids, keys.begin(), [](std::uint32_t id) { return static_cast<std::int32_t>(id); });
-    for (std::size_t first = 0; first < rounded; first += side_by_side) {
-      std::array<std::int32_t, side_by_side> below{};
+    for (std::size_t first = 0; first < rounded; first += vector_width) {
+      std::array<std::int32_t, vector_width> below{};
       for (std::size_t other = 0; other < ids.size(); ++other) {
-        for (std::size_t k = 0; k < side_by_side; ++k)
+        for (std::size_t k = 0; k < vector_width; ++k)
           below[k] += keys[other] < keys[first + k] ? 1 : 0;
       }
-      for (std::size_t k = 0; k < side_by_side && first + k < ids.size(); ++k)
+      for (std::size_t k = 0; k < vector_width && first + k < ids.size(); ++k)
         sorted[static_cast<std::size_t>(below[k])] = keys[first + k];
     }
-    // Of one that occurs twice the second's place stays empty.
+    // The entry of a duplicate stays empty.
     for (std::size_t k = 0; k < ids.size(); ++k) {
-      if (sorted[k] != nobody) each(static_cast<std::uint32_t>(sorted[k]));
+      if (sorted[k] != no_id) each(static_cast<std::uint32_t>(sorted[k]));
     }
   }
 
@@ -77,14 +77,14 @@ class IdOrder {
     }
   }
 
-  static constexpr std::int32_t nobody = std::numeric_limits<std::int32_t>::max();
-  static_assert(max_entities <= nobody);
+  static constexpr std::int32_t no_id = std::numeric_limits<std::int32_t>::max();
+  static_assert(max_entities <= no_id);
 
   static constexpr std::uint64_t bit_of(std::uint32_t place) noexcept {
     return std::uint64_t{1} << place % 64;
   }
 
-  /// Calls `each` with the places of the bits that are set, ascending, and clears them.
+  /// Calls `each` with the indices of the bits that are set, ascending, and clears them.
   template <class Each>
   static void take_bits(std::uint64_t& word, Each each) {
     for (std::uint64_t left = std::exchange(word, 0); left != 0; left &= left - 1)

@@ -265,7 +265,7 @@ void search_triangles(Instance i, uint root, uint place, vec3 point) {
 }
 #endif
 
-NeighborRecord described(uint place, uint slot, float distance, NearestRecord record, TracedRay asked) {
+NeighborRecord neighbor_of(uint place, uint slot, float distance, NearestRecord record, QueryPoint query) {
   NeighborRecord neighbor;
 #ifdef NEAREST_STILL
   const vec4 velocity_and_entity = texelFetch(centers, int(place * still_center_texels) + 1);
@@ -282,22 +282,22 @@ NeighborRecord described(uint place, uint slot, float distance, NearestRecord re
   neighbor.distance_m = distance;
 #ifdef NEAREST_ENTITY
 #ifdef NEAREST_STILL
-  const vec3 offset = offset_to_center(place, asked.point);
+  const vec3 offset = offset_to_center(place, query.point);
 #else
   fetch_instance_box(instances, place, i);
-  const vec3 offset = offset_to(i, record.t_ns, asked.point);
+  const vec3 offset = offset_to(i, record.t_ns, query.point);
 #endif
   neighbor.triangle = 0u;
   neighbor.u = neighbor.v = 0.0;
 #else
   const vec4 q = orientation_of(i, record.t_ns);
-  const vec3 point = into_frame(i, q, record.t_ns, asked.point);
+  const vec3 point = into_frame(i, q, record.t_ns, query.point);
   const TrianglePoint nearest = nearest_on_slot(slot, i.scale, point, neighbor.triangle);
   const vec3 offset = rotate(q, nearest.offset);
   neighbor.u = nearest.u;
   neighbor.v = nearest.v;
 #endif
-  neighbor.p_world_m = asked.point + offset;
+  neighbor.p_world_m = query.point + offset;
 #ifdef NEAREST_STILL
   const vec3 velocity = velocity_and_entity.xyz;
 #elif defined(NEAREST_CENTER)
@@ -305,7 +305,7 @@ NeighborRecord described(uint place, uint slot, float distance, NearestRecord re
 #else
   const vec3 velocity = velocity_at(i, record.t_ns, neighbor.p_world_m);
 #endif
-  neighbor.v_relative_mps = velocity - asked.v;
+  neighbor.v_relative_mps = velocity - query.v;
   return neighbor;
 }
 
@@ -324,16 +324,16 @@ void store_neighbor(uint place, NeighborRecord neighbor) {
 #ifdef NEAREST_ENTITY
 #include "query/nearest/entities.glsl"
 #else
-void search_entities(NearestRecord record, vec3 asked_point) {
+void search_entities(NearestRecord record, vec3 query_point) {
   uint current = args.root;
   if (current != ref_none) do {
       rounds += 3u;  // this loop's, and one for each of the two inside
-      if (is_inner(current)) current = nearest_entity_child(current, record.share, asked_point);
+      if (is_inner(current)) current = nearest_entity_child(current, record.share, query_point);
       if (current != ref_none && !is_inner(current)) {
         const uint place = (current & ref_instance_mask) + record.instance_base;
         Instance i = fetch_instance(instances, place);
         const bool wanted = (i.mask & record.mask) != 0u && (current & ref_instance_mask) != record.excluded;
-        const vec3 point = into_frame(i, orientation_of(i, record.t_ns), record.t_ns, asked_point);
+        const vec3 point = into_frame(i, orientation_of(i, record.t_ns), record.t_ns, query_point);
         search_triangles(i, wanted ? i.blas_root : ref_none, place, point);
         current = ref_none;
       }
@@ -346,15 +346,15 @@ void search_entities(NearestRecord record, vec3 asked_point) {
 void main() {
   const uint index = place_of_invocation(args.first, args.per_group);
   if (index >= args.end) return;
-  if (is_left(args.halt, index + args.halt_from)) {
+  if (skips_when_halted(args.halt, index + args.halt_from)) {
     counts[points[index].place] = NearestCount(0u, 0u);  // the sign pass finds no neighbor
     return;
   }
   const NearestRecord record = points[index];
-  const TracedRay asked = asked_of(instances, record);
+  const QueryPoint query = query_point_of(instances, record);
   set_reach(record.radius_m);
   clear_list();
-  search_entities(record, asked.point);
+  search_entities(record, query.point);
 
   uint found = 0u;
   uint places[LIST_SIZE];
@@ -371,7 +371,8 @@ void main() {
   uint k = 0u;
   if (found != 0u) do {
       const uint j = LIST_SIZE - args.k + k;
-      store_neighbor(record.place * args.k + k, described(places[j], slots[j], distances[j], record, asked));
+      store_neighbor(record.place * args.k + k,
+                     neighbor_of(places[j], slots[j], distances[j], record, query));
       ++k;
     } while (k < found);
   cut_short = cut_short || !loops_still_turn(args.loop_probe);

@@ -53,16 +53,17 @@ int winding_above(vec3 a, vec3 b, vec3 c) {
 void main() {
   const uint index = place_of_invocation(args.first, args.per_group);
   if (index >= args.end) return;
-  const uint asker = index / args.k;
-  const NearestRecord record = points[asker];
+  const uint point_index = index / args.k;
+  const NearestRecord record = points[point_index];
   const uint rank = index % args.k;
-  if (rank >= counts[record.place].found || is_left(args.halt, asker + args.halt_from)) return;
+  if (rank >= counts[record.place].found || skips_when_halted(args.halt, point_index + args.halt_from))
+    return;
   const uint neighbor = record.place * args.k + rank;
   Neighbors neighbors = Neighbors(args.neighbors);
   const Instance i =
       fetch_instance(instances, places[neighbors.records[neighbor].entity.x] + record.instance_base);
   const vec3 turned =
-      into_frame(i, orientation_of(i, record.t_ns), record.t_ns, asked_of(instances, record).point);
+      into_frame(i, orientation_of(i, record.t_ns), record.t_ns, query_point_of(instances, record).point);
   const vec3 point = turned / i.scale;
 
   uint stack[stack_size];

@@ -8,19 +8,19 @@
 
 vec3 velocity_at(Instance i, int t_ns, vec3 point) { return i.v + cross(i.w, point - position_of(i, t_ns)); }
 
-struct TracedRay {
+struct QueryPoint {
   vec3 point;
   vec3 v;
 };
 
-TracedRay asked_of(samplerBuffer instances, NearestRecord record) {
-  TracedRay asked = TracedRay(record.point_m, vec3(0.0));
+QueryPoint query_point_of(samplerBuffer instances, NearestRecord record) {
+  QueryPoint query = QueryPoint(record.point_m, vec3(0.0));
   if (record.carrier != no_entity) {
     const Instance i = fetch_instance(instances, record.carrier + record.instance_base);
-    asked.point = position_of(i, record.t_ns) + rotate(orientation_of(i, record.t_ns), record.point_m);
-    asked.v = velocity_at(i, record.t_ns, asked.point);
+    query.point = position_of(i, record.t_ns) + rotate(orientation_of(i, record.t_ns), record.point_m);
+    query.v = velocity_at(i, record.t_ns, query.point);
   }
-  return asked;
+  return query;
 }
 
 // A point in the frame of an entity, rotated but not scaled, so that lengths are those of the world.

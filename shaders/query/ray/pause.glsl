@@ -5,11 +5,11 @@
 #ifndef RTSTDB_QUERY_RAY_PAUSE_GLSL
 #define RTSTDB_QUERY_RAY_PAUSE_GLSL
 
-layout(set = 0, binding = 8) uniform usamplerBuffer again;
+layout(set = 0, binding = 8) uniform usamplerBuffer retried_rays;
 layout(set = 0, binding = 9, scalar) buffer PausedBuffer { uint paused[]; };
 
 // A retried ray, and whether its search begins instead of going on.
-uint retry_word(uint place) { return texelFetch(again, int(place >> 2))[place & 3u]; }
+uint retry_word(uint place) { return texelFetch(retried_rays, int(place >> 2))[place & 3u]; }
 uint retried_ray(uint place) { return retry_word(place) & ~ray_begins_bit; }
 bool begins_again(uint place) { return (retry_word(place) & ray_begins_bit) != 0u; }
 
@@ -19,7 +19,7 @@ const uint list_words = paused_hit_words * RAY_LIST;
 const uint list_words = 0u;
 #endif
 
-// Where the saved search of the ray at a place of `again` begins; its first word is 0 when the search has ended.
+// Where the saved search of the ray at a place of `retried_rays` begins; its first word is 0 when the search has ended.
 uint pause_at(uint place) { return place * (paused_ray_words + list_words); }
 
 void carry_over(bool resumes, inout uint at, inout uint word) {

@@ -39,9 +39,9 @@ void answer_list(uint index, Found found, TracedRay ray) {
 void main() {
   const uint place = place_of_invocation(args.first, args.per_group);
   // A lane without a ray of its own takes part in the loops of its subgroup with a copy of another ray.
-  bool asks = place < args.end;
-  if (asks && is_left(args.halt, place + args.halt_from)) asks = false;
-  const uint kept_at = asks ? place : args.first;
+  bool has_ray = place < args.end;
+  if (has_ray && skips_when_halted(args.halt, place + args.halt_from)) has_ray = false;
+  const uint kept_at = has_ray ? place : args.first;
 #ifdef RAY_PAUSES
   const bool is_retry = args.is_retry != 0u;
   const uint index = is_retry ? retried_ray(kept_at) : kept_at;
@@ -54,18 +54,18 @@ void main() {
 #endif
 #ifdef RAY_PAUSES
   const bool resumes = is_retry && !begins_again(kept_at);
-  if (resumes && paused[pause_at(kept_at)] == 0u) asks = false;
-  TraversalState state = begin_traversal(asks ? args.root : ref_none, ray.lambda_max);
-  if (asks && resumes) pause_or_resume(true, kept_at, state);
+  if (resumes && paused[pause_at(kept_at)] == 0u) has_ray = false;
+  TraversalState state = begin_traversal(has_ray ? args.root : ref_none, ray.lambda_max);
+  if (has_ray && resumes) pause_or_resume(true, kept_at, state);
 #else
-  TraversalState state = begin_traversal(asks ? args.root : ref_none, ray.lambda_max);
+  TraversalState state = begin_traversal(has_ray ? args.root : ref_none, ray.lambda_max);
 #endif
   trace(state, make_segment(-ray.origin, ray.direction), ray.lambda_min, ray.t_ns, ray.share,
         ray.instance_base, ray.mask, args.faces, args.hits_per_ray - 1u);
   const Found found = found_by(state, args.loop_probe);
-  if (!asks) return;
+  if (!has_ray) return;
 #ifdef RAY_PAUSES
-  const bool goes_on = is_retry && is_left(state) && found.status != status_incomplete;
+  const bool goes_on = is_retry && is_unfinished(state) && found.status != status_incomplete;
   if (goes_on) {
     pause_or_resume(false, kept_at, state);
     some_paused = 1u;

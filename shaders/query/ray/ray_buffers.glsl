@@ -13,7 +13,7 @@ layout(set = 0, binding = 6, scalar) writeonly buffer IncompleteBuffer {
   uint some_incomplete;
   // Set where loops have stopped (common/loops.glsl) in a subgroup that processes all rays of its group: some have no answer.
   // The subgroup's own limit of iterations should prevent this.
-  uint some_left;
+  uint some_unanswered;
   uint some_paused;
 };
 #ifdef RAY_MOVING
@@ -48,31 +48,31 @@ TracedRay read_ray(uint index) {
   const uint at_ns = args.still != 0u ? args.still_ns : floatBitsToUint(r2.x);
   const uint since_epoch_ns = at_ns - args.epoch_ns;
   const bool late = since_epoch_ns >= epoch_length_ns;
-  TracedRay asked;
-  asked.t_ns = int(late ? since_epoch_ns - epoch_length_ns : since_epoch_ns);
-  asked.instance_base = late ? args.late_base : 0u;
-  asked.share = clamp(float(at_ns - args.window_begin_ns) * args.per_window_ns, 0.0, 1.0);
-  asked.origin = r0.xyz;
-  asked.direction = vec3(r0.w, r1.xy);
-  asked.v_origin = vec3(0.0);
+  TracedRay ray;
+  ray.t_ns = int(late ? since_epoch_ns - epoch_length_ns : since_epoch_ns);
+  ray.instance_base = late ? args.late_base : 0u;
+  ray.share = clamp(float(at_ns - args.window_begin_ns) * args.per_window_ns, 0.0, 1.0);
+  ray.origin = r0.xyz;
+  ray.direction = vec3(r0.w, r1.xy);
+  ray.v_origin = vec3(0.0);
 #ifdef RAY_MOVING
   const uint carrier = floatBitsToUint(r2.w);
   if (carrier != no_entity) {
-    const Instance i = instance_at(places[carrier] + asked.instance_base);
-    const vec4 q = orientation_of(i, asked.t_ns);
-    asked.origin = position_of(i, asked.t_ns) + rotate(q, asked.origin);
-    asked.direction = rotate(q, asked.direction);
-    asked.v_origin = velocity_at(i, asked.t_ns, asked.origin);
+    const Instance i = instance_at(places[carrier] + ray.instance_base);
+    const vec4 q = orientation_of(i, ray.t_ns);
+    ray.origin = position_of(i, ray.t_ns) + rotate(q, ray.origin);
+    ray.direction = rotate(q, ray.direction);
+    ray.v_origin = velocity_at(i, ray.t_ns, ray.origin);
   }
 #endif
   // Scaled by a power of two, which is exact, so that no product of the search overflows or underflows for any direction.
-  const uint exponent = floatBitsToUint(largest(asked.direction)) >> 23;
-  asked.unit = uintBitsToFloat(254u - exponent << 23);
-  asked.direction *= asked.unit;
-  asked.lambda_min = r1.z * uintBitsToFloat(exponent << 23);
-  asked.lambda_max = min(r1.w * uintBitsToFloat(exponent << 23), 3.4e38);
-  asked.mask = floatBitsToUint(r2.z);
-  return asked;
+  const uint exponent = floatBitsToUint(largest(ray.direction)) >> 23;
+  ray.unit = uintBitsToFloat(254u - exponent << 23);
+  ray.direction *= ray.unit;
+  ray.lambda_min = r1.z * uintBitsToFloat(exponent << 23);
+  ray.lambda_max = min(r1.w * uintBitsToFloat(exponent << 23), 3.4e38);
+  ray.mask = floatBitsToUint(r2.z);
+  return ray;
 }
 
 void write_hit(uint place, Found found, TracedRay ray) {

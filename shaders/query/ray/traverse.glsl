@@ -18,7 +18,9 @@ TraversalState begin_traversal(uint root, float lambda_max) {
   return TraversalState(root, no_pending(), ref_none, 0u, nothing_begun(), nothing_within(lambda_max));
 }
 
-bool is_left(TraversalState state) { return state.current != ref_none || state.pending.leaf[0] != ref_none; }
+bool is_unfinished(TraversalState state) {
+  return state.current != ref_none || state.pending.leaf[0] != ref_none;
+}
 
 #ifdef RAY_PAUSES
 const bool pauses = true;
@@ -72,7 +74,7 @@ void trace(inout TraversalState state, Segment world, float lambda_min, int t_ns
       if (!pauses || below == ref_none) state.pending = rest;
     } while (another_round(state.pending.leaf[0] != ref_none && may_go_on(state.search)));
     state.current = unless_found(state.current, state.best);
-  } while (another_round(is_left(state) && may_go_on(state.search)));
+  } while (another_round(is_unfinished(state) && may_go_on(state.search)));
 }
 
 // The result of a search that has ended. `loop_probe`: see loops_still_turn.

@@ -279,9 +279,9 @@ void main() {
   if (index >= args.end) return;
 #ifdef REGION_LOWEST
   if (counts[index].found <= args.capacity || counts[index].incomplete != 0u) return;
-  if (is_left(args.halt, index + args.halt_from)) return;
+  if (skips_when_halted(args.halt, index + args.halt_from)) return;
 #else
-  if (is_left(args.halt, index + args.halt_from)) {
+  if (skips_when_halted(args.halt, index + args.halt_from)) {
     counts[index] = RegionCount(0u, 0u);  // the pass of the lowest ids skips it
     return;
   }

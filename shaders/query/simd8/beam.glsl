@@ -59,13 +59,13 @@ Beam beam_between(vec3 min_d, vec3 max_d, vec3 minus_o_low, vec3 minus_o_high) {
               mix(vec3(1.000001), vec3(1.0), not_forwards) / min_d, notEqual(not_forwards, backwards));
 }
 
-// Around the rays of the lanes for which `asks` holds.
-Beam beam_of(bool asks, Segment ray) {
+// Around the rays of the lanes for which `has_ray` holds.
+Beam beam_of(bool has_ray, Segment ray) {
   const vec3 none = vec3(3.4e38);
   const vec3 d = 1.0 / ray.inverse_d;
-  return beam_between(min_of_lanes(asks ? d : none), -min_of_lanes(asks ? -d : none),
-                      min_of_lanes(asks ? ray.minus_o - ray.blur_m : none),
-                      -min_of_lanes(asks ? -ray.minus_o - ray.blur_m : none));
+  return beam_between(min_of_lanes(has_ray ? d : none), -min_of_lanes(has_ray ? -d : none),
+                      min_of_lanes(has_ray ? ray.minus_o - ray.blur_m : none),
+                      -min_of_lanes(has_ray ? -ray.minus_o - ray.blur_m : none));
 }
 
 // The range of lambda that some ray still searches.

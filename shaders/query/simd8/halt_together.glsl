@@ -4,6 +4,6 @@
 #include "query/simd8/lanes.glsl"
 
 // Whether the subgroup halts: lane 0 decides, since each lane may have read another value.
-bool all_halt(uvec2 halt) { return of_lane(halt_is_wanted(halt) ? 1u : 0u, 0u) != 0u; }
+bool subgroup_halts(uvec2 halt) { return of_lane(halt_requested(halt) ? 1u : 0u, 0u) != 0u; }
 
 #endif

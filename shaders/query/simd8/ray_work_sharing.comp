@@ -43,8 +43,8 @@ void main() {
   WorkItem item = no_item(state.world);
   uint rounds = max_rounds - rounds_at_first;
   do {
-    if (next < end && all_halt(args.halt)) {
-      leave(args.halt, next + args.halt_from);
+    if (next < end && subgroup_halts(args.halt)) {
+      report_unstarted(args.halt, next + args.halt_from);
       end = next;
     }
     const uint before = next;
@@ -69,5 +69,5 @@ void main() {
     finish_rays(state, cut_short);
     if (cut_short) item = no_item(state.world);
   } while (next < end || in_any(state.is_active ? 1u : 0u) != 0u);
-  if (!loops_still_turn(args.loop_probe)) some_left = 1u;
+  if (!loops_still_turn(args.loop_probe)) some_unanswered = 1u;
 }
