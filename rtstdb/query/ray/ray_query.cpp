@@ -17,9 +17,6 @@ namespace {
 /// How many rays ahead check prefetches.
 constexpr std::uint32_t prefetch_distance = 64;
 
-/// Rays that one thread checks at a time; batches with more of them are worth a second thread.
-constexpr std::uint32_t rays_per_block = 8192;
-
 /// Worlds with this many entities gain by work sharing (shaders/query/simd8/work_sharing.glsl).
 constexpr std::uint32_t min_entities_for_work_sharing = 16;
 
@@ -36,7 +33,7 @@ static_assert(sizeof(RayHit) == 8 * shared::hit_pairs && offsetof(RayHit, entity
               offsetof(RayHit, v_relative_mps) == 52);
 
 /// Words that the kernels write once for all rays of a batch (IncompleteBuffer in shaders/query/ray/ray_buffers.glsl).
-enum Flag : std::uint8_t { some_incomplete, some_left, some_paused };
+enum Flag : std::uint8_t { some_incomplete, some_unanswered, some_paused };
 
 std::uint32_t low_word(WorldTime t) noexcept {
   return static_cast<std::uint32_t>(t.time_since_epoch().count());
@@ -164,47 +161,31 @@ std::vector<const gpu::Buffer*> GpuRayQuery::bound_buffers(gpu::ShaderId /*shade
 
 std::optional<BadInput> GpuRayQuery::check(std::uint32_t count, const RowSource& rows,
                                            TimeSpan& times) const noexcept {
-  const std::uint32_t blocks = (count + rays_per_block - 1) / rays_per_block;
-  std::array<Checked, threads::ForkJoin::hands> checked;
-  fork_join().each(blocks, [&](std::uint32_t block, std::uint32_t hand) {
-    const std::uint32_t first = block * rays_per_block;
-    check_range({first, std::min(first + rays_per_block, count)}, rows, checked[hand]);
-  });
-  carried_ = false;
-  std::uint32_t first_fault = count;
-  for (const Checked& one : checked) {
-    carried_ = carried_ || one.carried;
-    first_fault = std::min(first_fault, one.first_fault);
-    times.first = std::min(times.first, one.times.first);
-    times.last = std::max(times.last, one.times.last);
-  }
-  const auto rays = ray_memory_.as<const Ray>();
-  if (first_fault < count) return check_ray(rays[first_fault], first_fault, options_.ignore_motion, rows);
-  coherent_ = are_coherent(rays.first(count));
-  return std::nullopt;
-}
-
-void GpuRayQuery::check_range(PlaceRange range, const RowSource& rows, Checked& checked) const noexcept {
-  const auto rays = ray_memory_.as<const Ray>().first(range.end);
+  const auto rays = ray_memory_.as<const Ray>().first(count);
   // With ignore_motion every ray has the version's own time.
   const WorldTime earliest = options_.ignore_motion ? WorldTime::min() : rows.time();
   const WorldTime latest = options_.ignore_motion ? WorldTime::max() : world_time_ns(max_world_time_ns);
+  carried_ = false;
   TimeSpan span;
   EntityId known_carrier;  // most batches have one
-  for (std::uint32_t i = range.first; i < range.end && i < checked.first_fault; ++i) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     const Ray& ray = rays[i];
-    __builtin_prefetch(&rays[std::min(i + prefetch_distance, range.end - 1)]);
+    __builtin_prefetch(&rays[std::min(i + prefetch_distance, count - 1)]);
     span.first = std::min(span.first, ray.t);
     span.last = std::max(span.last, ray.t);
     const bool known = ray.carrier == known_carrier;
     if (is_valid_ray(ray) & (ray.t >= earliest) & (ray.t <= latest) & known) [[likely]]
       continue;
-    if (check_ray(ray, i, options_.ignore_motion, rows)) checked.first_fault = i;
+    if (const auto bad = check_ray(ray, i, options_.ignore_motion, rows)) return bad;
     known_carrier = ray.carrier;
-    checked.carried = checked.carried || ray.carrier.valid();
+    carried_ = carried_ || ray.carrier.valid();
   }
-  checked.times.first = std::min(checked.times.first, options_.ignore_motion ? rows.time() : span.first);
-  checked.times.last = std::max(checked.times.last, options_.ignore_motion ? rows.time() : span.last);
+  if (count > 0) {
+    times.first = std::min(times.first, options_.ignore_motion ? rows.time() : span.first);
+    times.last = std::max(times.last, options_.ignore_motion ? rows.time() : span.last);
+  }
+  coherent_ = are_coherent(rays);
+  return std::nullopt;
 }
 
 // ---- a run
@@ -273,8 +254,8 @@ void GpuRayQuery::record(const BatchPart& part, const Recording& recording) noex
                              .halt = halt.words,
                              .halt_from = halt.from,
                              .loop_probe = 2};
-  dispatch(part.is_retry ? pausing_kernel() : kernel_for(carried_ || window_s > 0.0, view.entities), recording,
-           layout, args);
+  dispatch(part.is_retry ? pausing_kernel() : kernel_for(carried_ || window_s > 0.0, view.entities),
+           recording, layout, args);
 }
 
 void GpuRayQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/) noexcept {
@@ -287,10 +268,11 @@ void GpuRayQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/)
   pull(part.range.first, part.range.end);
   // A chunk after this one may have raised the flags; then its rays are looked at for nothing, or retried.
   const auto flags = flags_.host_as<const std::uint32_t>();
-  const bool any_left = flags[some_left] != 0;
-  if (flags[some_incomplete] == 0 && !any_left) return;
+  const bool any_unanswered = flags[some_unanswered] != 0;
+  if (flags[some_incomplete] == 0 && !any_unanswered) return;
   for (std::uint32_t ray = part.range.first; ray < part.range.end; ++ray) {
-    if (any_left) written_hits()[std::size_t{ray} * options_.hits_per_ray].status = HitStatus::incomplete;
+    if (any_unanswered)
+      written_hits()[std::size_t{ray} * options_.hits_per_ray].status = HitStatus::incomplete;
     if (is_incomplete(ray)) note_incomplete(ray);
   }
 }

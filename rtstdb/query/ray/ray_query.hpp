@@ -3,7 +3,6 @@
 // (shaders/query/ray/ray_buffers.glsl), so nothing is packed or unpacked.
 
 #include <array>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -21,7 +20,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   std::span<Ray> rays() noexcept override { return ray_memory_.as<Ray>(); }
   std::span<const RayHit> hits() const noexcept override {
     return hit_memory_[slots().read()].as<const RayHit>().first(std::size_t{slots().readable()} *
-                                                               options_.hits_per_ray);
+                                                                options_.hits_per_ray);
   }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
@@ -55,14 +54,6 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   /// Fetches the hits of these rays from a device that does not write host memory.
   void pull(std::uint32_t first_ray, std::uint32_t end_ray) const noexcept;
 
-  /// What check has found so far, on one of its threads.
-  struct Checked {
-    TimeSpan times;
-    bool carried = false;
-    std::uint32_t first_fault = std::numeric_limits<std::uint32_t>::max();
-  };
-  void check_range(PlaceRange range, const RowSource& rows, Checked& checked) const noexcept;
-
   RayQueryOptions options_;
   // What check found in the batch that is recorded next.
   mutable bool carried_ = false;
@@ -70,8 +61,9 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   /// By place of the retry pass: the contents of the slot (TlasView::contents) that the paused search went through; 0: it
   /// begins.
   std::array<std::uint64_t, shared::paused_rays> searched_contents_{};
-  std::uint32_t restarts_ = 0;  // passes in which searches of the window began again, since their slot had other contents
-  bool some_restart_ = false;   // in the pass that runs
+  std::uint32_t restarts_ =
+      0;  // passes in which searches of the window began again, since their slot had other contents
+  bool some_restart_ = false;                // in the pass that runs
   gpu::HostMemory ray_memory_;               // the caller's spans
   std::vector<gpu::HostMemory> hit_memory_;  // one per answer slot
   gpu::Buffer rays_, retried_rays_, flags_, paused_;
