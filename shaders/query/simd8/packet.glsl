@@ -164,19 +164,17 @@ uint unless_found(uint current, float lambda_min) {
 #endif
 }
 
-#include "query/simd8/shared_entries.glsl"
-
-// The loops of trace in ray/traverse.glsl, for a packet. `asks`: whether the lane's ray belongs to the packet; `first_lane` has
+// The loops of trace in ray/traverse.glsl, for a packet. `has_ray`: whether the lane's ray belongs to the packet; `first_lane` has
 // one. `rounds`: of the subgroup so far, at most `allowed`.
-Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, float lambda_max, int t_ns,
+Found trace_packet(bool has_ray, uint first_lane, Segment world, float lambda_min, float lambda_max, int t_ns,
                    float share, uint instance_base, uint mask, uint root, float faces, uint loop_probe,
-                   Entries entries, inout uint rounds, uint allowed) {
-  Found best = nothing_within(asks ? lambda_max : 0.0);
+                   inout uint rounds, uint allowed) {
+  Found best = nothing_within(has_ray ? lambda_max : 0.0);
   Search search = nothing_begun(rounds + 8u, allowed);  // including the loops around and after this one
   const ChildLane world_child_lane = child_lane_of(of_lane(world.octant, first_lane));
-  const Beam world_beam = beam_of(asks, world);
-  const vec2 shares = vec2(min_of_lanes(asks ? share : 1.0), max_of_lanes(asks ? share : 0.0));
-  float world_begin = asks ? lambda_min : beyond_all;
+  const Beam world_beam = beam_of(has_ray, world);
+  const vec2 shares = vec2(min_of_lanes(has_ray ? share : 1.0), max_of_lanes(has_ray ? share : 0.0));
+  float world_begin = has_ray ? lambda_min : beyond_all;
   Range world_range = range_of(world_begin, reach_of(best));
   uint current = root;
   if (current != ref_none) do {
@@ -190,33 +188,27 @@ Found trace_packet(bool asks, uint first_lane, Segment world, float lambda_min, 
           const Instance candidate = instance_at(instance);
           const Segment ray = enter_instance(world, candidate, t_ns, head_of(candidate.blas_root));
           const ChildLane child_lane = child_lane_of(of_lane(ray.octant, first_lane));
-          const Beam beam = beam_of(asks, ray);
+          const Beam beam = beam_of(has_ray, ray);
           const uint bottom = search.depth;
           // The mask excludes some rays.
           float begin = (candidate.mask & mask) != 0u ? world_begin : beyond_all;
           Range range = range_of(begin, reach_of(best));
-          const Entries here = entries_into(instance, of_lane(candidate.blas_root, first_lane), entries);
-          uint left = entries_entered(here, beam, range);
-          do {
-            ++search.rounds;
-            current = take_entry(here, left);
-            if (current != ref_none) do {
+          current = of_lane(candidate.blas_root, first_lane);
+          if (current != ref_none) do {
+              ++search.rounds;
+              current = descend_geometry(current, search, bottom, child_lane, beam, range);
+              if (current == ref_none) break;
+              do {
                 ++search.rounds;
-                current = descend_geometry(current, search, bottom, child_lane, beam, range);
-                if (current == ref_none) break;
-                do {
-                  ++search.rounds;
-                  if ((current & ref_leaf_bit) != 0u) {
-                    test_run(current, search, ray, begin, faces, instance, candidate.entity, best);
-                    begin = begin_of(begin, best);
-                    range = range_of(begin, reach_of(best));
-                    current = unless_found(pop_geometry(search, bottom, child_lane.octant), begin);
-                  }
-                } while ((current & ref_leaf_bit) != 0u && current != ref_none);
-              } while (current != ref_none);
-            left &= entries_entered(here, beam, range);
-            search.depth = bottom;
-          } while (left != 0u);
+                if ((current & ref_leaf_bit) != 0u) {
+                  test_run(current, search, ray, begin, faces, instance, candidate.entity, best);
+                  begin = begin_of(begin, best);
+                  range = range_of(begin, reach_of(best));
+                  current = unless_found(pop_geometry(search, bottom, child_lane.octant), begin);
+                }
+              } while ((current & ref_leaf_bit) != 0u && current != ref_none);
+            } while (current != ref_none);
+          search.depth = bottom;
           world_begin = begin_of(world_begin, best);
           world_range = range_of(world_begin, reach_of(best));
           current = unless_found(pop_entities(search, world_child_lane.octant), world_begin);
