@@ -23,10 +23,6 @@
 #include "rtstdb/open_history_range.hpp"
 #include "rtstdb/option_check.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
-#include "rtstdb/query/nearest_query.hpp"
-#include "rtstdb/query/overlap_query.hpp"
-#include "rtstdb/query/ray_query.hpp"
-#include "rtstdb/query/region_query.hpp"
 #include "rtstdb/standing/follower.hpp"
 #include "rtstdb/standing/query_spec.hpp"
 #include "rtstdb/transaction/engine.hpp"
@@ -174,19 +170,6 @@ class DatabaseImpl final : public Database {
       if (auto valid = check_options(options); !valid) return with_name(name, valid.error());
       return add_valid(mesh, name, options);
     });
-  }
-
-  Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) override {
-    return prepare_on_engine<RayQuery, query::GpuRayQuery>(options);
-  }
-  Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) override {
-    return prepare_on_engine<RegionQuery, query::GpuRegionQuery>(options);
-  }
-  Result<std::unique_ptr<NearestQuery>> prepare(const NearestQueryOptions& options) override {
-    return prepare_on_engine<NearestQuery, query::GpuNearestQuery>(options);
-  }
-  Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) override {
-    return prepare_on_engine<OverlapQuery, query::GpuOverlapQuery>(options);
   }
 
   Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& query,
@@ -352,19 +335,20 @@ class DatabaseImpl final : public Database {
     return *added;
   }
 
-  template <class Public, class Prepared, class Options>
-  Result<std::unique_ptr<Public>> prepare_on_engine(const Options& options) {
-    using Made = std::unique_ptr<Prepared>;
+  Result<std::unique_ptr<Query>> prepare_query(const AnyQueryOptions& options) override {
+    using Made = std::unique_ptr<query::GpuQuery>;
+    const std::string& name =
+        std::visit([](const auto& of_kind) -> const std::string& { return of_kind.name; }, options);
     require_open("Database::prepare");
-    return catch_out_of_memory<std::unique_ptr<Public>>(
-        "query", options.name, [&]() -> Result<std::unique_ptr<Public>> {
+    return catch_out_of_memory<std::unique_ptr<Query>>(
+        "query", name, [&]() -> Result<std::unique_ptr<Query>> {
           std::optional<Result<Made>> made;
           engine_.call([&] {
-            made.emplace(catch_out_of_memory<Made>("query", options.name,
-                                                   [&] { return executor_->prepare<Prepared>(options); }));
+            made.emplace(
+                catch_out_of_memory<Made>("query", name, [&] { return executor_->prepare(options); }));
           });
           if (!*made) return made->error();
-          return std::unique_ptr<Public>(std::move(*made).value());
+          return std::unique_ptr<Query>(dynamic_cast<Query*>(made->value().release()));
         });
   }
 

@@ -5,6 +5,7 @@
 #include <exception>
 #include <memory>
 #include <stop_token>
+#include <string>
 #include <thread>
 
 #include "bench/spatial/our_world.hpp"
@@ -95,24 +96,31 @@ class BusyWorld {
   std::unique_ptr<rtstdb::Transaction> urgent_;
 };
 
-PreparedBatch<rtstdb::RayQuery> scattered(BusyWorld& world) {
+/// A large batch of one kind, and its name in the figures.
+template <class Query>
+struct Large {
+  std::string name;
+  PreparedBatch<Query> batch;
+};
+
+Large<rtstdb::RayQuery> large_batch(BusyWorld& world, const rtstdb::RayQuery* /*kind*/) {
   const std::uint32_t count = world.count(1u << 18);
   auto query = must(world.database().prepare(rtstdb::RayQueryOptions{.name = "rays", .capacity = count}));
   std::ranges::copy(timed_rays(count, half_m, 40.0f, 0, 43), query->rays().begin());
-  return {world.database(), std::move(query), count};
+  return {"rays", {world.database(), std::move(query), count}};
 }
 
-PreparedBatch<rtstdb::NearestQuery> nearest(BusyWorld& world) {
+Large<rtstdb::NearestQuery> large_batch(BusyWorld& world, const rtstdb::NearestQuery* /*kind*/) {
   const std::uint32_t count = world.count(1u << 15);
   auto query = must(
       world.database().prepare(rtstdb::NearestQueryOptions{.name = "nearest", .capacity = count, .k = 4}));
   Random random(44);
   for (rtstdb::Nearest& point : query->points())
     point.point_m = random.in_box(glm::vec3(half_m));
-  return {world.database(), std::move(query), count};
+  return {"nearest", {world.database(), std::move(query), count}};
 }
 
-PreparedBatch<rtstdb::RegionQuery> regions(BusyWorld& world) {
+Large<rtstdb::RegionQuery> large_batch(BusyWorld& world, const rtstdb::RegionQuery* /*kind*/) {
   const std::uint32_t count = world.count(1u << 15);
   auto query = must(world.database().prepare(rtstdb::RegionQueryOptions{
       .name = "regions", .capacity = count, .level = rtstdb::RegionLevel::surface, .ids_per_region = 128}));
@@ -121,16 +129,16 @@ PreparedBatch<rtstdb::RegionQuery> regions(BusyWorld& world) {
     region.center_m = random.in_box(glm::vec3(half_m));
     region.half_extent_m = glm::vec3(5.0f);
   }
-  return {world.database(), std::move(query), count};
+  return {"regions", {world.database(), std::move(query), count}};
 }
 
-PreparedBatch<rtstdb::OverlapQuery> overlaps(BusyWorld& world) {
+Large<rtstdb::OverlapQuery> large_batch(BusyWorld& world, const rtstdb::OverlapQuery* /*kind*/) {
   const std::uint32_t count = world.count(1u << 15);
   auto query =
       must(world.database().prepare(rtstdb::OverlapQueryOptions{.name = "overlaps", .capacity = count}));
   for (std::size_t k = 0; rtstdb::Overlap & overlap : query->overlaps())
     overlap.entity = world.ids()[k++ % world.ids().size()];
-  return {world.database(), std::move(query), count};
+  return {"overlaps", {world.database(), std::move(query), count}};
 }
 
 }  // namespace
@@ -141,10 +149,16 @@ std::vector<Figure> measure_urgent(const SuiteOptions& options) {
   const auto append = [&](const std::vector<Figure>& more) {
     figures.insert(figures.end(), more.begin(), more.end());
   };
-  append(world.waits_beside("rays", scattered(world)));
-  append(world.waits_beside("nearest", nearest(world)));
-  append(world.waits_beside("regions", regions(world)));
-  append(world.waits_beside("overlaps", overlaps(world)));
+  const auto measure = [&](const auto* kind) {
+    if constexpr (requires { large_batch(world, kind); }) {
+      auto large = large_batch(world, kind);
+      append(world.waits_beside(large.name, std::move(large.batch)));
+    }
+  };
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) \
+  measure(static_cast<const rtstdb::Class*>(nullptr));
+#include <rtstdb/query_kinds.def>
+#undef QUERY_KIND
   return figures;
 }
 

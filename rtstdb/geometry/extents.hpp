@@ -23,7 +23,7 @@
 namespace rtstdb {
 
 /// Extents of the bounds of all triangles of a mesh, entity frame. Of the bounds and not of the corners,
-/// because a ray test accepts any point within a triangle's bounds (shaders/query/ray_triangle.glsl).
+/// because a ray test accepts any point within a triangle's bounds (shaders/query/ray/ray_triangle.glsl).
 struct Extents {
   Bounds bounds;  ///< exact: the 6 directions through the faces
   /// Extents from the middle of `bounds`, in metres times the length of the direction, never too small. A

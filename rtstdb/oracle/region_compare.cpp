@@ -1,4 +1,4 @@
-// Judges the answers to regions and overlaps by the gaps of what could be in them.
+// Judges the answers to regions and overlaps by the gaps of the candidates.
 
 #include <cmath>
 
@@ -31,7 +31,7 @@ std::string describe(const EntityTriangle& id) {
   return describe(id.entity) + ", triangle " + std::to_string(id.triangle);
 }
 
-/// `listed`: of the answer, what the gaps are about.
+/// `listed`: the answer's list of entities or triangles.
 template <class Gap, class Id>
 Judgement judge(std::span<const Gap> truth, std::span<const Id> listed, const RegionAnswer& answer) {
   if (answer.incomplete) return {Verdict::differs, "no answer: incomplete"};
@@ -51,7 +51,7 @@ Judgement judge(std::span<const Gap> truth, std::span<const Id> listed, const Re
     if (gap.gap_m <= 0.0) ++exact;
     if (gap.gap_m < -gap.noise_m) ++certain;
     if (gap.gap_m <= gap.noise_m) ++possible;
-    // Past the end of a list that overflowed nothing can be said of the single one.
+    // A list that overflowed says nothing about ids behind its end.
     if (answer.overflow && exhausted) continue;
     if (is_listed == (gap.gap_m <= 0.0)) continue;
     if (std::abs(gap.gap_m) <= gap.noise_m) {

@@ -36,8 +36,12 @@ RunReport ChunkedRun::run() noexcept {
   bool truncated = false;
   for (const Request& request : requests_)
     static_cast<GpuQuery*>(request.query)->begin_batch(request.count);
-  if (const auto status = run_pass(Pass::all)) return ended(*status);
-  if (const auto status = next_retry_batch()) return ended(*status);
+  while (true) {
+    if (const auto status = run_pass(Pass::all)) return ended(*status);
+    if (const auto status = next_retry_batch()) return ended(*status);
+    if (!begin_next_stage()) break;
+    if (const auto status = gap_between_passes()) return ended(*status);
+  }
   for (std::size_t k = 0; k < requests_.size(); ++k)
     truncated = truncated || query(k).truncated();
   return ended(truncated ? RunStatus::truncated : RunStatus::done);
@@ -167,9 +171,10 @@ void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool completed_before
 }
 
 ExecutorCallbacks::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
-  // Searches that pause would begin again in a slot that is made anew, and among shapes in other places.
-  const bool slot_stays = pass == Pass::again && structures_.tlas.pin(view_.slot);
-  const bool shapes_stay = pass == Pass::again && structures_.pool.pin(rows_);
+  // Paused searches, and stages that build on earlier ones, would begin again in a slot that another run has rebuilt.
+  const bool keeps_structures = pass == Pass::again || in_later_stage_;
+  const bool slot_stays = keeps_structures && structures_.tlas.pin(view_.slot);
+  const bool shapes_stay = keeps_structures && structures_.pool.pin(rows_);
   const ExecutorCallbacks::Gap gap = callbacks_->on_preemption_point();
   if (shapes_stay) structures_.pool.unpin(rows_);
   if (slot_stays) structures_.tlas.unpin(view_.slot);
@@ -181,14 +186,24 @@ std::optional<RunStatus> ChunkedRun::next_retry_batch() noexcept {
   while (true) {
     bool some = false;
     for (std::size_t k = 0; k < requests_.size(); ++k) {
-      query(k).asked_again = query(k).next_retry_batch();
-      some = some || query(k).asked_again > 0;
+      query(k).retry_batch = query(k).next_retry_batch();
+      some = some || query(k).retry_batch > 0;
     }
     if (!some) return std::nullopt;
     if (const auto status = gap_between_passes()) return status;
     known_ = 0;
     if (const auto status = run_pass(Pass::again)) return status;
   }
+}
+
+bool ChunkedRun::begin_next_stage() noexcept {
+  bool some = false;
+  for (std::size_t k = 0; k < requests_.size(); ++k)
+    some = query(k).begin_next_stage() || some;
+  in_later_stage_ = some;
+  pace_ = ChunkPace(chunk_ns());
+  known_ = 0;
+  return some;
 }
 
 std::optional<RunStatus> ChunkedRun::gap_between_passes() noexcept {
@@ -265,13 +280,12 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
 
 std::uint32_t ChunkedRun::at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept {
   if (pass == Pass::again) return std::max(elements, query(request).min_retry_batch());
-  const std::uint32_t step = fewest_places(structures_.device.limits().processors);
+  const std::uint32_t step = min_places(structures_.device.limits().processors);
   return (elements + step - 1) / step * step;
 }
 
 std::uint32_t ChunkedRun::total(std::size_t request, Pass pass) const noexcept {
-  if (pass == Pass::all) return requests_[request].count;
-  return query(request).asked_again;
+  return pass == Pass::all ? query(request).places() : query(request).retry_batch;
 }
 
 std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexcept {
@@ -304,20 +318,19 @@ void ChunkedRun::record(const Chunk& chunk, Pass pass, accel::Submit& lane) noex
   std::uint32_t before = 0;
   each_part(chunk, pass, [&](GpuQuery& query, PlaceRange range) {
     const HaltAt halt{.words = lane.halt_address(), .from = before - range.first};
-    if (pass == Pass::all)
-      query.record(range, rows_, structures_.tlas, view_, halt, lane.recorder());
-    else
-      query.record_again(range, rows_, structures_.tlas, view_, halt, lane.recorder());
+    query.record({range, pass == Pass::again, query.stage()}, {.rows = rows_,
+                                                               .pool = structures_.pool,
+                                                               .tlas = structures_.tlas,
+                                                               .view = view_,
+                                                               .halt = halt,
+                                                               .recorder = lane.recorder()});
     before += range.end - range.first;
   });
 }
 
 void ChunkedRun::unpack(const Chunk& chunk, Pass pass) noexcept {
   each_part(chunk, pass, [&](GpuQuery& query, PlaceRange range) {
-    if (pass == Pass::all)
-      query.unpack(range, view_);
-    else
-      query.unpack_again(range, view_);
+    query.take_answers({range, pass == Pass::again, query.stage()}, view_);
   });
 }
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include <rtstdb/database.hpp>
@@ -45,17 +46,25 @@ class RowSource {
   }
 };
 
+/// The cost class of a query: queries of one class share their estimates of cost.
 enum class QueryKind : std::uint8_t {
-  ray_closest,
-  ray_any,
-  ray_first,
-  region,
-  region_surface,
-  region_triangle,
-  nearest,
-  overlap,
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) __VA_ARGS__,
+#include <rtstdb/query_kinds.def>
+#undef QUERY_KIND
   count
 };
+
+/// Its name in rtstdb/query_kinds.def. Not for `count`.
+constexpr std::string_view to_string(QueryKind kind) noexcept {
+  std::string_view names =
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) #__VA_ARGS__ ", "
+#include <rtstdb/query_kinds.def>
+#undef QUERY_KIND
+      ;
+  for (auto k = static_cast<std::size_t>(kind); k > 0; --k)
+    names.remove_prefix(names.find(", ") + 2);
+  return names.substr(0, names.find(", "));
+}
 
 /// The times a batch asks at.
 struct TimeSpan {

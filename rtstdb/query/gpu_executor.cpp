@@ -7,6 +7,8 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/query/make_query.hpp"
+
 namespace rtstdb::query {
 namespace {
 
@@ -89,6 +91,15 @@ Result<GeometryId> GpuExecutor::add_here(const std::shared_ptr<const TriangleMes
   if (!index) return index.error();
   geometry_count_ = epoch.pool.count();
   return GeometryId{index.value()};
+}
+
+Result<std::unique_ptr<GpuQuery>> GpuExecutor::prepare(const AnyQueryOptions& options) {
+  return on_device([&]() -> Result<std::unique_ptr<GpuQuery>> {
+    auto query = make_any_query(epoch_->device, options);
+    if (!query) return query;
+    if (auto joined = join(*query.value()); !joined) return joined.error();
+    return query;
+  });
 }
 
 Result<void> GpuExecutor::join(GpuQuery& query) {

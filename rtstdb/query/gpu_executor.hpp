@@ -40,8 +40,7 @@ class GpuExecutor final : public Executor {
                                   const GeometryOptions& options);
   /// Makes the query, connects it to the pool and the slots, and has its shader compiled; add_geometry connects all that
   /// are prepared again where the pool has grown.
-  template <class Prepared, class Options>
-  Result<std::unique_ptr<Prepared>> prepare(const Options& options);
+  Result<std::unique_ptr<GpuQuery>> prepare(const AnyQueryOptions& options);
 
   /// Of what was added last.
   Bounds last_bounds() const noexcept { return epoch_->pool.bounds(geometry_count_ - 1); }
@@ -121,16 +120,6 @@ auto GpuExecutor::on_device(Step step) -> decltype(step()) {
       throw;
     }
   }
-}
-
-template <class Prepared, class Options>
-Result<std::unique_ptr<Prepared>> GpuExecutor::prepare(const Options& options) {
-  return on_device([&]() -> Result<std::unique_ptr<Prepared>> {
-    auto query = Prepared::create(epoch_->device, options);
-    if (!query) return query;
-    if (auto joined = join(*query.value()); !joined) return joined.error();
-    return query;
-  });
 }
 
 }  // namespace rtstdb::query

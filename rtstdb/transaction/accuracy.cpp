@@ -6,30 +6,6 @@
 namespace rtstdb::transaction {
 namespace {
 
-const char* name_of(query::QueryKind kind) noexcept {
-  switch (kind) {
-    case query::QueryKind::ray_closest:
-      return "ray_closest";
-    case query::QueryKind::ray_any:
-      return "ray_any";
-    case query::QueryKind::ray_first:
-      return "ray_first";
-    case query::QueryKind::region:
-      return "region";
-    case query::QueryKind::region_surface:
-      return "region_surface";
-    case query::QueryKind::region_triangle:
-      return "region_triangle";
-    case query::QueryKind::nearest:
-      return "nearest";
-    case query::QueryKind::overlap:
-      return "overlap";
-    case query::QueryKind::count:
-      break;
-  }
-  return "unknown";
-}
-
 void count_one(std::atomic<std::uint64_t>& counter) noexcept {
   counter.fetch_add(1, std::memory_order_relaxed);
 }
@@ -61,7 +37,7 @@ void Accuracy::ended(const TransactionImpl& transaction, Status status) noexcept
 
 CostPredictions Accuracy::read(query::QueryKind kind, const Histogram& histogram) {
   std::array<std::uint64_t, buckets> counts{};
-  CostPredictions found{.kind = name_of(kind)};
+  CostPredictions found{.kind = query::to_string(kind)};
   for (std::size_t k = 0; k < buckets; ++k)
     found.count += counts[k] = histogram[k].load(std::memory_order_relaxed);
   const auto quantile = [&](double share) {

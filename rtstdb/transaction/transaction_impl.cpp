@@ -112,19 +112,7 @@ std::uint32_t TransactionImpl::read(EntityId entity) noexcept {
   return static_cast<std::uint32_t>(reads_.size()) - 1;
 }
 
-void TransactionImpl::add_query(RayQuery& query, std::uint32_t count) noexcept {
-  declare(dynamic_cast<query::PreparedQuery*>(&query), count);
-}
-
-void TransactionImpl::add_query(RegionQuery& query, std::uint32_t count) noexcept {
-  declare(dynamic_cast<query::PreparedQuery*>(&query), count);
-}
-
-void TransactionImpl::add_query(NearestQuery& query, std::uint32_t count) noexcept {
-  declare(dynamic_cast<query::PreparedQuery*>(&query), count);
-}
-
-void TransactionImpl::add_query(OverlapQuery& query, std::uint32_t count) noexcept {
+void TransactionImpl::add_query(Query& query, std::uint32_t count) noexcept {
   declare(dynamic_cast<query::PreparedQuery*>(&query), count);
 }
 

@@ -44,10 +44,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   void remove(EntityId entity) noexcept override;
   void update_geometry(GeometryId geometry, std::span<const glm::vec3> positions_m) noexcept override;
   std::uint32_t read(EntityId entity) noexcept override;
-  void add_query(RayQuery& query, std::uint32_t count) noexcept override;
-  void add_query(RegionQuery& query, std::uint32_t count) noexcept override;
-  void add_query(NearestQuery& query, std::uint32_t count) noexcept override;
-  void add_query(OverlapQuery& query, std::uint32_t count) noexcept override;
+  void add_query(Query& query, std::uint32_t count) noexcept override;
   EntityId created(std::uint32_t ordinal) const noexcept override;
   const EntityState* state(std::uint32_t ordinal) const noexcept override;
   Status status() const noexcept override { return static_cast<Status>(status_.get()); }

@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "rtstdb/query/gpu_executor.hpp"
-#include "rtstdb/query/ray_query.hpp"
+#include "rtstdb/query/ray/ray_query.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/gaps.hpp"
 #include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/prepare_on.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -143,7 +144,7 @@ class PacedRuns : public testing::Test {
   OneWorld world(Version version) const { return {states_, version, 0, {}}; }
 
   std::unique_ptr<query::GpuRayQuery> prepare() {
-    auto made = executor_->prepare<query::GpuRayQuery>(RayQueryOptions{.name = "rays", .capacity = most});
+    auto made = prepare_on<query::GpuRayQuery>(*executor_, RayQueryOptions{.name = "rays", .capacity = most});
     EXPECT_TRUE(made.ok());
     return std::move(made).value();
   }

@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "rtstdb/query/gpu_executor.hpp"
-#include "rtstdb/query/ray_query.hpp"
+#include "rtstdb/query/ray/ray_query.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/gaps.hpp"
 #include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/prepare_on.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -44,7 +45,8 @@ class PausedInCompany : public testing::Test {
   OneWorld world(Version shape) const { return {states_, 10 + shape, shape, ball_.positions_m}; }
 
   query::GpuRayQuery& prepare() {
-    auto made = executor_->prepare<query::GpuRayQuery>(RayQueryOptions{.name = "rays", .capacity = max_rays});
+    auto made =
+        prepare_on<query::GpuRayQuery>(*executor_, RayQueryOptions{.name = "rays", .capacity = max_rays});
     EXPECT_TRUE(made.ok());
     queries_.push_back(std::move(made).value());
     return *queries_.back();

@@ -202,10 +202,13 @@ class Database {
   /// dispatch.
   /// Errors: capacity, if a count is 0 or above its limit (limits.hpp); bad_input for options that contradict
   /// one another; out_of_memory; device_lost, if no other device could be opened.
-  virtual Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) = 0;
-  virtual Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) = 0;
-  virtual Result<std::unique_ptr<NearestQuery>> prepare(const NearestQueryOptions& options) = 0;
-  virtual Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) = 0;
+  template <class Options>
+  Result<std::unique_ptr<typename Options::Prepared>> prepare(const Options& options) {
+    auto query = prepare_query(options);
+    if (!query) return query.error();
+    return std::unique_ptr<typename Options::Prepared>(
+        static_cast<typename Options::Prepared*>(query.value().release()));
+  }
   /// Registers a standing query (standing.hpp). Its first events list the members in the latest version or a
   /// later one; from then on an event follows for each entity that enters or exits.
   /// Errors: bad_input for values that a one-shot query refuses too, for a region or radius that no entity
@@ -289,6 +292,10 @@ class Database {
   virtual ShapeCounts shape_counts() const noexcept = 0;
   virtual StandingCounts standing_counts() const noexcept = 0;
   virtual Health health() const = 0;
+
+ private:
+  /// A query of the options' class.
+  virtual Result<std::unique_ptr<Query>> prepare_query(const AnyQueryOptions& options) = 0;
 };
 
 }  // namespace rtstdb

@@ -29,6 +29,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <variant>
 
 #include <rtstdb/entity.hpp>
 
@@ -76,6 +77,8 @@ class Query {
 };
 
 // ---- ray
+
+class RayQuery;
 
 enum class RayMode : std::uint8_t {
   closest,  ///< the hit with the smallest lambda
@@ -127,6 +130,7 @@ struct RayHit {
 };
 
 struct RayQueryOptions {
+  using Prepared = RayQuery;
   std::string name{};          ///< for reports and error texts
   std::uint32_t capacity = 0;  ///< rays in a batch: 1 to max_rays_per_query
   RayMode mode = RayMode::closest;
@@ -161,6 +165,8 @@ class RayQuery : public Query {
 };
 
 // ---- region
+
+class RegionQuery;
 
 /// What a region query finds. Entities without geometry are never found.
 enum class RegionLevel : std::uint8_t {
@@ -226,6 +232,7 @@ struct RegionAnswer {
 };
 
 struct RegionQueryOptions {
+  using Prepared = RegionQuery;
   std::string name{};          ///< for reports and error texts
   std::uint32_t capacity = 0;  ///< regions in a batch: 1 to max_regions_per_query
   RegionLevel level = RegionLevel::bounds;
@@ -244,6 +251,8 @@ class RegionQuery : public Query {
 };
 
 // ---- nearest
+
+class NearestQuery;
 
 /// What the distance of an entity is measured to.
 enum class NearestTarget : std::uint8_t {
@@ -296,6 +305,7 @@ struct NearestAnswer {
 /// surface winds around it (winding number not zero), whichever side its fronts are on. Distances to an open
 /// geometry have no sign.
 struct NearestQueryOptions {
+  using Prepared = NearestQuery;
   std::string name{};          ///< for reports and error texts
   std::uint32_t capacity = 0;  ///< points in a batch: 1 to max_points_per_query
   NearestTarget target = NearestTarget::surface;
@@ -314,6 +324,8 @@ class NearestQuery : public Query {
 
 // ---- overlap
 
+class OverlapQuery;
+
 /// The entities whose oriented bounding boxes overlap or touch the box of a given entity at time t: the broad
 /// phase of the paper's Intersection Query. The entity itself is not in its answer. It must have a geometry
 /// (no_geometry).
@@ -327,6 +339,7 @@ struct Overlap {
 using OverlapAnswer = RegionAnswer;
 
 struct OverlapQueryOptions {
+  using Prepared = OverlapQuery;
   std::string name{};          ///< for reports and error texts
   std::uint32_t capacity = 0;  ///< entities in a batch: 1 to max_regions_per_query
   /// Largest number of entities that an answer lists. 0: the query only counts, which is faster.
@@ -340,6 +353,22 @@ class OverlapQuery : public Query {
   virtual std::span<Overlap> overlaps() noexcept = 0;
   virtual std::span<const OverlapAnswer> answers() const noexcept = 0;
 };
+
+// ---- every kind
+
+namespace detail {
+template <class First, class... Rest>
+struct VariantOfRest {
+  using type = std::variant<Rest...>;
+};
+}  // namespace detail
+
+/// The options of a query of any kind (rtstdb/query_kinds.def).
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) , Class##Options
+using AnyQueryOptions = detail::VariantOfRest<void
+#include <rtstdb/query_kinds.def>
+                                              >::type;
+#undef QUERY_KIND
 
 const char* to_string(LatePolicy policy) noexcept;
 const char* to_string(RayMode mode) noexcept;

@@ -263,10 +263,7 @@ class Transaction {
   /// Adds a query with the first `count` elements of its input span, at most its capacity. Zero elements are
   /// allowed.
   /// Misuse: the same query twice in a transaction, since it has one output span.
-  virtual void add_query(RayQuery& query, std::uint32_t count) noexcept = 0;
-  virtual void add_query(RegionQuery& query, std::uint32_t count) noexcept = 0;
-  virtual void add_query(NearestQuery& query, std::uint32_t count) noexcept = 0;
-  virtual void add_query(OverlapQuery& query, std::uint32_t count) noexcept = 0;
+  virtual void add_query(Query& query, std::uint32_t count) noexcept = 0;
 
   /// After the outcome: the id of a created entity; invalid if the transaction did not complete.
   virtual EntityId created(std::uint32_t ordinal) const noexcept = 0;
