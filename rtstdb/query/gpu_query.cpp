@@ -17,7 +17,7 @@ Result<void> GpuQuery::move_to(gpu::Device& device) {
                         .pipeline = std::move(pipeline).value(),
                         .bindings = {}});
   }
-  for (const gpu::BufferWanted& wanted : needs.buffers)
+  for (const gpu::BufferRequest& wanted : needs.buffers)
     buffers_.push_back(wanted.buffer);
   if (auto made = device.create_buffers(needs.buffers); !made) return made;
   initialize_buffers();

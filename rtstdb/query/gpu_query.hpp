@@ -70,10 +70,10 @@ KernelNeed kernel_need(gpu::ShaderId shader, const Args& idle) {
   return {shader, {bytes.begin(), bytes.end()}};
 }
 
-/// What a query needs on a device. Each buffer goes where its BufferWanted says.
+/// What a query needs on a device. Each buffer goes where its BufferRequest says.
 struct DeviceNeeds {
   std::vector<KernelNeed> kernels;
-  std::vector<gpu::BufferWanted> buffers;
+  std::vector<gpu::BufferRequest> buffers;
 };
 
 class GpuQuery : public PreparedQuery {

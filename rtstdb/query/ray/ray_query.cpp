@@ -108,7 +108,7 @@ QueryKind GpuRayQuery::kind() const noexcept {
 
 DeviceNeeds GpuRayQuery::device_needs(const gpu::DeviceLimits& limits) {
   DeviceNeeds needs;
-  for (const gpu::ShaderId shader : ray_shaders(options_, limits.lanes_together == rays_per_packet))
+  for (const gpu::ShaderId shader : ray_shaders(options_, limits.subgroup_size == rays_per_packet))
     needs.kernels.push_back(kernel_need(shader, shared::RayArgs{}));
   const std::size_t retried = std::min(options_.capacity, shared::paused_rays);
   const auto texels = [&](const char* what, std::size_t size_bytes, gpu::Memory memory) {
@@ -139,7 +139,7 @@ DeviceNeeds GpuRayQuery::device_needs(const gpu::DeviceLimits& limits) {
 void GpuRayQuery::initialize_buffers() noexcept {
   // Not every kernel writes all of a hit.
   for (const gpu::Buffer& hits : hits_)
-    hits.push(0, hits.size_bytes());
+    hits.flush(0, hits.size_bytes());
 }
 
 std::vector<const gpu::Buffer*> GpuRayQuery::bound_buffers(gpu::ShaderId /*shader*/, std::uint32_t slot,
@@ -229,7 +229,7 @@ void GpuRayQuery::record(const BatchPart& part, const Recording& recording) noex
   if (part.is_retry)
     pack_retries(range, recording.view);
   else
-    rays_.push(range.first * sizeof(Ray), (range.end - range.first) * sizeof(Ray));
+    rays_.flush(range.first * sizeof(Ray), (range.end - range.first) * sizeof(Ray));
   const accel::TlasView& view = recording.view;
   const double window_s = seconds_between(view.window_begin, view.window_end);
   // Paused searches are not halted: they pause.
@@ -279,7 +279,7 @@ void GpuRayQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/)
 
 void GpuRayQuery::pull(std::uint32_t first_ray, std::uint32_t end_ray) const noexcept {
   const std::size_t bytes_per_ray = options_.hits_per_ray * sizeof(RayHit);
-  hits_[slots().written()].pull(first_ray * bytes_per_ray, (end_ray - first_ray) * bytes_per_ray);
+  hits_[slots().written()].invalidate(first_ray * bytes_per_ray, (end_ray - first_ray) * bytes_per_ray);
 }
 
 void GpuRayQuery::mark_incomplete(std::uint32_t ray) noexcept {

@@ -31,7 +31,7 @@ void RegionSearch::allocate_host_memory() {
   }
   order_.resize(capacity);
   begins_.resize(capacity + 1);
-  sorters_.resize(ids < min_ids_to_share ? 1 : threads::ForkJoin::hands);
+  sorters_.resize(ids < min_ids_to_share ? 1 : threads::ForkJoin::thread_count);
   if (!lists_triangles()) return;
   for (Sorter& sorter : sorters_) {
     sorter.by_entity.resize(options_.ids_per_region);
@@ -58,7 +58,7 @@ void RegionSearch::unpack(const BatchPart& part, const accel::TlasView& view) no
   };
   if (lay_out(range) < min_ids_to_share) return unpack_block(range.first, range.end, 0);
   const std::uint32_t blocks = (range.end - range.first + places_per_group - 1) / places_per_group;
-  fork_join().each(blocks, [&](std::uint32_t block, std::uint32_t hand) {
+  fork_join().for_each_block(blocks, [&](std::uint32_t block, std::uint32_t hand) {
     const std::uint32_t first = range.first + block * places_per_group;
     unpack_block(first, std::min(first + places_per_group, range.end), hand);
   });
