@@ -17,7 +17,7 @@
 #include "rtstdb/accel/deforming_geometry.hpp"
 #include "rtstdb/accel/kept_geometry.hpp"
 #include "rtstdb/geometry/extents.hpp"
-#include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/row_source.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
@@ -40,14 +40,14 @@ class GeometryPool {
 
   /// Brings geometry that deforms to its shapes in that version: those that are not on the device yet are refitted
   /// there, and built where that has become too dear. `submit` is not begun. False: the device is lost.
-  bool show(gpu::Device& device, const query::RowSource& rows, Submit& submit);
+  bool show(gpu::Device& device, const store::RowSource& rows, Submit& submit);
   /// Differs from what it was when another version was shown, or the same one, and any shape has come to another
   /// place since; what was made of the table then is stale. Otherwise the same for the same version.
   std::uint64_t shown() const noexcept { return shown_; }
   /// Until unpin the shapes of that version, which is shown, stay where they are, and others come to other places. Calls nest. False: they are
   /// not pinned, since all places of a geometry but one hold others that are.
-  bool pin(const query::RowSource& rows) noexcept;
-  void unpin(const query::RowSource& rows) noexcept;
+  bool pin(const store::RowSource& rows) noexcept;
+  void unpin(const store::RowSource& rows) noexcept;
   /// How shapes came to the device since the pool was made.
   struct Counts {
     std::uint64_t refits = 0, builds = 0;  ///< a build comes after a refit of the same shape
@@ -85,7 +85,7 @@ class GeometryPool {
     Version shape = 0;
   };
   bool build(gpu::Device& device, DeformingGeometry& geometry, const Placing& placing,
-             const query::RowSource& rows, Submit& submit);
+             const store::RowSource& rows, Submit& submit);
   void write_record(std::uint32_t geometry, const Extents& extents, std::uint32_t root, bool closed);
 
   BlasBuilder builder_;

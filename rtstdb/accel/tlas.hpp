@@ -26,7 +26,7 @@
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas_builder.hpp"
 #include "rtstdb/accel/tlas_patch.hpp"
-#include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/row_source.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
@@ -126,7 +126,7 @@ class Tlas {
 
   /// What a slot is wanted for.
   struct Wanted {
-    query::TimeSpan times;
+    store::TimeSpan times;
     std::uint64_t elements = std::numeric_limits<std::uint64_t>::max();  ///< that will be asked
     /// GeometryPool::shown of that version; another one than a slot was made with makes it stale.
     std::uint64_t shapes = 0;
@@ -136,7 +136,7 @@ class Tlas {
   /// Records what brings a slot to `rows` over the times wanted into the begun recorder of `submit`; nothing when a
   /// slot is there already. Scenes above small_build_max submit in between when their tree is
   /// built. Empty: the device is lost.
-  std::optional<TlasView> prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit);
+  std::optional<TlasView> prepare(const store::RowSource& rows, const Wanted& wanted, Submit& submit);
 
   /// Until unpin a slot stays as it is, and others are brought to what is asked meanwhile. Calls nest. False: it is the last one that is
   /// left for those, and it is not pinned.
@@ -216,9 +216,9 @@ class Tlas {
   static WorldTime ahead_of(WorldTime begin) noexcept;
   /// Of those that are not pinned; none where there is no other.
   Slot* min_used(const Slot* but) noexcept;
-  Slot* find(const query::RowSource& rows, const Wanted& wanted) noexcept;
+  Slot* find(const store::RowSource& rows, const Wanted& wanted) noexcept;
   /// The slot that a patch or a renewal brings there, whose changes are listed then; or none.
-  Slot* find_near(const query::RowSource& rows, const Wanted& wanted) noexcept;
+  Slot* find_near(const store::RowSource& rows, const Wanted& wanted) noexcept;
   /// It is not to be reached any more: the slot whose place it took is used again. False: there is none.
   bool step_aside(const Slot& made_ahead) noexcept;
   static std::uint32_t max_patched(const Slot& slot) noexcept;
@@ -226,14 +226,14 @@ class Tlas {
   /// Of what changed.
   bool is_patch(const Slot& slot) const noexcept;
   /// False: too much changed, or the tree itself has to.
-  bool list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& wanted) noexcept;
+  bool list_renewed(Slot& slot, const store::RowSource& rows, const Wanted& wanted) noexcept;
   /// With what list_renewed has listed.
-  void renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
-  bool few_changed_lately(const query::RowSource& rows) noexcept;
-  bool fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit);
+  void renew(Slot& slot, const store::RowSource& rows, gpu::Recorder& recorder);
+  bool few_changed_lately(const store::RowSource& rows) noexcept;
+  bool fill(Slot& slot, const store::RowSource& rows, const Wanted& wanted, Submit& submit);
   static Presence presence_of(const EntityState* state) noexcept;
-  void list_changes(Slot& slot, const query::RowSource& rows);
-  void upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
+  void list_changes(Slot& slot, const store::RowSource& rows);
+  void upload_changes(Slot& slot, const store::RowSource& rows, gpu::Recorder& recorder);
   void list_live(Slot& slot, std::uint32_t index_limit);
   void make_instances(const Slot& slot, gpu::Recorder& recorder) const {
     record_instances(slot, 0, slot.live_count, false, recorder);
@@ -255,15 +255,15 @@ class Tlas {
   }
   /// A part of the slot that comes behind `used`, which answers a batch and was made for one before. Records; submits
   /// nothing.
-  void make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
+  void make_ahead(Slot& used, const store::RowSource& rows, const Wanted& wanted,
                   gpu::Recorder& recorder) noexcept;
   /// Whether it is time to make the slot behind this one.
-  std::optional<TreeAhead> tree_ahead(Slot& used, const query::RowSource& rows,
+  std::optional<TreeAhead> tree_ahead(Slot& used, const store::RowSource& rows,
                                       const Wanted& wanted) const noexcept;
   /// What there is to do for the slot behind this one, in the weights of tlas_ahead.cpp.
   static std::uint64_t work_with_tree(const Slot& slot, std::uint32_t row_count) noexcept;
   static std::uint64_t work_ahead(const Slot& used, std::uint32_t row_count, TreeAhead tree) noexcept;
-  void begin_ahead(Slot& used, Slot& slot, const query::RowSource& rows, const Wanted& wanted,
+  void begin_ahead(Slot& used, Slot& slot, const store::RowSource& rows, const Wanted& wanted,
                    TreeAhead tree) noexcept;
   /// What was being made is of no use any more.
   void drop_ahead() noexcept;
@@ -272,11 +272,11 @@ class Tlas {
   /// The work that a batch at `now` has to do.
   std::uint64_t due_ahead(WorldTime now) const noexcept;
   /// Records so much, or what is left of a step; returns how much it was.
-  std::uint64_t step_ahead(std::uint64_t most, const query::RowSource& rows,
+  std::uint64_t step_ahead(std::uint64_t most, const store::RowSource& rows,
                            gpu::Recorder& recorder) noexcept;
   void copy_rows_ahead(std::uint32_t first, std::uint32_t count, gpu::Recorder& recorder) noexcept;
   /// Brings what has been copied to the version of `rows`. False: too much changed, it is dropped.
-  bool catch_up_ahead(const query::RowSource& rows, gpu::Recorder& recorder) noexcept;
+  bool catch_up_ahead(const store::RowSource& rows, gpu::Recorder& recorder) noexcept;
   /// Once the device has built its tree.
   void take_tree_ahead() noexcept;
   /// Once the device has said what its tree costs: whether the slot is to be used.

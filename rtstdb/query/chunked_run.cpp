@@ -81,7 +81,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
       under_way = take(next, pass);
       if (std::exchange(brought_up_, false)) under_way->predicted_ns = 0.0;
       record(*under_way, pass, lane);
-      if (!lane.start({.halt_after = whole_for_, .at_once = spares_others()})) return RunStatus::device_lost;
+      if (!lane.start({.halt_after = whole_for_, .early = spares_others()})) return RunStatus::device_lost;
     }
     if (!before) continue;
     if (!finish(other, *before, pass, under_way ? &lane : nullptr)) return RunStatus::device_lost;
@@ -109,10 +109,10 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
   if (const std::uint32_t asked = chunk.elements; lane.first_unstarted() < asked) {
     cut(chunk, lane.first_unstarted(), pass);
     const auto worth_ns = static_cast<std::int64_t>(chunk.elements * element_ns_);
-    if (chunk.elements == 0 || lane.halted_at_once())
+    if (chunk.elements == 0 || lane.halted_early())
       thrown_away_ns_ += std::max(took_ns - worth_ns, std::int64_t{0});
     // How little it had done says nothing of what is to come.
-    if (lane.halted_at_once()) return true;
+    if (lane.halted_early()) return true;
     follow_halt(chunk, asked);
   } else {
     element_ns_ = static_cast<double>(took_ns) / std::max(asked, 1u);

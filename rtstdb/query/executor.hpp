@@ -12,38 +12,13 @@
 
 #include <rtstdb/database.hpp>
 
+#include "rtstdb/store/row_source.hpp"
+
 namespace rtstdb::query {
 
-/// Where the corners of a geometry that deforms are.
-struct Shape {
-  Version version = 0;  ///< that moved them there; 0: as they were added
-  std::span<const glm::vec3> positions_m;
-};
-
-/// One version: its rows, and the shapes of geometry that deforms.
-class RowSource {
- public:
-  virtual ~RowSource() = default;
-  virtual Version version() const noexcept = 0;
-  virtual WorldTime time() const noexcept = 0;
-  /// Every live index is below this.
-  virtual std::uint32_t index_limit() const noexcept = 0;
-  /// The state of the entity at `index` in this version, or null when there is none.
-  virtual const EntityState* row(std::uint32_t index) const noexcept = 0;
-  /// Appends every index whose row differs between `other` (older or newer) and this version; may name more.
-  /// False: no longer known, everything may differ. Does not allocate when `indices` has room for
-  /// index_limit() more.
-  virtual bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept = 0;
-  /// The shape in this version of a geometry that deforms. The positions stay until others may commit (ExecutorCallbacks);
-  /// then they may lie elsewhere.
-  virtual Shape shape(GeometryId geometry) const noexcept = 0;
-
-  /// The live entity of that id, or null.
-  const EntityState* find(EntityId id) const noexcept {
-    const EntityState* state = id.index < index_limit() ? row(id.index) : nullptr;
-    return state != nullptr && state->id == id ? state : nullptr;
-  }
-};
+using store::RowSource;
+using store::Shape;
+using store::TimeSpan;
 
 enum class QueryKind : std::uint8_t {
   ray_closest,
@@ -55,12 +30,6 @@ enum class QueryKind : std::uint8_t {
   nearest,
   overlap,
   count
-};
-
-/// The times a batch asks at.
-struct TimeSpan {
-  WorldTime first = WorldTime::max();
-  WorldTime last = WorldTime::min();
 };
 
 /// What something has cost so far, by how many there were: fading sums, of which transaction/cost_line.hpp makes sense.

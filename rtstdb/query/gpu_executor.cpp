@@ -31,7 +31,19 @@ std::size_t end_of_window(std::span<const Request> requests, std::size_t first, 
   return end;
 }
 
-/// As long as it lives, kernels are compiled where they are made.
+/// Passes the waits of a run's submissions on to the executor's caller.
+class LaneWait final : public accel::WaitCallbacks {
+ public:
+  explicit LaneWait(ExecutorCallbacks* callbacks) : callbacks_(callbacks) {}
+  void begin_wait() noexcept override { callbacks_->begin_wait(); }
+  void end_wait() noexcept override { callbacks_->end_wait(); }
+  bool halt_requested() noexcept override { return callbacks_->preemption_requested(); }
+
+ private:
+  ExecutorCallbacks* callbacks_;
+};
+
+/// While it exists, kernels are compiled when they are made.
 class CompileNow {
  public:
   explicit CompileNow(gpu::Device& device) : device_(device), before_(device.compiles_late()) {
@@ -155,8 +167,9 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
         std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now() - came));
   Lanes& lanes = epoch.lanes[depth_++];
   ++epoch.structures.runs;
+  LaneWait wait(callbacks);
   for (accel::Submit& lane : lanes)
-    lane.while_waiting(callbacks);
+    lane.set_wait_callbacks(callbacks != nullptr ? &wait : nullptr);
   const accel::Tlas::Counts trees = epoch.tlas.counts();
   const accel::GeometryPool::Counts shapes = epoch.pool.counts();
   RunReport report = run_windows(lanes, rows, requests, times, callbacks);
@@ -168,7 +181,7 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
       .entities = rows.index_limit(),
       .shapes = static_cast<std::uint32_t>(epoch.pool.counts().refits - shapes.refits)};
   for (accel::Submit& lane : lanes)
-    lane.while_waiting(nullptr);
+    lane.set_wait_callbacks(nullptr);
   --depth_;
   note_counts();
   if (report.status != RunStatus::device_lost) pace_.answered();

@@ -13,7 +13,7 @@ bool Engine::is_held(const TransactionImpl& transaction, Status status) const no
 }
 
 Status Runner::write_through(TransactionImpl& transaction, const Running& running,
-                             const query::RowSource& version) noexcept {
+                             const store::RowSource& version) noexcept {
   Outcome& outcome = transaction.draft();
   const ClockTime deadline = transaction.terms().deadline;
   if (transaction.is(DeadlineClass::firm) && clock_.now() > deadline) {

@@ -131,7 +131,7 @@ Status Runner::read(TransactionImpl& transaction, Running& running,
   return done(transaction, version);
 }
 
-bool Runner::expectations_hold(TransactionImpl& transaction, const query::RowSource& rows) noexcept {
+bool Runner::expectations_hold(TransactionImpl& transaction, const store::RowSource& rows) noexcept {
   std::uint32_t ordinal = 0;
   for (const Precondition& expected : transaction.preconditions()) {
     const EntityState* state = rows.find(expected.entity);
@@ -149,7 +149,7 @@ bool Runner::expectations_hold(TransactionImpl& transaction, const query::RowSou
 }
 
 std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& running,
-                                     const query::RowSource& rows,
+                                     const store::RowSource& rows,
                                      query::ExecutorCallbacks* callbacks) noexcept {
   Outcome& outcome = transaction.draft();
   transaction.answer_reads(rows);
@@ -157,7 +157,7 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
     outcome.computed = clock_.now();
     return std::nullopt;
   }
-  query::TimeSpan times;
+  store::TimeSpan times;
   if (auto fault = check_queries(transaction, rows, times)) {
     outcome.bad_input = *fault;
     return Status::bad_input;
@@ -216,8 +216,8 @@ Status Runner::stopped(TransactionImpl& transaction, const Running& running) noe
   return Status::missed;
 }
 
-std::optional<BadInput> Runner::check_queries(TransactionImpl& transaction, const query::RowSource& rows,
-                                              query::TimeSpan& times) noexcept {
+std::optional<BadInput> Runner::check_queries(TransactionImpl& transaction, const store::RowSource& rows,
+                                              store::TimeSpan& times) noexcept {
   std::int32_t ordinal = 0;
   for (query::Request& request : transaction.requests()) {
     request.times = {};
@@ -235,7 +235,7 @@ std::optional<BadInput> Runner::check_queries(TransactionImpl& transaction, cons
   return std::nullopt;
 }
 
-std::optional<BadInput> Runner::check_window(const query::TimeSpan& times) noexcept {
+std::optional<BadInput> Runner::check_window(const store::TimeSpan& times) noexcept {
   if (times.first > times.last) return std::nullopt;
   // Unsigned: times that a query let through may be further apart than a signed difference can say.
   const auto window_ns = static_cast<std::uint64_t>(times.last.time_since_epoch().count()) -
@@ -289,7 +289,7 @@ bool Runner::is_in_time(TransactionImpl& transaction, ClockTime now) noexcept {
   return true;
 }
 
-Status Runner::done(TransactionImpl& transaction, const query::RowSource& rows) noexcept {
+Status Runner::done(TransactionImpl& transaction, const store::RowSource& rows) noexcept {
   Outcome& outcome = transaction.draft();
   outcome.version = rows.version();
   outcome.version_time = rows.time();

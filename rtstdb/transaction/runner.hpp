@@ -58,27 +58,27 @@ class Runner {
   // together.cpp
   /// Pending: it takes part, or not, which is told by its place in together_.
   Status begin_together(TransactionImpl& reader, const store::Snapshot& version,
-                        query::TimeSpan& times) noexcept;
+                        store::TimeSpan& times) noexcept;
   Status end_together(TransactionImpl& reader, const query::RunReport& report, const Running& running,
                       const store::Snapshot& version) noexcept;
   Status write(TransactionImpl& transaction, Running& running, query::ExecutorCallbacks* callbacks) noexcept;
   /// Sync mode (logging.cpp): what is staged is published when it is on disk.
   Status write_through(TransactionImpl& transaction, const Running& running,
-                       const query::RowSource& version) noexcept;
+                       const store::RowSource& version) noexcept;
   Status read(TransactionImpl& transaction, Running& running, query::ExecutorCallbacks* callbacks) noexcept;
-  static bool expectations_hold(TransactionImpl& transaction, const query::RowSource& rows) noexcept;
+  static bool expectations_hold(TransactionImpl& transaction, const store::RowSource& rows) noexcept;
   /// The status with which the transaction fails; none when its answers stand.
-  std::optional<Status> answer(TransactionImpl& transaction, Running& running, const query::RowSource& rows,
+  std::optional<Status> answer(TransactionImpl& transaction, Running& running, const store::RowSource& rows,
                                query::ExecutorCallbacks* callbacks) noexcept;
   /// Into halves of a chunk, what takes longer than a whole one.
   void divide(TransactionImpl& transaction) const noexcept;
   static Status cancelled(TransactionImpl& transaction) noexcept;
   /// Why a run was given up in a gap.
   Status stopped(TransactionImpl& transaction, const Running& running) noexcept;
-  static std::optional<BadInput> check_queries(TransactionImpl& transaction, const query::RowSource& rows,
-                                               query::TimeSpan& times) noexcept;
+  static std::optional<BadInput> check_queries(TransactionImpl& transaction, const store::RowSource& rows,
+                                               store::TimeSpan& times) noexcept;
   /// Refuses a batch whose times span more than max_query_window_ns.
-  static std::optional<BadInput> check_window(const query::TimeSpan& times) noexcept;
+  static std::optional<BadInput> check_window(const store::TimeSpan& times) noexcept;
   /// Reads the clock, notes the cost and sets `published`. False: a firm deadline has passed, `published`
   /// stays unset.
   bool published_in_time(TransactionImpl& transaction, const Running& running) noexcept;
@@ -86,7 +86,7 @@ class Runner {
   void learn_queries(TransactionImpl& transaction, const Running& running) noexcept;
   /// Reads the clock.
   ClockTime note_cost(TransactionImpl& transaction, const Running& running) noexcept;
-  Status done(TransactionImpl& transaction, const query::RowSource& rows) noexcept;
+  Status done(TransactionImpl& transaction, const store::RowSource& rows) noexcept;
 
   store::Store& store_;
   query::Executor& executor_;

@@ -53,7 +53,7 @@ void Runner::read_together(std::span<TransactionImpl* const> readers, std::span<
   running.others = readers.subspan(1);
   running.reading = version.version();
   requests_together_ = 0;
-  query::TimeSpan times;
+  store::TimeSpan times;
   std::uint32_t taking_part = 0;
   for (std::size_t k = 0; k < readers.size(); ++k) {
     statuses[k] = begin_together(*readers[k], version, times);
@@ -82,7 +82,7 @@ void Runner::read_together(std::span<TransactionImpl* const> readers, std::span<
 }
 
 Status Runner::begin_together(TransactionImpl& reader, const store::Snapshot& version,
-                              query::TimeSpan& times) noexcept {
+                              store::TimeSpan& times) noexcept {
   Outcome& outcome = reader.draft();
   reader.shares = false;
   const ClockTime now = clock_.now();
@@ -92,12 +92,12 @@ Status Runner::begin_together(TransactionImpl& reader, const store::Snapshot& ve
   }
   outcome.started = now;
   if (!expectations_hold(reader, version)) return Status::conflict;
-  query::TimeSpan own;
+  store::TimeSpan own;
   if (auto fault = check_queries(reader, version, own)) {
     outcome.bad_input = *fault;
     return Status::bad_input;
   }
-  const query::TimeSpan all{std::min(times.first, own.first), std::max(times.last, own.last)};
+  const store::TimeSpan all{std::min(times.first, own.first), std::max(times.last, own.last)};
   const bool first = requests_together_ == 0;
   if (first && own.last - own.first > Nanoseconds(max_query_window_ns)) return Status::pending;
   if (!first && all.last - all.first > std::max(widest_window, times.last - times.first))

@@ -178,7 +178,7 @@ const EntityState* TransactionImpl::state(std::uint32_t ordinal) const noexcept 
   return outcome_.done() && reads_[ordinal].id.valid() ? &reads_[ordinal] : nullptr;
 }
 
-void TransactionImpl::answer_reads(const query::RowSource& rows) noexcept {
+void TransactionImpl::answer_reads(const store::RowSource& rows) noexcept {
   for (EntityState& read : reads_) {
     const EntityState* found = rows.find(read.id);
     read = found != nullptr ? *found : EntityState{};

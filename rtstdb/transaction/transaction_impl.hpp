@@ -75,7 +75,7 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   Outcome& draft() noexcept { return outcome_; }
   /// Its deadline had passed by then; the least there is has passed by the longest time there is.
   void note_late(ClockTime now) noexcept;
-  void answer_reads(const query::RowSource& rows) noexcept;
+  void answer_reads(const store::RowSource& rows) noexcept;
   void mark_pending() noexcept;
   /// Gives the transaction back to its owner, who may destroy it at once.
   void finish(Status status) noexcept;

@@ -119,7 +119,7 @@ bool WorldCopy::Copying::step(const store::Store& store) noexcept {
 void WorldCopy::Copying::copy_shape(const store::Snapshot& snapshot, std::size_t geometry) noexcept {
   Shape& shape = shapes[geometry];
   if (shape.positions_m.empty()) return;
-  const query::Shape found = snapshot.shape({static_cast<std::uint32_t>(geometry)});
+  const store::Shape found = snapshot.shape({static_cast<std::uint32_t>(geometry)});
   shape.version = found.version;
   std::ranges::copy(found.positions_m, shape.positions_m.begin());
 }
