@@ -5,6 +5,7 @@
 // Threads: everything here is called on the database's thread alone, except that RowSource may be read by
 // others where its implementation says so.
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -32,22 +33,11 @@ enum class QueryKind : std::uint8_t {
   count
 };
 
-/// What something has cost so far, by how many there were: fading sums, of which transaction/cost_line.hpp makes sense.
-struct CostSamples {
-  double weight = 0.0, counts = 0.0, costs = 0.0, counts_squared = 0.0, counts_costs = 0.0;
-  double above = 1.0;       ///< the last samples lay so many times above what had been expected, at most
-  double dearest_ns = 0.0;  ///< an element where some cost far more than was expected; fades
-  std::uint64_t samples = 0;
-  int unlike_in_a_row = 0;  ///< the last so many lay far above what was expected; negative: far below
-};
-
 /// A prepared query as the engine sees it; implemented beside RayQuery and its like.
 class PreparedQuery {
  public:
-  // The engine's notes.
-  CostSamples cost;
-  double share_ns = 0.0;    ///< of the last run's cost
-  double structures = 0.0;  ///< share of the last times it was asked that structures had to be brought up
+  /// Different for each query of the process, from 1 on; the scheduler keeps what it knows of a query by this.
+  const std::uint64_t id = next_id();
   std::uint32_t answered_in_time = 0;  ///< of the run under way
   double worst_cost_ratio =
       0.0;  ///< of that: its costliest chunk took so many times what was thought; 0: not divided
@@ -80,6 +70,11 @@ class PreparedQuery {
   void set_late(LatePolicy late) noexcept { late_ = late; }
 
  private:
+  static std::uint64_t next_id() noexcept {
+    static std::atomic<std::uint64_t> last{0};
+    return last.fetch_add(1, std::memory_order_relaxed) + 1;
+  }
+
   LatePolicy late_;
 };
 

@@ -77,7 +77,7 @@ bool Engine::passes_admission(TransactionImpl& transaction, ClockTime now) noexc
     outcome.predicted_cost = cost->mean;
     transaction.cost_known = true;
     transaction.promised_cost = cost->promised;
-    transaction.needed_cost = cost->needed + std::min(cost->promised - cost->needed, chunk_);
+    transaction.needed_cost = cost->required + std::min(cost->promised - cost->required, chunk_);
   }
   if (transaction.reserved) {
     const Nanoseconds budget = transaction.reservation()->options().budget;

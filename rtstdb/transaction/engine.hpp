@@ -41,7 +41,7 @@
 #include "rtstdb/transaction/accuracy.hpp"
 #include "rtstdb/transaction/commit_listener.hpp"
 #include "rtstdb/transaction/commit_log.hpp"
-#include "rtstdb/transaction/cost_model.hpp"
+#include "rtstdb/scheduler/cost_model.hpp"
 #include "rtstdb/transaction/engine_job.hpp"
 #include "rtstdb/transaction/hand_over.hpp"
 #include "rtstdb/transaction/latest_version.hpp"
@@ -237,7 +237,7 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   store::Store store_;
   CommitListener* listener_ = nullptr;
   LatestVersion latest_;  ///< written by it, read by any
-  CostModel costs_;
+  scheduler::CostModel costs_;
   PreemptionLatency preemption_latency_;
   ReadyQueue queue_;
   Reservations reservations_;

@@ -37,7 +37,7 @@ Result<void> Engine::admit_reservation(ReservationImpl& reservation) {
                  "reservation '" + reservation.options().name +
                      "': chunk is 0, so that there is no end to what may go on before it"};
   }
-  const CostModel::Pieces pieces = costs_.longest_pieces();
+  const scheduler::CostModel::Pieces pieces = costs_.longest_pieces();
   return reservations_.admit_reservation(reservation, std::max(chunk_ + pieces.structures, pieces.commit),
                                          max_reserved_share_);
 }

@@ -28,7 +28,7 @@ Status Runner::rehearse(TransactionImpl& transaction) noexcept {
   constexpr std::uint32_t parts = 4;
   std::uint32_t part = 0;
   Status status = Status::committed;
-  for (std::uint64_t k = 0; k < CostModel::samples_needed && status == Status::committed; ++k) {
+  for (std::uint64_t k = 0; k < scheduler::CostModel::min_samples && status == Status::committed; ++k) {
     part = part % parts + 1;
     transaction.ask_parts(part, parts);
     status = rehearse_once(transaction);
@@ -177,7 +177,7 @@ std::optional<Status> Runner::answer(TransactionImpl& transaction, Running& runn
   outcome.gpu_time = std::min(Nanoseconds(report.gpu_ns), running.queries_cost);
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
   if (!clock_.is_virtual())
-    costs_.learn_dearest(transaction.requests(), running.queries_cost, report.structures);
+    costs_.learn_worst_elements(transaction.requests(), running.queries_cost, report.structures);
   if (report.status == query::RunStatus::stopped) return stopped(transaction, running);
   if (transaction.is_to_be_cancelled()) return cancelled(transaction);
   const auto lacks_some = [](const query::Request& request) {

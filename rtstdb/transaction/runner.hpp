@@ -21,7 +21,7 @@
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/store/store.hpp"
 #include "rtstdb/transaction/commit_log.hpp"
-#include "rtstdb/transaction/cost_model.hpp"
+#include "rtstdb/scheduler/cost_model.hpp"
 #include "rtstdb/transaction/running.hpp"
 #include "rtstdb/transaction/transaction_impl.hpp"
 
@@ -31,7 +31,7 @@ class Runner {
  public:
   /// `chunk`: how long an urgent transaction may wait for one that asks; zero: nothing is divided.
   /// `log`: null, nothing is recorded.
-  Runner(store::Store& store, query::Executor& executor, const Clock& clock, CostModel& costs,
+  Runner(store::Store& store, query::Executor& executor, const Clock& clock, scheduler::CostModel& costs,
          Nanoseconds chunk, CommitLog* log = nullptr)
       : store_(store), executor_(executor), clock_(clock), costs_(costs), chunk_(chunk), log_(log) {}
 
@@ -91,7 +91,7 @@ class Runner {
   store::Store& store_;
   query::Executor& executor_;
   const Clock& clock_;
-  CostModel& costs_;
+  scheduler::CostModel& costs_;
   Nanoseconds chunk_;
   CommitLog* log_;
   RunningStack running_;

@@ -107,7 +107,7 @@ Status Runner::begin_together(TransactionImpl& reader, const store::Snapshot& ve
   reader.asked = {version.version(), version.time()};
   for (query::Request& request : reader.requests()) {
     request.per_chunk = 0;
-    request.chunk_time = chunk_ > Nanoseconds(0) ? CostModel::chunk_time(chunk_ / 2) : Nanoseconds(0);
+    request.chunk_time = chunk_ > Nanoseconds(0) ? scheduler::CostModel::chunk_time(chunk_ / 2) : Nanoseconds(0);
     request.query->answered_in_time = 0;
     together_[requests_together_++] = request;
   }

@@ -23,7 +23,7 @@ class Admission : public testing::Test {
       if (happens && request.query == &large_ && first > 0) std::exchange(happens, nullptr)();
     };
     // Until it is known.
-    for (std::uint32_t k = 0; k < 2 * CostModel::samples_needed; ++k) {
+    for (std::uint32_t k = 0; k < 2 * scheduler::CostModel::min_samples; ++k) {
       const std::uint32_t count = 100 * (1 + k % 4);
       ask(*transaction_, small_, terms(DeadlineClass::soft), count);
       world_.execute(*transaction_);

@@ -119,7 +119,7 @@ TEST_F(Statuses, AFirmTransactionWhoseDeadlineHasPassedIsNotStarted) {
 
 TEST_F(Statuses, RefusedNamesTheEarliestDeadlineThatWouldDo) {
   executor_takes(2ms);
-  for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k) {
+  for (std::uint64_t k = 0; k < scheduler::CostModel::min_samples; ++k) {
     const auto transaction = change(terms(DeadlineClass::firm, world_.clock.peek() + 10ms));
     ASSERT_EQ(world_.execute(*transaction).status, Status::committed)
         << "nothing is refused before it is measured";
@@ -144,7 +144,7 @@ TEST_F(Statuses, RefusedNamesTheEarliestDeadlineThatWouldDo) {
 
 TEST_F(Statuses, APredictionThatWasTooHighIsFoundOut) {
   executor_takes(2ms);
-  for (std::uint64_t k = 0; k < 2 * CostModel::samples_needed; ++k) {
+  for (std::uint64_t k = 0; k < 2 * scheduler::CostModel::min_samples; ++k) {
     world_.execute(*change(terms(DeadlineClass::soft)));
   }
   executor_takes(10us);

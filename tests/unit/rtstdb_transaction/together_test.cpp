@@ -32,7 +32,7 @@ class Together : public testing::Test {
                               .gpu_ns = 1000};
     };
     // Until it is known.
-    for (std::uint32_t k = 0; k < 2 * CostModel::samples_needed; ++k) {
+    for (std::uint32_t k = 0; k < 2 * scheduler::CostModel::min_samples; ++k) {
       ask(*holder_, holder_query_, {}, 10 * (1 + k % 4));
       world_.execute(*holder_);
     }
