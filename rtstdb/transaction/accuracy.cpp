@@ -47,7 +47,7 @@ void Accuracy::ended(const TransactionImpl& transaction, Status status) noexcept
       count_one(outranked_);
     }
   }
-  if (!done || outcome.partial || outcome.shared_with > 0 || outcome.predicted_cost.count() <= 0 ||
+  if (!done || outcome.partial || outcome.predicted_cost.count() <= 0 ||
       outcome.actual_cost.count() <= 0)
     return;
   const double octaves_above = std::log2(static_cast<double>(outcome.predicted_cost.count()) /

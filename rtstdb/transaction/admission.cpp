@@ -142,7 +142,7 @@ Nanoseconds Engine::rest_before(ClockTime now, const TransactionImpl& transactio
     const Nanoseconds spent =
         running.preempted_at.value_or(now) - other.outcome().started - running.interrupted;
     // Of one that takes longer than was thought, or of which nothing is known, a chunk is left.
-    const Nanoseconds as_promised = running.promised_cost() - spent;
+    const Nanoseconds as_promised = running.transaction->promised_cost - spent;
     const Nanoseconds chunk = as_promised > Nanoseconds(0) ? chunk_ : longest_chunk;
     const Nanoseconds left = std::max(as_promised, innermost ? chunk : Nanoseconds(0));
     if (passed && chunk_ > Nanoseconds(0)) {
@@ -163,8 +163,6 @@ void Engine::for_each_lower_priority(const TransactionImpl& transaction, ClockTi
   queue_.for_each(look);
   for (const Running& running : runner_.running().all()) {
     look(*running.transaction);
-    for (TransactionImpl* other : running.others)
-      look(*other);
   }
 }
 

@@ -274,15 +274,8 @@ void Engine::sleep_unless_rung(std::uint32_t heard) noexcept {
     bell_.sleep_unless_rung(heard);
 }
 
-void Engine::carry_out(TransactionImpl& transaction, const TransactionImpl* interrupted) noexcept {
+void Engine::carry_out(TransactionImpl& transaction) noexcept {
   if (transaction.is_to_be_cancelled()) return finish_cancelled(transaction, CancelledBy::caller);
-  Together together;
-  const std::size_t count = gather(transaction, interrupted, together);
-  if (count > 1) return carry_out_together(std::span(together).first(count));
-  carry_out_alone(transaction);
-}
-
-void Engine::carry_out_alone(TransactionImpl& transaction) noexcept {
   const Status status = runner_.run(transaction, this);
   if (status == Status::pending) return put_back(transaction);
   if (store_.latest().version != latest_.get().version) {

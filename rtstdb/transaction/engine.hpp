@@ -181,17 +181,10 @@ class Engine final : private query::ExecutorCallbacks, private LogOwner {
   void put_back(TransactionImpl& transaction) noexcept;
   /// When one that would be done by `end` is done behind the reserved ones that may still come before.
   ClockTime behind_reserved(ClockTime now, ClockTime end) const noexcept;
-  /// With others that it can share a run with; in a gap, those that go before the interrupted one.
-  void carry_out(TransactionImpl& transaction, const TransactionImpl* interrupted = nullptr) noexcept;
+  void carry_out(TransactionImpl& transaction) noexcept;
   /// And hands over what the log has collected, where that would wait for long.
   void carry_out_and_log(TransactionImpl& transaction) noexcept;
-  void carry_out_alone(TransactionImpl& transaction) noexcept;
   void end(TransactionImpl& transaction, Status status) noexcept;
-  // sharing.cpp
-  using Together = std::array<TransactionImpl*, Runner::max_together>;
-  /// Takes those out of the queue that share a run with the first. How many there are, with it.
-  std::size_t gather(TransactionImpl& first, const TransactionImpl* interrupted, Together& together) noexcept;
-  void carry_out_together(std::span<TransactionImpl* const> readers) noexcept;
   void finish(TransactionImpl& transaction, Status status) noexcept;
   /// What its queries' answers are worth, and its reservation.
   void settle(TransactionImpl& transaction, Status status) noexcept;

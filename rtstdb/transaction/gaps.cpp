@@ -61,9 +61,6 @@ void Engine::on_outer_drained(Nanoseconds time) noexcept {
 query::ExecutorCallbacks::Gap Engine::on_preemption_point() noexcept {
   receive();
   Running& running = runner_.running().innermost();
-  // A shared run has a gap where searches take longer than was thought: who is not answered by then goes on alone, with a deadline and
-  // gaps of his own.
-  if (!running.others.empty()) return Gap::stop;
   const TransactionImpl& transaction = *running.transaction;
   if (transaction.is_to_be_cancelled()) return Gap::stop;
   enforce_budget(running);
@@ -77,7 +74,7 @@ query::ExecutorCallbacks::Gap Engine::on_preemption_point() noexcept {
     while (!has_to_give_way(transaction)) {
       TransactionImpl* const next = queue_.pop_first(urgent);
       if (next == nullptr) break;
-      carry_out(*next, &transaction);
+      carry_out(*next);
       receive();
     }
     running.interrupted += clock_.now() - *running.preempted_at -

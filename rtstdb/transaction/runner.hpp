@@ -8,8 +8,6 @@
 // before its deadline by a reading taken afterwards, whatever the operating system did to the thread in
 // between. latest() and the transaction's status follow `published` within stores and wake-up; a status that
 // reaches its owner after the deadline all the same is counted as firm_handed_over_late.
-//
-// One transaction is one Executor::run, but for small readers of one version that are ready together: these share one.
 
 #include <array>
 #include <cstddef>
@@ -38,13 +36,6 @@ class Runner {
   /// Fills the transaction's outcome and returns its status, pending when it gave way (Running); does not give the transaction back. In its waits and gaps
   /// `callbacks` is served and may run others by this: those that fits_beside says yes to.
   Status run(TransactionImpl& transaction, query::ExecutorCallbacks* callbacks) noexcept;
-  static constexpr std::size_t max_together = 16;
-  /// The version that it would read, where it could share a run with others: it only reads, asks, and is small.
-  std::optional<Version> shared_version(const TransactionImpl& transaction) const noexcept;
-  /// Readers of one shared_version in one run, two to max_together. Fills their outcomes and `statuses`; pending is one that could
-  /// not take part, since its times lie too far from the others'. What is wrong with one is its own.
-  void read_together(std::span<TransactionImpl* const> readers, std::span<Status> statuses,
-                     query::ExecutorCallbacks* callbacks) noexcept;
   /// Carries out parts of a transaction and all of it, each as often as it takes to know what it costs, and leaves nothing of
   /// it. Committed, or why it can not be done.
   Status rehearse(TransactionImpl& transaction) noexcept;
@@ -55,12 +46,6 @@ class Runner {
 
  private:
   Status rehearse_once(TransactionImpl& transaction) noexcept;
-  // together.cpp
-  /// Pending: it takes part, or not, which is told by its place in together_.
-  Status begin_together(TransactionImpl& reader, const store::Snapshot& version,
-                        store::TimeSpan& times) noexcept;
-  Status end_together(TransactionImpl& reader, const query::RunReport& report, const Running& running,
-                      const store::Snapshot& version) noexcept;
   Status write(TransactionImpl& transaction, Running& running, query::ExecutorCallbacks* callbacks) noexcept;
   /// Sync mode (logging.cpp): what is staged is published when it is on disk.
   Status write_through(TransactionImpl& transaction, const Running& running,
@@ -95,8 +80,6 @@ class Runner {
   Nanoseconds chunk_;
   CommitLog* log_;
   RunningStack running_;
-  std::array<query::Request, 4 * max_together> together_{};  ///< of all that share a run
-  std::size_t requests_together_ = 0;
 };
 
 }  // namespace rtstdb::transaction

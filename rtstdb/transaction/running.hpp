@@ -18,7 +18,6 @@ namespace rtstdb::transaction {
 
 struct Running {
   TransactionImpl* transaction = nullptr;
-  std::span<TransactionImpl* const> others;  ///< that share its run
   std::optional<Version> reading;            ///< the version it reads, which commits have to leave readable
   bool staged = false;                       ///< its writes are: nobody else's can be
   Nanoseconds queries_cost{0};               ///< of that, interruptions are no part
@@ -32,13 +31,6 @@ struct Running {
   // Where answers may be partial.
   std::optional<ClockTime> last_gap;  ///< when others had run in it
   Nanoseconds chunk{0};               ///< from the gap before to this one
-
-  Nanoseconds promised_cost() const noexcept {
-    Nanoseconds sum = transaction->promised_cost;
-    for (const TransactionImpl* other : others)
-      sum += other->promised_cost;
-    return sum;
-  }
 };
 
 class RunningStack {

@@ -91,7 +91,6 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   Nanoseconds slack{0};          ///< promised: what may still come before it
   std::uint64_t arrival = 0;     ///< the engine's count of admitted transactions, for order among equals
   VersionInfo asked;             ///< the version that its queries are about
-  bool shares = false;           ///< a run with others
   bool reserved = false;         ///< it goes before all that are not, and is
   ClockTime due{};               ///< by then
 

@@ -160,9 +160,6 @@ struct Outcome {
   Nanoseconds interrupted{0};
   /// Times it was begun anew, since it stood in the way of a reserved one. The timestamps are those of the last time.
   std::uint32_t restarts = 0;
-  /// Other small readers of the same version whose queries the device had in the same submission; of what that cost, a part in
-  /// proportion to what was predicted is this one's actual cost.
-  std::uint32_t shared_with = 0;
   /// Of the actual cost, spent on the device, or at most that where the host has to time it.
   Nanoseconds gpu_time{0};
   ClockTime earliest_feasible{};  ///< refused: the earliest deadline that is admitted when asked for at once
