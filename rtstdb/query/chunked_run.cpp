@@ -166,11 +166,11 @@ void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool completed_before
   });
 }
 
-ExecutorCallbacks::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
+ExecutorCallbacks::Continuation ChunkedRun::let_others_run(Pass pass) noexcept {
   // Searches that pause would begin again in a slot that is made anew, and among shapes in other places.
   const bool slot_stays = pass == Pass::again && structures_.tlas.pin(view_.slot);
   const bool shapes_stay = pass == Pass::again && structures_.pool.pin(rows_);
-  const ExecutorCallbacks::Gap gap = callbacks_->on_preemption_point();
+  const ExecutorCallbacks::Continuation gap = callbacks_->on_preemption_point();
   if (shapes_stay) structures_.pool.unpin(rows_);
   if (slot_stays) structures_.tlas.unpin(view_.slot);
   return gap;
@@ -195,11 +195,11 @@ std::optional<RunStatus> ChunkedRun::gap_between_passes() noexcept {
   if (callbacks_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
   switch (let_others_run(Pass::again)) {
-    case ExecutorCallbacks::Gap::stop:
+    case ExecutorCallbacks::Continuation::stop:
       return RunStatus::stopped;
-    case ExecutorCallbacks::Gap::finish_in_flight:
+    case ExecutorCallbacks::Continuation::finish_in_flight:
       return RunStatus::partial;
-    case ExecutorCallbacks::Gap::go_on:
+    case ExecutorCallbacks::Continuation::go_on:
       break;
   }
   if (structures_.runs != runs && !bring_up(lanes_[0])) return RunStatus::device_lost;
@@ -211,15 +211,15 @@ std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::
   if (callbacks_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
   switch (let_others_run(pass)) {
-    case ExecutorCallbacks::Gap::stop:
+    case ExecutorCallbacks::Continuation::stop:
       return RunStatus::stopped;
-    case ExecutorCallbacks::Gap::finish_in_flight:
+    case ExecutorCallbacks::Continuation::finish_in_flight:
       // Whoever ran in the gap may have brought the slot to another version: what was found could not be named any more.
       if (structures_.runs != runs || !under_way) return RunStatus::partial;
       if (!finish(other, *under_way, pass, nullptr)) return RunStatus::device_lost;
       unpack(*under_way, pass);
       return RunStatus::partial;
-    case ExecutorCallbacks::Gap::go_on:
+    case ExecutorCallbacks::Continuation::go_on:
       break;
   }
   if (structures_.runs == runs) return std::nullopt;

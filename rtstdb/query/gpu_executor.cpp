@@ -155,16 +155,12 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   for (const Request& request : requests) {
     if (!is_here(*static_cast<GpuQuery*>(request.query))) return lost_report;
   }
-  const auto came = std::chrono::steady_clock::now();
-  // Those whose gap this is. They ask for their slots again, so that nothing of theirs has to stay.
-  for (std::uint32_t outer = 0; outer < depth_; ++outer) {
-    for (accel::Submit& lane : epoch.lanes[outer]) {
-      if (!lane.finish(true)) return lost_report;
-    }
+  if (depth_ > 0) {
+    if (callbacks != nullptr) callbacks->begin_drain();
+    const bool drained = drain_outer_runs();
+    if (callbacks != nullptr) callbacks->end_drain();
+    if (!drained) return lost_report;
   }
-  if (callbacks != nullptr && depth_ > 0)
-    callbacks->on_outer_drained(
-        std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now() - came));
   Lanes& lanes = epoch.lanes[depth_++];
   ++epoch.structures.runs;
   LaneWait wait(callbacks);
@@ -173,7 +169,7 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   const accel::Tlas::Counts trees = epoch.tlas.counts();
   const accel::GeometryPool::Counts shapes = epoch.pool.counts();
   RunReport report = run_windows(lanes, rows, requests, times, callbacks);
-  // Together with those in its gaps, if there were any.
+  // Includes the structures of nested runs.
   report.structures = {
       .refitted = epoch.tlas.counts().refits + epoch.tlas.counts().patches > trees.refits + trees.patches,
       .built = epoch.tlas.counts().builds > trees.builds,
@@ -188,6 +184,15 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   return report;
 }
 
+bool GpuExecutor::drain_outer_runs() noexcept {
+  for (std::uint32_t outer = 0; outer < depth_; ++outer) {
+    for (accel::Submit& lane : epoch_->lanes[outer]) {
+      if (!lane.finish(true)) return false;
+    }
+  }
+  return true;
+}
+
 RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
                                    const TimeSpan& times, ExecutorCallbacks* callbacks) noexcept {
   Structures& structures = epoch_->structures;
@@ -199,13 +204,13 @@ RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::spa
   for (std::size_t first = 0; first < requests.size();) {
     if (first > 0 && callbacks != nullptr) {
       switch (callbacks->on_preemption_point()) {
-        case ExecutorCallbacks::Gap::stop:
+        case ExecutorCallbacks::Continuation::stop:
           all.status = RunStatus::stopped;
           return all;
-        case ExecutorCallbacks::Gap::finish_in_flight:
+        case ExecutorCallbacks::Continuation::finish_in_flight:
           all.status = RunStatus::partial;
           return all;
-        case ExecutorCallbacks::Gap::go_on:
+        case ExecutorCallbacks::Continuation::go_on:
           break;
       }
     }

@@ -30,7 +30,7 @@ const char* name_of(query::QueryKind kind) noexcept {
   return "unknown";
 }
 
-void count_one(std::atomic<std::uint64_t>& counter) noexcept {
+void increment(std::atomic<std::uint64_t>& counter) noexcept {
   counter.fetch_add(1, std::memory_order_relaxed);
 }
 
@@ -40,11 +40,11 @@ void PredictionAccuracy::ended(const ScheduledTransaction& transaction, Status s
   const Outcome& outcome = transaction.outcome();
   const bool done = is_done(status);
   if (transaction.promised && (done || status == Status::missed)) {
-    count_one(promised_);
+    increment(promised_);
     if (done) {
-      count_one(kept_);
+      increment(kept_);
     } else if (transaction.slack < Nanoseconds(0)) {
-      count_one(outranked_);
+      increment(outranked_);
     }
   }
   if (!done || outcome.partial || outcome.predicted_cost.count() <= 0 ||
@@ -55,7 +55,7 @@ void PredictionAccuracy::ended(const ScheduledTransaction& transaction, Status s
   const double bucket =
       std::round((std::clamp<double>(octaves_above, -octaves, octaves) + octaves) * per_octave);
   for (const query::Request& request : transaction.requests())
-    count_one(predicted_over_actual_[static_cast<std::size_t>(request.query->kind())]
+    increment(predicted_over_actual_[static_cast<std::size_t>(request.query->kind())]
                                     [static_cast<std::size_t>(bucket)]);
 }
 

@@ -208,7 +208,7 @@ bool Follower::follow_one_version() {
 
 void Follower::catch_up() {
   VersionJob job(feed_, options_.max_entities);
-  engine_.carry_out(job);
+  engine_.execute_job(job);
   if (fed_) {
     gaps_.fetch_add(1, std::memory_order_relaxed);
     mirror_.compare(job.rows(), job.shapes(), changed_);

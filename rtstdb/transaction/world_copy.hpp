@@ -15,13 +15,6 @@
 
 namespace rtstdb::transaction {
 
-/// Who has the store: carries a job out, sooner or later.
-class JobTaker {
- public:
-  virtual ~JobTaker() = default;
-  virtual void take_job(EngineJob& job) noexcept = 0;
-};
-
 class WorldCopy final : public log::WorldSource {
  public:
   explicit WorldCopy(std::uint32_t max_entities) : copying_(max_entities) {}

@@ -36,10 +36,10 @@ class Gaps final : public query::ExecutorCallbacks {
   void begin_wait() noexcept override {}
   void end_wait() noexcept override {}
   bool preemption_requested() noexcept override { return awaited; }
-  Gap on_preemption_point() noexcept override {
+  Continuation on_preemption_point() noexcept override {
     ++count;
     in_each_();
-    return Gap::go_on;
+    return Continuation::go_on;
   }
   int count = 0;
   bool awaited = false;  ///< chunks that take longer than was thought are halted

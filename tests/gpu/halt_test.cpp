@@ -240,9 +240,15 @@ TEST_F(HaltedRuns, EndAtOnceForWhoeverRunsInTheirGaps) {
    public:
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
-    void on_outer_drained(Nanoseconds time) noexcept override { least = std::min(least, time); }
-    Gap on_preemption_point() noexcept override { return Gap::go_on; }
+    void begin_drain() noexcept override { began_ = std::chrono::steady_clock::now(); }
+    void end_drain() noexcept override {
+      least = std::min<Nanoseconds>(least, std::chrono::steady_clock::now() - began_);
+    }
+    Continuation on_preemption_point() noexcept override { return Continuation::go_on; }
     Nanoseconds least = Nanoseconds::max();
+
+   private:
+    std::chrono::steady_clock::time_point began_;
   };
   make_world(300);
   const std::vector<Asked> large{points({.name = "large", .target = NearestTarget::triangle, .k = 9})};
@@ -294,7 +300,7 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
     bool preemption_requested() noexcept override { return true; }
-    Gap on_preemption_point() noexcept override { return Gap::finish_in_flight; }
+    Continuation on_preemption_point() noexcept override { return Continuation::finish_in_flight; }
   };
   for (const Asked& one : all_kinds()) {
     run(std::span(&one, 1), nullptr);

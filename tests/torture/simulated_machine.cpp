@@ -40,7 +40,7 @@ RunStatus SimulatedDevice::run_chunks(const RowSource& rows, std::span<const Req
       if (last || callbacks == nullptr || !divided) continue;
       const auto gap = callbacks->on_preemption_point();
       if (lost_) return RunStatus::device_lost;  // in the gap
-      if (gap == ExecutorCallbacks::Gap::stop) return RunStatus::stopped;
+      if (gap == ExecutorCallbacks::Continuation::stop) return RunStatus::stopped;
     }
   }
   return chance_.one_in(40) ? RunStatus::truncated : RunStatus::done;

@@ -99,7 +99,7 @@ TEST_F(Reserving, WithoutChunksNothingCanBePromised) {
   const auto refused = world.engine.reserve({.name = "r", .period = 1s, .deadline = 1s, .budget = 1ms});
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().message,
-            "reservation 'r': chunk is 0, so that there is no end to what may go on before it");
+            "reservation 'r': DatabaseOptions::chunk is 0, so that other work can not be preempted");
 }
 
 TEST_F(Reserving, TheLongestMeasuredPieceCounts) {

@@ -127,7 +127,11 @@ class SimulatedExecutor final : public query::Executor {
   query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
                        const query::TimeSpan& times, query::ExecutorCallbacks* callbacks) noexcept override {
     using enum query::RunStatus;
-    if (outer_takes > Nanoseconds(0) && callbacks != nullptr) callbacks->on_outer_drained(outer_takes);
+    if (while_draining && callbacks != nullptr) {
+      callbacks->begin_drain();
+      while_draining();
+      callbacks->end_drain();
+    }
     for (const query::Request& request : requests)
       dynamic_cast<SimulatedQuery&>(*request.query).answer(0, chunk ? 0 : request.count, lambda);
     if (chunk) {
@@ -144,7 +148,7 @@ class SimulatedExecutor final : public query::Executor {
     return work ? work(rows, requests, times) : query::RunReport{};
   }
 
-  /// Set before the first transaction, or while none is under way.
+  /// Set before the first transaction, or while none is in execution.
   Work work;
   /// One chunk of a batch that is divided: elements [first, end) of a request. None: a batch is one step.
   std::function<void(const query::RowSource&, const query::Request&, std::uint32_t first, std::uint32_t end)>
@@ -153,8 +157,9 @@ class SimulatedExecutor final : public query::Executor {
   std::function<void()> while_waiting;
   /// Asked there.
   bool preemption_requested() const noexcept { return waits_ != nullptr && waits_->preemption_requested(); }
-  Nanoseconds outer_takes{
-      0};               ///< of what `work` or a chunk takes, so much is told to be for whoever's gap this is
+  /// What happens while a run waits, before it begins, for what the device executes of the run that it preempts; none: it
+  /// does not wait.
+  std::function<void()> while_draining;
   float lambda = 0.0f;  ///< of all hits
 
  private:
@@ -173,11 +178,11 @@ class SimulatedExecutor final : public query::Executor {
         dynamic_cast<SimulatedQuery&>(*request.query).answer(first, end, lambda);
         if (last || callbacks == nullptr) continue;
         switch (callbacks->on_preemption_point()) {
-          case query::ExecutorCallbacks::Gap::go_on:
+          case query::ExecutorCallbacks::Continuation::go_on:
             break;
-          case query::ExecutorCallbacks::Gap::finish_in_flight:
+          case query::ExecutorCallbacks::Continuation::finish_in_flight:
             return query::RunStatus::partial;
-          case query::ExecutorCallbacks::Gap::stop:
+          case query::ExecutorCallbacks::Continuation::stop:
             return query::RunStatus::stopped;
         }
       }

@@ -1,5 +1,7 @@
 #pragma once
-// How transactions ended, counted. Any thread counts and reads.
+// Counts of how transactions ended.
+//
+// Threads: any.
 
 #include <array>
 #include <atomic>
@@ -9,13 +11,14 @@
 
 namespace rtstdb::transaction {
 
-class Tally {
+class OutcomeCounts {
  public:
   void submitted() noexcept { submitted_.fetch_add(1, std::memory_order_relaxed); }
-  /// A transaction of these terms has this outcome and is about to be given back.
+  /// A transaction with these terms has this outcome and is about to be given back.
   void ended(Status status, const Outcome& outcome, const Terms& terms) noexcept;
+  /// Its owner got a firm commit after the deadline, although it was published before.
   void handed_over_late() noexcept { firm_handed_over_late_.fetch_add(1, std::memory_order_relaxed); }
-  /// Each figure as it stands; together they add up once nothing is pending.
+  /// The counts are read one after the other: their sum is right once nothing is pending.
   TransactionCounts read() const noexcept;
 
  private:

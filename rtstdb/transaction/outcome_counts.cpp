@@ -1,21 +1,21 @@
-#include "rtstdb/transaction/tally.hpp"
+#include "rtstdb/transaction/outcome_counts.hpp"
 
 namespace rtstdb::transaction {
 
-void Tally::ended(Status status, const Outcome& outcome, const Terms& terms) noexcept {
+void OutcomeCounts::ended(Status status, const Outcome& outcome, const Terms& terms) noexcept {
   ended_[static_cast<std::size_t>(status)].fetch_add(1, std::memory_order_relaxed);
   if (status == Status::late && terms.deadline_class == DeadlineClass::hard) {
     hard_misses_.fetch_add(1, std::memory_order_relaxed);
   }
   if (outcome.refused_by == RefusedBy::log_full || outcome.refused_by == RefusedBy::log_fault)
     refused_by_log_.fetch_add(1, std::memory_order_relaxed);
-  // Looked at here, where every outcome passes, and not where lateness is decided.
+  // Checked where every outcome passes, apart from the code that decides about lateness.
   if (is_done(status) && terms.deadline_class == DeadlineClass::firm && outcome.published > terms.deadline) {
     firm_late_commits_.fetch_add(1, std::memory_order_relaxed);
   }
 }
 
-TransactionCounts Tally::read() const noexcept {
+TransactionCounts OutcomeCounts::read() const noexcept {
   TransactionCounts counts;
   counts.committed = ended_as(Status::committed);
   counts.truncated = ended_as(Status::truncated);
