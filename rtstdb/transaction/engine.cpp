@@ -3,7 +3,6 @@
 #include <pthread.h>
 #include <sched.h>
 
-#include <functional>
 #include <new>
 #include <system_error>
 #include <utility>
@@ -37,6 +36,10 @@ TransactionImpl& impl(scheduler::ScheduledTransaction& transaction) noexcept {
 
 TransactionImpl* impl(scheduler::ScheduledTransaction* transaction) noexcept {
   return static_cast<TransactionImpl*>(transaction);
+}
+
+bool is_cancelled(const scheduler::ScheduledTransaction& transaction) noexcept {
+  return transaction.cancel_requested();
 }
 
 /// The transaction takes far less time than a group of the log waits for the disk.
@@ -343,8 +346,7 @@ void Engine::receive() noexcept {
 }
 
 void Engine::drop_cancelled() noexcept {
-  constexpr auto cancelled = &scheduler::ScheduledTransaction::cancel_requested;
-  while (TransactionImpl* const waiting = impl(queue_.pop_first(std::mem_fn(cancelled))))
+  while (TransactionImpl* const waiting = impl(queue_.pop_first(is_cancelled)))
     finish_cancelled(*waiting, CancelledBy::caller);
 }
 

@@ -70,7 +70,6 @@ void SimulationCounts::add(const SimulationCounts& other) {
   given_back_waiting += other.given_back_waiting;
   passed_by_relief += other.passed_by_relief;
   full_queues += other.full_queues;
-  shared += other.shared;
   observations += other.observations;
   for (std::size_t k = 0; k < refused.size(); ++k)
     refused[k] += other.refused[k];
@@ -199,7 +198,6 @@ void EngineSimulation::let_the_log_finish() {
 
 void EngineSimulation::run_begins(std::span<const query::Request> requests) {
   if (!running_.empty()) ++counts_.in_gaps;
-  if (requests.size() > 1) ++counts_.shared;
   std::vector<Client*>& together = running_.emplace_back();
   for (const query::Request& request : requests) {
     auto& query = static_cast<Query&>(*request.query);
