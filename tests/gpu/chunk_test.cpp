@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "rtstdb/query/ray_coherence.hpp"
 #include "rtstdb/query/dispatch_layout.hpp"
+#include "rtstdb/query/ray_coherence.hpp"
 #include "tests/gpu/answer_words.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/random_questions.hpp"
