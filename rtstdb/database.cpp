@@ -167,7 +167,7 @@ class DatabaseImpl final : public Database {
                                   const GeometryOptions& options) override {
     require_open("Database::add_geometry");
     return unless_out_of_memory<GeometryId>("geometry", name, [&]() -> Result<GeometryId> {
-      if (is_past_) return named(name, {ErrorCode::bad_input, "nothing is written to the past"});
+      if (is_past_) return named(name, {ErrorCode::bad_input, "a history is read-only"});
       if (auto valid = validate(mesh); !valid) return named(name, valid.error());
       if (auto valid = check_options(options); !valid) return named(name, valid.error());
       return add_valid(mesh, name, options);

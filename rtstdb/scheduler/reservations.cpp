@@ -47,22 +47,22 @@ Result<void> check(const ReservationOptions& options) {
     return Error{ErrorCode::bad_input, described(options) + ": " + why};
   };
   if (options.period <= Nanoseconds(0) || options.period > max_reservation_period)
-    return refused("the period lies above 0 and is at most " + in_ms(max_reservation_period));
+    return refused("the period must be above 0 and at most " + in_ms(max_reservation_period));
   if (options.deadline <= Nanoseconds(0) || options.deadline > max_reservation_period)
-    return refused("the deadline lies above 0 and is at most " + in_ms(max_reservation_period));
+    return refused("the deadline must be above 0 and at most " + in_ms(max_reservation_period));
   if (options.budget <= Nanoseconds(0) || options.budget > options.deadline)
-    return refused("the budget lies above 0 and is at most the deadline");
+    return refused("the budget must be above 0 and at most the deadline");
   return {};
 }
 
-std::string sentence(const Shortfall& shortfall, const std::vector<ReservationImpl*>& all, double share) {
+std::string describe(const Shortfall& shortfall, const std::vector<ReservationImpl*>& all, double share) {
   switch (shortfall.kind) {
     case Shortfall::Kind::utilization:
-      return "all together take " + in_percent(shortfall.utilization) + " of the time; less than " +
-             in_percent(share) + " can be reserved";
+      return "all reservations together take " + in_percent(shortfall.utilization) +
+             " of the time; less than " + in_percent(share) + " can be reserved";
     case Shortfall::Kind::undecided:
-      return "all together take " + in_percent(shortfall.utilization) + " of the time, too close to the " +
-             in_percent(share) + " that can be reserved to say that all are kept";
+      return "all reservations together take " + in_percent(shortfall.utilization) +
+             " of the time, which is too close to the limit of " + in_percent(share) + " to be checked";
     case Shortfall::Kind::within_length:
       break;
   }
@@ -73,9 +73,9 @@ std::string sentence(const Shortfall& shortfall, const std::vector<ReservationIm
     sum += shortfall.demanded[k];
     parts += "'" + all[k]->options().name + "' " + in_ms(shortfall.demanded[k]) + ", ";
   }
-  return "within " + in_ms(shortfall.length) + " up to " + in_ms(sum) + " are asked for (" + parts +
-         "a piece of other work that can not be interrupted " + in_ms(shortfall.piece) + "), and " +
-         in_percent(share) + " of them are " +
+  return "within " + in_ms(shortfall.length) + " up to " + in_ms(sum) + " may be demanded (" + parts +
+         "and " + in_ms(shortfall.piece) + " of other work that can not be preempted); " + in_percent(share) +
+         " of it, which can be reserved, is " +
          in_ms(Nanoseconds(static_cast<std::int64_t>(share * static_cast<double>(shortfall.length.count()))));
 }
 
@@ -105,7 +105,7 @@ Result<void> Reservations::add(ReservationImpl& reservation, Nanoseconds piece, 
   if (admitted_.size() == max_reservations) {
     return Error{ErrorCode::capacity, described(reservation.options()) + ": there are " +
                                           std::to_string(max_reservations) +
-                                          " already, as many as there can be"};
+                                          " reservations already, which is the limit"};
   }
   std::vector<ReservationImpl*> all = admitted_;
   all.push_back(&reservation);
@@ -121,7 +121,7 @@ Result<void> Reservations::add(ReservationImpl& reservation, Nanoseconds piece, 
   }
   if (const auto shortfall = first_shortfall(demands, piece, share)) {
     return Error{ErrorCode::capacity,
-                 described(reservation.options()) + " can not be kept: " + sentence(*shortfall, all, share)};
+                 described(reservation.options()) + " can not be kept: " + describe(*shortfall, all, share)};
   }
   const std::scoped_lock lock(counting_);
   admitted_ = std::move(all);
