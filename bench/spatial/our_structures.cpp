@@ -20,7 +20,7 @@ std::shared_ptr<const TriangleMesh> shared(const TriangleMesh& mesh) {
 }
 
 /// Every row differs between versions.
-class MovedRows final : public query::RowSource {
+class MovedRows final : public store::RowSource {
  public:
   explicit MovedRows(std::size_t count) : states_(count) {
     for (std::uint32_t i = 0; i < count; ++i)
@@ -49,7 +49,7 @@ class MovedRows final : public query::RowSource {
     std::iota(indices.begin() + static_cast<std::ptrdiff_t>(before), indices.end(), 0u);
     return true;
   }
-  query::Shape shape(GeometryId /*geometry*/) const noexcept override { return {}; }
+  store::Shape shape(GeometryId /*geometry*/) const noexcept override { return {}; }
 
  private:
   std::vector<EntityState> states_;
@@ -104,7 +104,7 @@ void OurTlas::place(std::span<const Pose> places) {
 }
 
 double OurTlas::update() {
-  const query::TimeSpan now{impl_->rows.time(), impl_->rows.time()};
+  const store::TimeSpan now{impl_->rows.time(), impl_->rows.time()};
   impl_->submit.begin();
   demand_alive(impl_->tlas.prepare(impl_->rows, {.times = now}, impl_->submit).has_value());
   demand_alive(impl_->submit.run());
@@ -113,8 +113,8 @@ double OurTlas::update() {
 
 struct OurDeforming::Impl {
   /// No entities; one shape per version.
-  struct OneShape final : query::RowSource {
-    query::Shape newest;
+  struct OneShape final : store::RowSource {
+    store::Shape newest;
     Version version() const noexcept override { return newest.version; }
     WorldTime time() const noexcept override { return {}; }
     std::uint32_t index_limit() const noexcept override { return 0; }
@@ -122,7 +122,7 @@ struct OurDeforming::Impl {
     bool changed_between(Version, std::vector<std::uint32_t>& /*indices*/) const noexcept override {
       return true;
     }
-    query::Shape shape(GeometryId /*geometry*/) const noexcept override { return newest; }
+    store::Shape shape(GeometryId /*geometry*/) const noexcept override { return newest; }
   };
 
   std::unique_ptr<gpu::Device> device = must(gpu::Device::open({}));

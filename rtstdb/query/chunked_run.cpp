@@ -85,7 +85,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
       under_way = take(next, pass);
       if (std::exchange(brought_up_, false)) under_way->predicted_ns = 0.0;
       record(*under_way, pass, lane);
-      if (!lane.start({.halt_after = whole_for_, .at_once = spares_others()})) return RunStatus::device_lost;
+      if (!lane.start({.halt_after = whole_for_, .early = spares_others()})) return RunStatus::device_lost;
     }
     if (!before) continue;
     if (!finish(other, *before, pass, under_way ? &lane : nullptr)) return RunStatus::device_lost;
@@ -113,10 +113,10 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
   if (const std::uint32_t asked = chunk.elements; lane.first_unstarted() < asked) {
     cut(chunk, lane.first_unstarted(), pass);
     const auto worth_ns = static_cast<std::int64_t>(chunk.elements * element_ns_);
-    if (chunk.elements == 0 || lane.halted_at_once())
+    if (chunk.elements == 0 || lane.halted_early())
       thrown_away_ns_ += std::max(took_ns - worth_ns, std::int64_t{0});
     // How little it had done says nothing of what is to come.
-    if (lane.halted_at_once()) return true;
+    if (lane.halted_early()) return true;
     follow_halt(chunk, asked);
   } else {
     element_ns_ = static_cast<double>(took_ns) / std::max(asked, 1u);
@@ -170,12 +170,12 @@ void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool completed_before
   });
 }
 
-ExecutorCallbacks::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
+ExecutorCallbacks::Continuation ChunkedRun::let_others_run(Pass pass) noexcept {
   // Paused searches, and stages that build on earlier ones, would begin again in a slot that another run has rebuilt.
   const bool keeps_structures = pass == Pass::again || in_later_stage_;
   const bool slot_stays = keeps_structures && structures_.tlas.pin(view_.slot);
   const bool shapes_stay = keeps_structures && structures_.pool.pin(rows_);
-  const ExecutorCallbacks::Gap gap = callbacks_->on_preemption_point();
+  const ExecutorCallbacks::Continuation gap = callbacks_->on_preemption_point();
   if (shapes_stay) structures_.pool.unpin(rows_);
   if (slot_stays) structures_.tlas.unpin(view_.slot);
   return gap;
@@ -210,11 +210,11 @@ std::optional<RunStatus> ChunkedRun::gap_between_passes() noexcept {
   if (callbacks_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
   switch (let_others_run(Pass::again)) {
-    case ExecutorCallbacks::Gap::stop:
+    case ExecutorCallbacks::Continuation::stop:
       return RunStatus::stopped;
-    case ExecutorCallbacks::Gap::finish_in_flight:
+    case ExecutorCallbacks::Continuation::finish_in_flight:
       return RunStatus::partial;
-    case ExecutorCallbacks::Gap::go_on:
+    case ExecutorCallbacks::Continuation::go_on:
       break;
   }
   if (structures_.runs != runs && !bring_up(lanes_[0])) return RunStatus::device_lost;
@@ -226,15 +226,15 @@ std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::
   if (callbacks_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
   switch (let_others_run(pass)) {
-    case ExecutorCallbacks::Gap::stop:
+    case ExecutorCallbacks::Continuation::stop:
       return RunStatus::stopped;
-    case ExecutorCallbacks::Gap::finish_in_flight:
+    case ExecutorCallbacks::Continuation::finish_in_flight:
       // Whoever ran in the gap may have brought the slot to another version: what was found could not be named any more.
       if (structures_.runs != runs || !under_way) return RunStatus::partial;
       if (!finish(other, *under_way, pass, nullptr)) return RunStatus::device_lost;
       unpack(*under_way, pass);
       return RunStatus::partial;
-    case ExecutorCallbacks::Gap::go_on:
+    case ExecutorCallbacks::Continuation::go_on:
       break;
   }
   if (structures_.runs == runs) return std::nullopt;

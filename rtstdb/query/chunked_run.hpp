@@ -65,7 +65,7 @@ class ChunkedRun {
   bool bring_up(accel::Submit& lane) noexcept;
   /// What ended the run; none when all chunks of the pass are done.
   std::optional<RunStatus> run_pass(Pass pass) noexcept;
-  ExecutorCallbacks::Gap let_others_run(Pass pass) noexcept;
+  ExecutorCallbacks::Continuation let_others_run(Pass pass) noexcept;
   /// All passes that ask again what is incomplete.
   std::optional<RunStatus> next_retry_batch() noexcept;
   /// The next stage of every query that has one. False: there is none.

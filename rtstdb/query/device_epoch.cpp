@@ -9,10 +9,10 @@ Result<std::unique_ptr<DeviceEpoch>> DeviceEpoch::create(std::unique_ptr<gpu::De
                                                          const accel::KeptGeometries& kept) {
   std::unique_ptr<DeviceEpoch> epoch(new DeviceEpoch(std::move(device_given)));
   gpu::Device& device = epoch->device;
-  const auto device_free = std::make_shared<accel::Submit::DeviceFree>();
+  const auto device_idle = std::make_shared<accel::Submit::DeviceIdle>();
   for (Lanes& lanes : epoch->lanes) {
     for (accel::Submit& lane : lanes) {
-      auto submit = accel::Submit::create(device, device_free);
+      auto submit = accel::Submit::create(device, device_idle);
       if (!submit) return submit.error();
       lane = std::move(submit).value();
     }

@@ -79,6 +79,9 @@ class GpuExecutor final : public Executor {
   /// Nothing where there is a device.
   Result<void> try_to_revive(Patience patience);
   Result<void> not_revived(const Error& why);
+  /// Waits for what the device executes of the runs that this one preempts. They ask for their slots again when they
+  /// resume, so that nothing of theirs has to stay. False: the device is lost.
+  bool drain_outer_runs() noexcept;
   /// Executes the requests in as many successive runs as their times need windows. Between two of them is a
   /// preemption point.
   RunReport run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,

@@ -209,7 +209,7 @@ bool Follower::follow_one_version() {
 
 void Follower::catch_up() {
   CopyVersionJob job(feed_, options_.max_entities);
-  engine_.carry_out(job);
+  engine_.execute_job(job);
   if (feed_active_) {
     gaps_.fetch_add(1, std::memory_order_relaxed);
     mirror_.compare(job.rows(), job.shapes(), changed_);

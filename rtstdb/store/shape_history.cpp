@@ -32,7 +32,7 @@ void ShapeHistory::adopt(GeometryId geometry, std::unique_ptr<Ring> kept) noexce
   kept_[geometry.index] = std::move(kept);
 }
 
-query::Shape ShapeHistory::at(GeometryId geometry, Version version) const noexcept {
+Shape ShapeHistory::at(GeometryId geometry, Version version) const noexcept {
   RTSTDB_ASSERT(deforms(geometry));
   const Ring& kept = *kept_[geometry.index];
   std::size_t age = 0;

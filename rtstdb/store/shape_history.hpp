@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/row_source.hpp"
 
 namespace rtstdb::store {
 
@@ -40,7 +40,7 @@ class ShapeHistory {
     return kept_[geometry.index]->position_count;
   }
   /// The shape in a version that is not older than oldest_kept().
-  query::Shape at(GeometryId geometry, Version version) const noexcept;
+  Shape at(GeometryId geometry, Version version) const noexcept;
   /// The oldest version all of whose shapes are kept.
   Version oldest_kept() const noexcept { return oldest_kept_; }
   /// Whether the shape of a version that is kept now will still be kept after one more record for this

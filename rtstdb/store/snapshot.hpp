@@ -7,13 +7,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/row_source.hpp"
 
 namespace rtstdb::store {
 
 class Store;
 
-class Snapshot final : public query::RowSource {
+class Snapshot final : public RowSource {
  public:
   Snapshot(const Store& store, VersionInfo version) : store_(&store), version_(version) {}
 
@@ -27,7 +27,7 @@ class Snapshot final : public query::RowSource {
   const EntityState& slot(std::uint32_t index) const noexcept;
   bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept override;
   /// Misuse unless the version was read with ReadFor::rows_and_shapes.
-  query::Shape shape(GeometryId geometry) const noexcept override;
+  Shape shape(GeometryId geometry) const noexcept override;
 
   /// False if later commits have overwritten the history that the version needs, or if it was discarded.
   bool still_kept() const noexcept;

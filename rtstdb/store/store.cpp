@@ -150,7 +150,7 @@ const EntityState& Store::slot(Version version, std::uint32_t index) const noexc
   return changes_.state_at(version, index, current_[index]);
 }
 
-query::Shape Store::shape(Version version, GeometryId geometry) const noexcept {
+Shape Store::shape(Version version, GeometryId geometry) const noexcept {
   if (is_staged(version)) {
     if (const std::uint32_t ordinal = staged_shape_[geometry.index]; ordinal != 0)
       return {version, staged_->shapes[ordinal - 1].positions_m};

@@ -122,7 +122,7 @@ class Store {
   const EntityState* row(Version version, std::uint32_t index) const noexcept;
   const EntityState& slot(Version version, std::uint32_t index) const noexcept;
   bool changed_between(Version version, Version other, std::vector<std::uint32_t>& indices) const noexcept;
-  query::Shape shape(Version version, GeometryId geometry) const noexcept;
+  Shape shape(Version version, GeometryId geometry) const noexcept;
   bool keeps(Version version) const noexcept;
   bool is_staged(Version version) const noexcept {
     return progress_ != Progress::none && version == staged_->version;

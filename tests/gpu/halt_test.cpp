@@ -96,7 +96,7 @@ class HaltedRuns : public testing::Test {
   query::RunStatus run(std::span<const Asked> all, query::ExecutorCallbacks* callbacks,
                        std::uint32_t per_chunk = 0) {
     const OneWorld rows = world();
-    query::TimeSpan times;
+    store::TimeSpan times;
     std::vector<query::Request> requests;
     for (const Asked& one : all) {
       EXPECT_FALSE(one.prepared().check(one.count, rows, times));
@@ -122,7 +122,7 @@ class HaltedRuns : public testing::Test {
   void run_at_another_version(const Asked& one, query::ExecutorCallbacks* callbacks = nullptr) {
     constexpr std::uint32_t few = 64;
     const OneWorld other_world(states_, 2, 0, {});
-    query::TimeSpan times;
+    store::TimeSpan times;
     const query::Request request{.query = &one.prepared(), .count = few};
     EXPECT_FALSE(one.prepared().check(few, other_world, times));
     executor_->run(other_world, std::span(&request, 1), times, callbacks);
@@ -196,9 +196,15 @@ TEST_F(HaltedRuns, EndAtOnceForWhoeverRunsInTheirGaps) {
    public:
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
-    void on_outer_drained(Nanoseconds time) noexcept override { least = std::min(least, time); }
-    Gap on_preemption_point() noexcept override { return Gap::go_on; }
+    void begin_drain() noexcept override { began_ = std::chrono::steady_clock::now(); }
+    void end_drain() noexcept override {
+      least = std::min<Nanoseconds>(least, std::chrono::steady_clock::now() - began_);
+    }
+    Continuation on_preemption_point() noexcept override { return Continuation::go_on; }
     Nanoseconds least = Nanoseconds::max();
+
+   private:
+    std::chrono::steady_clock::time_point began_;
   };
   make_world(300);
   const std::vector<Asked> large{
@@ -252,7 +258,7 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
     bool preemption_requested() noexcept override { return true; }
-    Gap on_preemption_point() noexcept override { return Gap::finish_in_flight; }
+    Continuation on_preemption_point() noexcept override { return Continuation::finish_in_flight; }
   };
   for (const Asked& one : all_kinds()) {
     run(std::span(&one, 1), nullptr);

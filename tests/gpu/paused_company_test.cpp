@@ -51,11 +51,11 @@ class PausedInCompany : public testing::Test {
     queries_.push_back(std::move(made).value());
     return *queries_.back();
   }
-  query::RunStatus ask(query::GpuRayQuery& query, std::span<const Ray> rays, const query::RowSource& rows,
+  query::RunStatus ask(query::GpuRayQuery& query, std::span<const Ray> rays, const store::RowSource& rows,
                        query::ExecutorCallbacks* callbacks = nullptr) {
     std::ranges::copy(rays, query.rays().begin());
     const auto count = static_cast<std::uint32_t>(rays.size());
-    query::TimeSpan times;
+    store::TimeSpan times;
     EXPECT_FALSE(query.check(count, rows, times));
     const query::Request request{.query = &query, .count = count, .per_chunk = 64};
     const query::RunStatus status = executor_->run(rows, std::span(&request, 1), times, callbacks).status;
@@ -66,7 +66,7 @@ class PausedInCompany : public testing::Test {
   static Ray through_the_pile(WorldTime t = {}) { return ray_from({}, {0, 0, 1}, t); }
   static Ray past_it(WorldTime t = {}) { return ray_from({}, {0, 0, -1}, t); }
   /// The gaps that the same search has where nothing happens in them.
-  int gaps_alone(query::GpuRayQuery& query, std::span<const Ray> rays, const query::RowSource& rows) {
+  int gaps_alone(query::GpuRayQuery& query, std::span<const Ray> rays, const store::RowSource& rows) {
     Gaps gaps([] {});
     EXPECT_EQ(ask(query, rays, rows, &gaps), query::RunStatus::done);
     EXPECT_GT(gaps.count, 20);

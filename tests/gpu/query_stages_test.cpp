@@ -21,8 +21,8 @@ class StagedQuery final : public query::GpuQuery {
   ~StagedQuery() override { leave(); }
 
   query::QueryKind kind() const noexcept override { return query::QueryKind::nearest; }
-  std::optional<BadInput> check(std::uint32_t /*count*/, const query::RowSource& rows,
-                                query::TimeSpan& times) const noexcept override {
+  std::optional<BadInput> check(std::uint32_t /*count*/, const store::RowSource& rows,
+                                store::TimeSpan& times) const noexcept override {
     times = {rows.time(), rows.time()};
     return std::nullopt;
   }
@@ -84,7 +84,7 @@ class QueryStages : public testing::Test {
   }
   query::RunStatus run(StagedQuery& query, query::ExecutorCallbacks* callbacks) {
     const OneWorld rows({}, 1, 0, {});
-    query::TimeSpan times;
+    store::TimeSpan times;
     EXPECT_FALSE(query.check(elements, rows, times));
     const query::Request request{.query = &query,
                                  .count = elements,

@@ -32,7 +32,6 @@ struct SimulationCounts {
   std::uint64_t given_back_waiting = 0;  ///< device_lost without having run
   std::uint64_t passed_by_relief = 0;    ///< commits while another waits for the device
   std::uint64_t full_queues = 0;
-  std::uint64_t shared = 0;  ///< runs of several
   std::uint64_t observations = 0;
   std::array<std::uint64_t, 8> refused{};      ///< by rtstdb::RefusedBy
   std::uint64_t durable = 0, not_durable = 0;  ///< writers that were told so, in modes that tell
@@ -89,7 +88,7 @@ class EngineSimulation final : private DeviceEvents {
   struct Client;
 
   void run_begins(std::span<const rtstdb::query::Request> requests) override;
-  bool chunk_done(const rtstdb::query::RowSource& rows, const rtstdb::query::PreparedQuery& query,
+  bool chunk_done(const rtstdb::store::RowSource& rows, const rtstdb::query::PreparedQuery& query,
                   bool last) override;
   void run_ends(rtstdb::query::RunStatus status) override;
   bool may_pause() override;

@@ -177,9 +177,6 @@ struct Outcome {
   /// Number of restarts, because it blocked a transaction with a reservation. The timestamps are of the last
   /// attempt.
   std::uint32_t restarts = 0;
-  /// Number of other small readers of the same version whose queries were executed in the same submission.
-  /// The actual cost is this transaction's share of its cost, in proportion to the predicted costs.
-  std::uint32_t shared_with = 0;
   /// Part of the actual cost spent on the device. An upper bound if the device has no timestamps.
   Nanoseconds gpu_time{0};
   ClockTime earliest_feasible{};  ///< refused: the earliest deadline that would be admitted if submitted now

@@ -116,7 +116,7 @@ TEST_F(Sync, ARefusingDiskLeavesDoubtThatIsTold) {
       EXPECT_EQ(outcome.status, Status::refused);
       EXPECT_EQ(outcome.refused_by, RefusedBy::log_fault);
       ASSERT_TRUE(outcome.in_doubt);
-      EXPECT_NE(describe(outcome).find("the log may tell otherwise"), std::string::npos);
+      EXPECT_NE(describe(outcome).find("recovery may find it committed"), std::string::npos);
       doubted = outcome.version;
       EXPECT_LT(life.engine.latest().version, doubted);
       EXPECT_EQ(describe(life.image()), describe(living(model.now())));

@@ -221,7 +221,7 @@ Image LiveWorld::image() const {
     if (generations_[index] != 0) image.generations[index] = generations_[index];
   }
   for (const auto& [geometry, positions] : positions_of_) {
-    const query::Shape shape = snapshot.shape({geometry});
+    const store::Shape shape = snapshot.shape({geometry});
     if (shape.version != 0)
       image.shapes[geometry] = {shape.version, {shape.positions_m.begin(), shape.positions_m.end()}};
   }

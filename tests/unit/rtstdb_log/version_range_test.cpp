@@ -18,7 +18,7 @@ namespace {
 
 using hil::test::SimulatedDisk;
 
-std::map<std::uint32_t, EntityState> rows_of(const query::RowSource& source) {
+std::map<std::uint32_t, EntityState> rows_of(const store::RowSource& source) {
   std::map<std::uint32_t, EntityState> rows;
   for (std::uint32_t index = 0; index < source.index_limit(); ++index)
     if (const EntityState* state = source.row(index)) rows[index] = *state;
@@ -49,7 +49,7 @@ void expect_same(store::Store& store, Version version, const Image& image) {
   seen.rows = rows;
   ASSERT_TRUE(seen == image) << version;
   for (const auto& [geometry, shape] : image.shapes) {
-    const query::Shape held = snapshot->shape(GeometryId{geometry});
+    const store::Shape held = snapshot->shape(GeometryId{geometry});
     EXPECT_EQ(held.version, shape.first);
     EXPECT_TRUE(std::ranges::equal(held.positions_m, shape.second)) << version;
   }

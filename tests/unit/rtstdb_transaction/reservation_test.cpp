@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 class Reserving : public testing::Test {
  protected:
   Reserving() {
-    world_.executor.chunk = [this](const query::RowSource&, const query::Request& request,
+    world_.executor.chunk = [this](const store::RowSource&, const query::Request& request,
                                    std::uint32_t first, std::uint32_t end) {
       const int label = dynamic_cast<SimulatedQuery&>(*request.query).label;
       trace_.push_back(label);
@@ -63,14 +63,11 @@ TEST_F(Reserving, IsRefusedWithTheSums) {
   const auto drive = reserve({.name = "drive", .period = 10ms, .deadline = 5ms, .budget = 2ms});
   EXPECT_EQ(refusal({.name = "scan", .period = 20ms, .deadline = 6ms, .budget = 2ms}),
             "reservation 'scan' (period 20 ms, deadline 6 ms, budget 2 ms) can not be kept: within 6 ms up "
-            "to 5 ms are "
-            "asked for ('drive' 2 ms, 'scan' 2 ms, a piece of other work that can not be interrupted 1 ms), "
-            "and 80 % of "
-            "them are 4.8 ms");
+            "to 5 ms may be demanded ('drive' 2 ms, 'scan' 2 ms, and 1 ms of other work that can not be "
+            "preempted); 80 % of it, which can be reserved, is 4.8 ms");
   EXPECT_EQ(refusal({.name = "scan", .period = 20ms, .deadline = 20ms, .budget = 12ms}),
-            "reservation 'scan' (period 20 ms, deadline 20 ms, budget 12 ms) can not be kept: all together "
-            "take 80 % of "
-            "the time; less than 80 % can be reserved");
+            "reservation 'scan' (period 20 ms, deadline 20 ms, budget 12 ms) can not be kept: all "
+            "reservations together take 80 % of the time; less than 80 % can be reserved");
   const auto scan = reserve({.name = "scan", .period = 20ms, .deadline = 7ms, .budget = 2ms});
 }
 
@@ -79,11 +76,11 @@ TEST_F(Reserving, RefusesWhatIsNoReservation) {
     return refusal({.name = "r", .period = period, .deadline = deadline, .budget = budget});
   };
   EXPECT_EQ(message(0ms, 1ms, 1ms),
-            "reservation 'r' (period 0 ms, deadline 1 ms, budget 1 ms): the period lies above 0 and is at "
-            "most 3600000 ms");
+            "reservation 'r' (period 0 ms, deadline 1 ms, budget 1 ms): the period must be above 0 and "
+            "at most 3600000 ms");
   EXPECT_EQ(message(1h + 1ns, 1ms, 1ms),
-            "reservation 'r' (period 3600000.000001 ms, deadline 1 ms, budget 1 ms): the period lies above 0 "
-            "and is at most 3600000 ms");
+            "reservation 'r' (period 3600000.000001 ms, deadline 1 ms, budget 1 ms): the period must be above "
+            "0 and at most 3600000 ms");
   EXPECT_NE(message(2h, 1ms, 1ms), "");
   EXPECT_NE(message(1ms, 0ms, 0ms), "");
   EXPECT_NE(message(1ms, 2h, 1ms), "");
@@ -99,7 +96,7 @@ TEST_F(Reserving, WithoutChunksNothingCanBePromised) {
   const auto refused = world.engine.reserve({.name = "r", .period = 1s, .deadline = 1s, .budget = 1ms});
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().message,
-            "reservation 'r': chunk is 0, so that there is no end to what may go on before it");
+            "reservation 'r': DatabaseOptions::chunk is 0, so that other work can not be preempted");
 }
 
 TEST_F(Reserving, TheLongestMeasuredPieceCounts) {
