@@ -167,7 +167,7 @@ void CommitLog::ring_bell() noexcept {
   if (ring_.used() > ring_.capacity() / 2) {
     bell_.ring_urgently();
   } else {
-    bell_.notify();
+    bell_.ring();
   }
 }
 
@@ -332,7 +332,7 @@ void CommitLog::return_held() noexcept {
 
 void CommitLog::end_log() noexcept {
   // The engine's thread has ended: its side of the ring belongs to this thread.
-  recorder_.hand_over();
+  recorder_.flush();
   try {
     closed_ = close_writer();
   } catch (const std::bad_alloc&) {
@@ -347,7 +347,7 @@ Result<void> CommitLog::close_writer() {
   while (recorder_.in_gap() && !writer_->last_write_failed()) {
     writer_->flush_soon();
     writer_->step(real_time_ns());
-    recorder_.tend();
+    recorder_.maintain();
   }
   if (recorder_.in_gap())
     return Error{ErrorCode::file, "the last commits are not in the log: " + state().last_fault};

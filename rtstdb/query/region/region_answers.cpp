@@ -142,9 +142,9 @@ std::span<const EntityTriangle> RegionSearch::unpack_triangles(std::size_t begin
   if (difference == 0 && last - first < max_entities) {
     const auto numbers = std::span(sorter.numbers).first(listed);
     std::ranges::transform(found, numbers.begin(), [&](const glm::uvec2& one) { return one.y - first; });
-    const EntityId id = view.identities[entity].id;
+    const EntityId found_id = view.identities[entity].id;
     sorter.id_order.ascending(numbers, [&](std::uint32_t number) {
-      triangles[next++] = {id, first + number};
+      triangles[next++] = {found_id, first + number};
     });
   } else {
     const auto sorted = std::span(sorter.by_entity).first(listed);
